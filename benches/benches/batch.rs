@@ -14,7 +14,7 @@ use feeler_lanes::{Lane, Pack};
 
 const SIMULATED_S: u64 = 2;
 
-/// Runs all variants for two seconds, compilation of each variant's modes and exponentials included; every
+/// Runs all variants for two seconds, including compilation of each variant's modes and exponentials. Every
 /// variant must hold its 20 N at the end.
 fn hold<L: Lane>(programs: &[Program], threads: usize) -> usize {
     let peaks = on_threads(threads, || run::<L, Peak<L>>(programs)).unwrap();

@@ -1,5 +1,4 @@
-//! What a run consists of besides stepping: reading a file, compiling a machine, exponentials, events,
-//! estimation.
+//! Parts of a run besides stepping: reading a file, compiling a machine, exponentials, events, estimation.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
 
@@ -29,8 +28,8 @@ fn load_files(criterion: &mut Criterion) {
     }
 }
 
-/// From a checked scenario to one ready to run, and from there to the first simulated millisecond, which
-/// needs the exponentials.
+/// From a checked scenario to a program, and from there to the first simulated millisecond, which needs the
+/// exponentials.
 fn compile(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine/compile");
     let named = REFERENCES.iter().map(|r| (r.name, r.path)).chain([("force_loop", FORCE_LOOP)]);
@@ -87,7 +86,7 @@ fn chain_matrix(bodies: usize) -> DMatrix<f64> {
     })
 }
 
-/// A run in which events, not samples, set the cost. One element is one located event.
+/// A run whose cost comes from events, not samples. One element is one located event.
 fn events(criterion: &mut Criterion) {
     let scenario = load(BOUNCING).unwrap();
     let program = Program::new(&scenario).unwrap();
@@ -113,8 +112,8 @@ fn events(criterion: &mut Criterion) {
 fn frequency_response(criterion: &mut Criterion) {
     const SAMPLES: usize = 60_000;
     const PERIOD_S: f64 = 1e-3;
-    // Reproducible noise, good enough to excite every line: the top bits of a linear congruential generator
-    // (Knuth's constants).
+    // Reproducible noise that excites every line: the top bits of a linear congruential generator (Knuth's
+    // constants).
     let mut seed = 1_u64;
     let input: Vec<f64> = (0..SAMPLES)
         .map(|_| {
@@ -146,7 +145,7 @@ fn frequency_response(criterion: &mut Criterion) {
     });
 }
 
-/// A chain of bodies compiled: what the number of bodies costs before the first step.
+/// Compilation of a chain of bodies: the cost of the number of bodies before the first step.
 fn compile_chains(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine/compile/chain");
     for bodies in [2, 8, 32] {

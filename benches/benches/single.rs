@@ -17,8 +17,8 @@ use feeler_lanes::{Lane, Pack};
 
 const SAMPLES: usize = 2000;
 const STEP_S: f64 = 1e-4;
-/// Peak force over the reference's, relative: rounding for the exact integrator, and at 0.1 ms what
-/// first-order and blind steps cost at the worst machine.
+/// Tolerance of the peak force, relative to the reference: rounding for the exact integrator, and at 0.1 ms
+/// the error of first-order steps without events on the worst machine.
 const EXACT_TOLERANCE: f64 = 1e-9;
 const FIXED_STEP_TOLERANCE: f64 = 0.05;
 
@@ -64,7 +64,7 @@ fn reference_machines(criterion: &mut Criterion) {
     }
 }
 
-/// The same with its contact force recorded every 0.1 ms: what a trace costs.
+/// The same with its contact force recorded every 0.1 ms: the cost of a trace.
 fn recorded(criterion: &mut Criterion) {
     for reference in &REFERENCES {
         let scenario = reference.recorded(Integrator::Exact, STEP_S).unwrap();
@@ -74,8 +74,8 @@ fn recorded(criterion: &mut Criterion) {
     }
 }
 
-/// A force loop with sensor noise, resolution, filter and delay, an approach, friction and late commands, two
-/// seconds of it.
+/// A force loop with sensor noise, resolution, filter and delay, an approach, friction and delayed commands,
+/// for two seconds.
 fn force_loop(criterion: &mut Criterion) {
     let mut scenario = load(FORCE_LOOP).unwrap();
     let settled_force = peak_of(&scenario).unwrap().last;
@@ -91,7 +91,7 @@ fn force_loop(criterion: &mut Criterion) {
     }
 }
 
-/// The loops an expert would write for exactly these machines, at 0.1 ms.
+/// The loops that an expert would write for exactly these machines, at 0.1 ms.
 fn hand_written(criterion: &mut Criterion) {
     for reference in &REFERENCES {
         match reference.short {

@@ -1,4 +1,4 @@
-//! What a user waits for: a sweep from its file to its table, a diagnosis from its records to its answer.
+//! Tasks that a user waits for: a sweep from its file to its table, a diagnosis from records to answer.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
 
@@ -12,8 +12,8 @@ use feeler_diagnosis::diagnose;
 use feeler_plant::effects::Kind;
 use feeler_studies::sweep::{Options, Sweep};
 
-/// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken,
-/// rows written as Parquet. One element is one variant.
+/// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, with every measure,
+/// and rows written as Parquet. One element is one variant.
 fn map(criterion: &mut Criterion) {
     let points: u64 = if common::quick() { 8 } else { 64 };
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/reference/m2.toml");
@@ -41,8 +41,8 @@ fn map(criterion: &mut Criterion) {
 }
 
 /// One diagnosis on all processors: calibration, every cause of the library at every place, pairs of causes,
-/// and the answer. Of the repository's dataset it takes the two records of free motion under sines, one to
-/// fit and one to check, which tell that commands come late and that something else is left.
+/// and the answer. It uses two records of free motion under sines from the repository's dataset, one to fit
+/// and one to check. They show a delay of commands and a further unexplained effect.
 fn diagnosis(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let mut dataset = Dataset::load(&folder).unwrap();

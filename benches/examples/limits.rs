@@ -1,7 +1,7 @@
-//! Prints what bounds the stepper, as Markdown tables: share of the processor's measured peak, lanes,
+//! Prints the limits of the stepper as Markdown tables: share of the processor's measured peak, lanes,
 //! threads, bodies, contacts, variants.
 //!
-//! `limits` prints all but the last line of the last table; `limits million` adds a million variants.
+//! `limits` prints all except the last line of the last table; `limits million` adds a million variants.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -33,7 +33,7 @@ fn main() -> Result<()> {
     many_variants(million)
 }
 
-/// Eight independent accumulators of eight lanes: enough in flight to hide the latency of a current core's
+/// Eight independent accumulators of eight lanes: enough to hide the latency of a current core's
 /// multiply-add, and few enough for registers.
 fn peak_gflops() -> f64 {
     const ACCUMULATORS: usize = 8;
@@ -59,8 +59,8 @@ fn peak_gflops() -> f64 {
     (2 * 8 * ACCUMULATORS * REPEATS) as f64 / times.fold(f64::INFINITY, f64::min) * 1e-9
 }
 
-/// Multiply-adds of one step of one variant that the method cannot do without: one for each entry of the
-/// equations that is not zero, and the updates.
+/// Multiply-adds that one step of one variant requires: one for each nonzero entry of the equations, and the
+/// updates.
 fn necessary_flops(program: &Program, integrator: Integrator) -> f64 {
     let equations = program.motion().equations(Mode::default());
     let layout = program.motion().layout();
@@ -70,7 +70,7 @@ fn necessary_flops(program: &Program, integrator: Integrator) -> f64 {
         equations.guards.iter().map(|guard| guard.row.iter().filter(|entry| **entry != 0.0).count()).sum();
     let step = match integrator {
         Integrator::SemiImplicitEuler => entries(&equations.derivative[coordinates..]) + states,
-        // Four slopes, each added to the sum and to the state that the next is taken at.
+        // Four slopes, each added to the sum and to the state for the next slope.
         _ => 4 * (entries(&equations.derivative) + 2 * states),
     };
     2.0 * (step + guards) as f64
@@ -141,8 +141,8 @@ fn lanes_and_threads() -> Result<()> {
     Ok(())
 }
 
-/// What a batch of exact runs spends its time in: construction and the first sample, samples of a run that
-/// touches nothing, and what touching adds.
+/// Time shares in a batch of exact runs: construction and the first sample, samples of a run without contact,
+/// and the additional cost of contact.
 fn parts_of_a_batch() -> Result<()> {
     println!(
         "| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes \

@@ -1,6 +1,6 @@
-//! One run and nothing else, for instruction counters: `one_run M2 exact 8 2.0` steps M2 for two seconds in
-//! eight lanes; `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the loop written for it;
-//! `chain-32` is a chain of as many bodies. Prints the wall time.
+//! One run and nothing else, for instruction counters. `one_run M2 exact 8 2.0` steps M2 for two seconds in
+//! eight lanes. `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the hand-written loop.
+//! `chain-32` is a chain of 32 bodies. Prints the wall time.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 

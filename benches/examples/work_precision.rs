@@ -1,8 +1,8 @@
-//! Prints what each integrator costs and its peak force, as CSV on standard output; `peers/run` sets it
-//! beside others.
+//! Prints cost and peak force of each integrator, as CSV on standard output; `peers/run` compares it with
+//! others.
 //!
-//! Columns: who, method, machine, step in seconds (empty where the method has none), wall seconds per
-//! simulated second, peak contact force in N.
+//! Columns: who, method, machine, step in seconds (empty if the method has none), wall seconds per simulated
+//! second, peak contact force in N.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 

@@ -1,4 +1,4 @@
-//! The hand-written loops, compiled alone for the processor at hand: `rustc -O -C target-cpu=native`. Prints
+//! The hand-written loops, compiled alone for the present processor: `rustc -O -C target-cpu=native`. Prints
 //! the common CSV.
 
 #[expect(unused_imports, reason = "the library offers more than is needed here")]

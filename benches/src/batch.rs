@@ -24,17 +24,17 @@ pub fn variants(scenario: &Scenario, count: usize) -> Result<Vec<Program>, Engin
     (0..count).into_par_iter().map(|i| variant(scenario, i, count)).collect()
 }
 
-/// Runs every variant, `L::WIDTH` at a time, over the threads of the current pool; gives each block's
+/// Runs every variant, `L::WIDTH` at a time, over the threads of the current pool; returns each block's
 /// observer, in order.
 ///
 /// # Errors
-/// Those of [`Simulation::new`] and [`Simulation::run`]; [`EngineError::Lanes`] where the number of variants
-/// is no multiple of the lanes.
+/// Those of [`Simulation::new`] and [`Simulation::run`]; [`EngineError::Lanes`] if the number of variants is
+/// not a multiple of the lanes.
 pub fn run<L: Lane, O: Observer<L> + Default + Send>(programs: &[Program]) -> Result<Vec<O>, EngineError> {
     programs.par_chunks(L::WIDTH).map(|block| observe::<L, O>(block.to_vec())).collect()
 }
 
-/// The same with the variants made where they are run, so that memory does not grow with their number.
+/// The same with variants created when they run, so that memory does not grow with their number.
 ///
 /// # Errors
 /// Those of [`variant`] and [`run`].
@@ -60,10 +60,10 @@ fn observe<L: Lane, O: Observer<L> + Default>(block: Vec<Program>) -> Result<O, 
     Ok(observer)
 }
 
-/// Does some work on a pool of as many threads as given.
+/// Does some work on a pool with this number of threads.
 ///
 /// # Panics
-/// Where the operating system gives no threads.
+/// If the operating system gives no threads.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

@@ -1,8 +1,8 @@
-//! What the benchmarks measure and what they compare it with.
+//! The benchmarks and their references.
 //!
-//! [`machines`] holds what is run, [`hand_written`] the loops an expert would write for exactly these
-//! machines, [`batch`] runs many variants in lanes and on threads, [`stopwatch`] compares two pieces of work
-//! fairly on a noisy machine.
+//! [`machines`] contains the machines, [`hand_written`] the loops that an expert would write for exactly
+//! these machines. [`batch`] runs many variants in lanes and on threads, [`stopwatch`] compares two pieces of
+//! work fairly on a noisy machine.
 
 pub mod batch;
 pub mod hand_written;

@@ -1,4 +1,4 @@
-//! The machines that are run: M1, M2, M4, whole force loops, and families of growing size.
+//! The machines of the benchmarks: M1, M2, M4, whole force loops, and families of growing size.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use feeler_engine::{Integrator, Scenario};
 use feeler_files::{Document, FormatError};
 
-/// A reference machine with what is known of it from elsewhere.
+/// A reference machine with its independent results.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference {
     /// Short name.
@@ -47,8 +47,8 @@ pub const REFERENCES: [Reference; 3] = [
     },
 ];
 
-/// M2 under a whole force loop that a loop can be written for: a filtered and late reading, a PI controller,
-/// its limit.
+/// M2 in a whole force loop that can be written by hand: a filtered and delayed reading, and a PI controller
+/// with its limit.
 pub const FILTERED_LOOP: Reference = Reference {
     short: "loop",
     name: "filtered_loop",
@@ -84,11 +84,11 @@ impl Reference {
     }
 }
 
-/// How long the reference machines run, whatever their files say, s: that for which there are numbers.
+/// Duration of the reference machines, s, whatever their files contain: the reference numbers are for it.
 const DURATION_S: f64 = 2.0;
 
-/// A force loop with all that a real one has: sensor noise, resolution, filter and delay, an approach,
-/// friction, and late commands.
+/// A force loop with everything of a real one: sensor noise, resolution, filter and delay, an approach,
+/// friction, and delayed commands.
 pub const FORCE_LOOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/force-loop.toml");
 
 /// A hammer that bounces off an anvil about once per controller sample: a run dense in events.
@@ -102,7 +102,7 @@ pub fn load(path: &str) -> Result<Scenario, FormatError> {
     Ok(Document::load(Path::new(path))?.scenario)
 }
 
-/// A chain of `bodies` equal masses with a drive on the first; what is measured against the number of bodies.
+/// A chain of `bodies` equal masses with a drive on the first; for measurements over the number of bodies.
 ///
 /// # Errors
 /// None for any `bodies >= 1`.

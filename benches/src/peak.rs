@@ -1,4 +1,4 @@
-//! The largest contact force of a run, which every row of every comparison is checked by.
+//! The largest contact force of a run, which checks every row of every comparison.
 
 use feeler_engine::{EngineError, Event, Observer, Program, Scenario, Simulation};
 use feeler_lanes::Lane;

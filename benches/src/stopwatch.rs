@@ -1,11 +1,11 @@
-//! Ratios of times on a machine that others use too.
+//! Ratios of times on a shared machine.
 
 use std::time::Instant;
 
-/// Times each piece of work in turn, round after round, and gives the median time of each, s.
+/// Times each piece of work in turn, round after round, and returns the median time of each, s.
 ///
-/// Taking turns puts a busy spell of the machine on all of them alike, and the median drops it; only ratios
-/// of these medians mean anything.
+/// Turns spread a busy period of the machine over all of them, and the median drops it. Only ratios of these
+/// medians are meaningful.
 pub fn medians(rounds: usize, work: &mut [&mut dyn FnMut()]) -> Vec<f64> {
     let mut times = vec![Vec::with_capacity(rounds); work.len()];
     for _ in 0..rounds {
@@ -21,7 +21,7 @@ pub fn medians(rounds: usize, work: &mut [&mut dyn FnMut()]) -> Vec<f64> {
 /// The median of some times.
 ///
 /// # Panics
-/// Where there are none.
+/// If there are none.
 pub fn median(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
     times[times.len() / 2]

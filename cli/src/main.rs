@@ -24,7 +24,7 @@ use terminal::failure::{self, Failure, Result};
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        // Help and version are no failures; the parser knows where each goes.
+        // Help and version are not failures; the parser knows their streams.
         Err(error) => {
             let code = if error.use_stderr() { failure::BAD_INPUT } else { failure::DONE };
             return if error.print().is_ok() {

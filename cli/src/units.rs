@@ -3,7 +3,7 @@
 use feeler_plant::description::{Actuator, Axis, Machine, Quantity};
 use feeler_plant::units::Dimension;
 
-/// SI units of the quantities of an axis, which may turn rather than slide.
+/// SI units of the quantities of an axis, which may be rotational.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Units {
     pub(crate) force: &'static str,
@@ -30,12 +30,12 @@ impl Units {
         actuator.kind.command().named_unit(self.is_rotational)
     }
 
-    /// What pushes: a force, or a torque.
+    /// A force, or a torque.
     pub(crate) fn force_word(self) -> &'static str {
         if self.force == Dimension::FORCE.named_unit(false) { "force" } else { "torque" }
     }
 
-    /// The unit of a quantity; empty where it depends on more.
+    /// The unit of a quantity; empty if it depends on more.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
         match quantity.dimension() {
             Some(Dimension::LENGTH) => self.position,

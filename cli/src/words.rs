@@ -6,10 +6,10 @@ use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecid
 use crate::numbers::{count, plain, with_unit};
 use crate::units::Units;
 
-/// Cycles after which a clock or a quartz would be called slow; below, a rate reads better as a period.
+/// Rates below this are written as a period.
 const SLOW_HZ: f64 = 1.0;
 
-/// One or two sentences that say what became of a run.
+/// One or two sentences on the outcome of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     if let Some(signal) = &summary.controlled {
         return of_motion(summary, signal, judged_unit(summary, units));
@@ -87,13 +87,13 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     }
 }
 
-/// The unit of what a run is judged by: a force, or a motion where nothing is touched.
+/// The unit of the judged signal of a run: a force, or a motion without contact.
 pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
     let signal = summary.controlled.as_ref().and_then(|signal| signal.parse::<SignalName>().ok());
     signal.map_or(units.force, |signal| units.unit(signal.quantity))
 }
 
-/// The same of a loop that touches nothing, by the motion that it controls.
+/// The same for a loop without contact, from the motion that it controls.
 fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
     let oscillation = summary.oscillation.unwrap_or_default();
     let swings = format!(
@@ -118,7 +118,7 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
     }
 }
 
-/// What became of a run in one or two words.
+/// The outcome of a run in one or two words.
 pub(crate) fn label(summary: &Summary) -> &'static str {
     match summary.outcome {
         Outcome::NoContact if summary.bounces > 0 => "contact lost",
@@ -127,8 +127,7 @@ pub(crate) fn label(summary: &Summary) -> &'static str {
     }
 }
 
-/// Where the force came to rest, where that is outside the band about its reference; none where it did not
-/// rest or is inside.
+/// The force at rest, if it is outside the band about its reference; `None` if it did not rest or is inside.
 pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     let rests = matches!(summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
     let response = summary.response.filter(|response| rests && response.settling_time_s.is_none())?;
@@ -141,7 +140,7 @@ pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     ))
 }
 
-/// When a contact's force was largest, and that it pulled where it did.
+/// Time of a contact's largest force, and whether it pulled then.
 pub(crate) fn when(contact: &ContactSummary) -> String {
     format!("at {}{}", with_unit(contact.peak_at_s, "s"), if contact.peak_is_pull { ", a pull" } else { "" })
 }

@@ -1,12 +1,12 @@
-//! The book as its readers use it: every page is in the contents, every link leads somewhere, and the
-//! commands and files in it work.
+//! The book as its readers use it: every page is in the contents, every link has a target, and the commands
+//! and files in it work.
 //!
-//! Fenced blocks carry what they are:
-//! - `console`: lines that begin with `feeler` run, in a copy of `scenarios/`. A line `# long: ...`
-//!   leaves the rest of the block to `FEELER_BOOK_LONG=1 cargo test -p feeler --test book`.
-//! - `output`: each line stands in what the block before it printed; `...` stands for anything.
+//! The language of a fenced block decides its test:
+//! - `console`: lines that begin with `feeler` run, in a copy of `scenarios/`. A line `# long: ...` moves the
+//! rest of the block to `FEELER_BOOK_LONG=1 cargo test -p feeler --test book`.
+//! - `output`: each line appears in the output of the block before it; `...` stands for any text.
 //! - `toml`: parses. A first line `# NAME.toml` makes it a file for the commands after it. A scenario passes
-//!   `feeler check`.
+//! `feeler check`.
 //! - `json` parses; `text` is formulas and sketches.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a page or file that is not there fails the test")]
@@ -32,7 +32,7 @@ fn has_ending(file: &str, ending: &str) -> bool {
     Path::new(file).extension().is_some_and(|found| found == ending)
 }
 
-/// Files under a folder whose names end so, relative to the root.
+/// Files under a folder with a suffix, relative to the root.
 fn files_under(folder: &str, end: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for entry in std::fs::read_dir(root().join(folder)).unwrap() {
@@ -114,7 +114,7 @@ fn links(text: &str) -> Vec<String> {
     found
 }
 
-/// The names under which a page's headings can be linked to, as GitHub and mdbook make them.
+/// The link targets of a page's headings, as GitHub and mdbook make them.
 fn headings(text: &str) -> Vec<String> {
     let name = |heading: &str| {
         let kept = heading.trim().to_lowercase();
@@ -148,7 +148,7 @@ fn truth_every_link_leads_somewhere() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// The book is rendered from `docs/` alone: a link out of it would be dead on its pages.
+/// The book is rendered from `docs/` alone: a link out of it would be broken.
 #[test]
 fn truth_every_page_is_in_the_contents_and_stays_in_the_book() {
     let listed: Vec<String> =

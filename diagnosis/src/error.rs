@@ -31,7 +31,7 @@ pub enum DiagnosisError {
         /// What to do.
         remedy: &'static str,
     },
-    /// A joint that a log has not.
+    /// A joint that the log does not have.
     #[error("no joint `{joint}` has both a target and a position; {known} have")]
     NoJoint {
         /// What was asked for.
@@ -51,12 +51,12 @@ pub enum DiagnosisError {
         /// Every fault found.
         faults: Vec<Fault>,
     },
-    /// A column stands for a signal that the machine to be replayed has not.
+    /// A column names a signal that the machine to be replayed does not have.
     #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
     Signal {
         /// The column.
         column: String,
-        /// What it stands for.
+        /// Its signal.
         signal: String,
         /// What is wrong with it.
         reason: String,

@@ -53,20 +53,20 @@ pub struct Estimate {
     pub unit: String,
 }
 
-/// Where a part of the gap shows.
+/// A place at which part of the gap appears.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Where {
     /// Place on the machine.
     pub place: &'static str,
-    /// That the gap lies there.
+    /// Probability that the gap lies there.
     pub probability: f64,
-    /// Column in which it shows most.
+    /// Column with the largest error.
     pub channel: String,
-    /// Band in which it shows most.
+    /// Band with the largest error.
     pub band_hz: [f64; 2],
-    /// Phase of the motion in which it shows most: `free`, `approach`, `impact`, `contact` or `release`.
+    /// Phase of the motion with the largest error: `free`, `approach`, `impact`, `contact` or `release`.
     pub phase: &'static str,
-    /// What says so.
+    /// The evidence for it.
     pub evidence: String,
 }
 
@@ -79,7 +79,7 @@ pub struct Cause {
     pub on: String,
     /// Its place.
     pub place: &'static str,
-    /// That it is (part of) the cause.
+    /// Probability that it is the cause or part of it.
     pub probability: f64,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, Estimate>,
@@ -89,13 +89,13 @@ pub struct Cause {
     pub accepted: bool,
 }
 
-/// A set of causes that was tried, and what came of it.
+/// A set of causes that was tried, with the result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Attempt {
     /// Kinds and elements, joined by `+`.
     pub causes: String,
-    /// Gain of evidence over calibration alone on the check experiments, nats; none where nothing in the
-    /// records led to it.
+    /// Gain of evidence over calibration alone on the check experiments, nats. `None` if nothing in the
+    /// records suggested the set.
     pub gain_check: Option<f64>,
     /// The same over all experiments.
     pub gain_all: Option<f64>,
@@ -105,13 +105,13 @@ pub struct Attempt {
     pub why: AttemptOutcome,
 }
 
-/// What became of a set of causes that was tried.
+/// Result of a set of causes that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AttemptOutcome {
     /// It is the answer.
     Accepted,
-    /// Its fitted value is no departure from what was believed.
+    /// Its fitted value is within tolerance of the believed one.
     NoDeparture,
     /// It gains too little on the check experiments.
     TooLittle {
@@ -127,12 +127,12 @@ pub enum AttemptOutcome {
         /// By how much, nats.
         nats: f64,
     },
-    /// It explains more than the answer, but too little for what it adds.
+    /// It explains more than the answer, but too little for the causes that it adds.
     More {
         /// By how much, nats.
         nats: f64,
     },
-    /// It was left after a few steps of its fit.
+    /// Its fit was stopped after a few steps.
     LeftEarly,
     /// It was not fitted.
     NotFitted,
@@ -141,8 +141,7 @@ pub enum AttemptOutcome {
 }
 
 impl AttemptOutcome {
-    /// The same of an attempt whose fit was left after a few steps: how it compares with the answer is not
-    /// known.
+    /// The same of an attempt whose fit was stopped after a few steps. It was not compared with the answer.
     pub(crate) fn of_few_steps(self) -> Self {
         match self {
             Self::AsMuch | Self::Less { .. } | Self::More { .. } => Self::LeftEarly,
@@ -205,7 +204,7 @@ pub struct Cell {
 /// One point of a portrait.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PortraitPoint {
-    /// Position of the first drive's body relative to what it reacts on.
+    /// Position of the first drive's body relative to the body that it reacts on.
     pub position_m: f64,
     /// Its speed.
     pub velocity_m_per_s: f64,
@@ -222,17 +221,17 @@ pub struct PortraitPoint {
 pub struct Rung {
     /// The place.
     pub place: &'static str,
-    /// What freeing it would explain of the calibrated machine's misfit, nats.
+    /// Misfit of the calibrated machine that it would explain, nats.
     pub evidence: f64,
     /// Its root mean square, N.
     pub rms_n: f64,
-    /// Share of its variance that goes with position, velocity, drive force and time.
+    /// Share of its variance that depends on position, velocity, drive force and time.
     pub goes_with: [(&'static str, f64); 4],
     /// Its portrait.
     pub portrait: Vec<PortraitPoint>,
 }
 
-/// Odds that stand for all larger ones.
+/// Largest odds that are stated; larger ones are cut to it.
 pub const MOST_ODDS: f64 = 1e6;
 
 /// The experiment that would best separate two causes.
@@ -246,7 +245,7 @@ pub struct NextExperiment {
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
     pub engagement: &'static str,
-    /// Farthest that the first drive's body goes back and ahead of where it starts, by either cause's
+    /// Largest travel of the first drive's body backward and forward from its start, by either cause's
     /// machine, m.
     pub travel_m: [f64; 2],
     /// Its largest speed, m/s.
@@ -261,41 +260,39 @@ pub struct NextExperiment {
 /// The whole answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
-    /// What kind of answer.
+    /// Kind of the answer.
     pub verdict: Verdict,
-    /// How large the gap is, and how far it closes.
+    /// The gap, and the share of it that closes.
     pub gap: Gap,
-    /// What is left in absolute terms, at every horizon, and what keeps the answer from being called
-    /// explained.
+    /// Remaining absolute errors at every horizon, and the reasons why the answer is not `explained`.
     pub adequacy: Adequacy,
-    /// Where it lies, the most probable place first.
+    /// Places of the gap, the most probable first.
     #[serde(rename = "where")]
     pub places: Vec<Where>,
     /// Accepted and rival causes, the most probable first.
     pub effects: Vec<Cause>,
-    /// Causes that these records can hardly tell apart from the accepted ones.
+    /// Causes that these records can hardly separate from the accepted ones.
     pub look_alikes: Vec<[Kind; 2]>,
-    /// What was tried, the best first.
+    /// All attempts, the best first.
     pub attempts: Vec<Attempt>,
-    /// The experiment that would best separate what is still ambiguous; none where nothing is, or where no
-    /// template would.
+    /// The experiment that would best separate the causes that remain. `None` if one cause remains, or if no
+    /// template separates them.
     pub next_experiment: Option<NextExperiment>,
-    /// Where the gap shows, cell by cell.
+    /// The gap, cell by cell.
     pub cells: Vec<Cell>,
-    /// Where an unknown disturbance would explain most, with its portrait.
+    /// What an unknown disturbance at each place would explain, with its portrait.
     pub ladder: Vec<Rung>,
-    /// Root mean square of the force that is missing on the check experiments, after calibration and with the
+    /// Root mean square of the missing force on the check experiments, after calibration and with the
     /// accepted effects, N.
     pub missing_force_n: [f64; 2],
-    /// What shape the force has that is missing even with the accepted effects.
+    /// Shape of the force that is missing with the accepted effects.
     pub left: Vec<String>,
-    /// One sigma of every column's noise: as stated, or more where experiments that repeat each other show
-    /// more; where none is stated, from the scatter of its readings and what differs from lap to lap.
+    /// One sigma of every column's noise: as stated, or more if repeated experiments differ by more. If none
+    /// is stated, it follows from the scatter of the readings and from differences between laps.
     pub noise: IndexMap<String, f64>,
-    /// What was noticed about the data.
+    /// Warnings about the data.
     pub warnings: Vec<String>,
-    /// Those of the warnings by which the records contradict each other (units, clocks): what was found may
-    /// be their doing.
+    /// Warnings of records that contradict each other (units, clocks). They may explain the findings.
     pub contradictions: Vec<String>,
     /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments:
     /// `[x, v, F_drive, F_missing]`.

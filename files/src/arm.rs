@@ -1,4 +1,4 @@
-//! Arm files: a URDF, and the drives of its joints, of which a URDF says nothing.
+//! Arm files: a URDF, and the drives of its joints, which a URDF does not describe.
 
 use feeler_catalogue::{Contents, Record};
 use feeler_plant::names::did_you_mean;
@@ -34,7 +34,7 @@ impl ArmFile {
     /// Reads an arm file and the URDF that it names.
     ///
     /// # Errors
-    /// Every mistake at once; of the URDF the first.
+    /// Every mistake of the arm file at once; only the first of the URDF.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
         load(path, Self::parse)
     }
@@ -50,19 +50,19 @@ impl ArmFile {
     }
 }
 
-/// What an arm file and its URDF tell.
+/// Contents of an arm file and its URDF.
 pub(super) struct ReadArm {
     pub(super) name: String,
     pub(super) about: String,
     pub(super) arm: Arm,
-    /// The URDF's shapes of base and links; empty where it has none.
+    /// The URDF's shapes of base and links; empty if it has none.
     pub(super) collisions: Vec<Vec<Collision>>,
     /// The folder of the URDF.
     pub(super) folder: PathBuf,
 }
 
-/// Reads the tree of an arm file, which begins at `at`; keys in `besides` of a joint are left to others. None
-/// where there are mistakes.
+/// Reads the tree of an arm file, which begins at `at`; ignores keys in `besides` of a joint. `None` if there
+/// are mistakes.
 pub(super) fn read(
     root: &Table,
     sources: &Sources,
@@ -99,7 +99,7 @@ fn origin_of(root: &Table, key: &str) -> Origin {
     root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default()
 }
 
-/// The URDF and the link that is the tool; its meshes must be there, though only shapes need them.
+/// The URDF and the tool link. Its meshes must exist, though only shapes need them.
 fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
     let origin = origin_of(root, "urdf");
     let shown = path.display();
@@ -137,7 +137,7 @@ fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -
     Some((urdf, tool))
 }
 
-/// The chain of the joints to the tool, and the shapes of what they move.
+/// The chain of the joints to the tool, and the shapes of the moving bodies.
 fn chain(
     urdf: &Urdf,
     tool: &str,
@@ -153,7 +153,7 @@ fn chain(
     found.ok()
 }
 
-/// Where a mesh is: beside the URDF, or, of a package, in one of the folders above it.
+/// Path of a mesh: beside the URDF or, for a package, in one of the folders above it.
 pub(super) fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
     let Some(inner) = file.strip_prefix("package://") else {
         return Some(folder.join(file.strip_prefix("file://").unwrap_or(file)));
@@ -221,7 +221,7 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
     found
 }
 
-/// A drive whose friction and effort are the URDF's where the file leaves them out.
+/// A drive; friction and effort default to those of the URDF.
 fn drive(joint: &Joint, fields: &Contents) -> JointDrive {
     let mut drive = JointDrive {
         gear_ratio: 1.0,

@@ -1,4 +1,4 @@
-//! Dataset files: what was measured on the real machine.
+//! Dataset files: measurements on the real machine.
 
 use std::path::{Path, PathBuf};
 
@@ -21,19 +21,18 @@ use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
 
-/// A dataset file that has been checked, with the machine that is believed. The series themselves are not
-/// read here.
+/// A checked dataset file with its believed machine. The series themselves are not read here.
 #[derive(Clone, Debug)]
 pub struct DatasetFile {
-    /// Short name; the folder's where none is given.
+    /// Short name; by default that of the folder.
     pub name: String,
     /// What was measured.
     pub about: String,
-    /// The machine file, as found from the dataset.
+    /// The machine file, relative to the dataset.
     pub machine_path: PathBuf,
     /// What is believed.
     pub machine: Document,
-    /// Unit of all clocks, if it is not that of the headers.
+    /// Unit of all clocks, if it differs from the headers.
     pub clock: Option<LogClock>,
     /// Rate of rows without a clock, Hz.
     pub rate_hz: Option<f64>,
@@ -140,7 +139,7 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
     found
 }
 
-/// Units on the machine's axis; those of a reading are those of what the sensor reads.
+/// Units on the machine's axis; for a reading, those of the signal that the sensor reads.
 fn signal_scope(draft: &Draft, axis: Axis, signal: &SignalName) -> Scope {
     let mut unheard = Problems::default();
     let builder = Builder::new(draft, &mut unheard, axis);

@@ -1,4 +1,4 @@
-//! A file as a tree, on its way to a document: the machine it builds on, and overrides.
+//! A file as a tree, before it becomes a document: with its base machine and overrides.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -16,13 +16,13 @@ use super::read::join;
 use super::source::{self, Origin, Source, Sources};
 use super::tree::{Entry, Node, Table, Value, from_table, from_value};
 
-/// Machine files are a few kilobytes; more than this is some other file.
+/// Machine files are a few kilobytes; a larger file is of another kind.
 const LARGEST_FILE: u64 = 16 << 20;
 
-/// Every whole number below this is a float of its own.
+/// Every whole number below this has its own float.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
-/// Files that build on each other.
+/// Largest number of files that build on each other.
 const LONGEST_CHAIN: usize = 8;
 
 /// A machine or scenario file as written: keys can still be set, nothing is checked yet.
@@ -46,15 +46,15 @@ pub enum Setting {
 }
 
 impl Draft {
-    /// Reads a file, and the machine it builds on.
+    /// Reads a file and its base machine.
     ///
     /// # Errors
-    /// A file that cannot be read or is no TOML.
+    /// A file that cannot be read or is not TOML.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
         load(path, Self::parse)
     }
 
-    /// Takes `text` as the content of `file_name`, against which relative names in it are resolved.
+    /// Takes `text` as the content of `file_name`; relative names in it refer to that file.
     ///
     /// # Errors
     /// As [`Draft::load`].
@@ -66,10 +66,10 @@ impl Draft {
         Ok(draft)
     }
 
-    /// `table` laid over the machine that it names.
+    /// `table` on top of the machine that it names.
     fn on_base(&mut self, table: Table, depth: usize) -> Result<Table, FormatError> {
         let Some(entry) = table.get("machine") else { return Ok(table) };
-        // A value that is no text is left for the reader to refuse.
+        // The reader rejects a value that is not a text.
         let Some(name) = entry.node.as_text() else { return Ok(table) };
         let origin = entry.node.origin.clone();
         let refuse = |draft: &Self, message: String, remedy: &str| {
@@ -106,7 +106,7 @@ impl Draft {
         Ok(base)
     }
 
-    /// Sets a key, as `controllers.force.kp=0.8`: the value is TOML, and whatever is no TOML is a text, so
+    /// Sets a key, as `controllers.force.kp=0.8`. The value is TOML; anything that is not TOML is a text, so
     /// that `contacts.tool.gap=5 mm` works.
     ///
     /// # Errors
@@ -165,7 +165,7 @@ impl Draft {
         problems.into_error(self.sources.clone())
     }
 
-    /// Puts a node at a dotted path. Tables on the way are made, elements are not.
+    /// Puts a node at a dotted path. Creates tables on the way, but not elements.
     fn place(&mut self, path: &str, at: &Origin, node: Node) -> Result<(), FormatError> {
         let segments: Vec<&str> = match path.split_once('.') {
             Some((TOLERANCE, rest)) => vec![TOLERANCE, rest.trim_matches('"')],
@@ -224,7 +224,7 @@ impl Draft {
         keys.map(|(key, _)| key.clone()).next().unwrap_or_else(|| "KEY".into())
     }
 
-    /// The dotted path of an element's key that the file writes, where `end` is the end of only one.
+    /// The dotted path of an element's key in the file, if `end` is the end of exactly one.
     fn path_of(&self, end: &str) -> Option<String> {
         let mut found = Vec::new();
         for element in ELEMENTS {
@@ -340,10 +340,10 @@ fn moved(mut node: Node, by: usize) -> Node {
     node
 }
 
-/// The text of a file of any kind that Feeler reads by hand: a machine, a sweep, a dataset's description.
+/// The text of a file that Feeler reads: a machine, a sweep, a dataset's description.
 ///
 /// # Errors
-/// No such file, a folder, more than 16 MiB, or no UTF-8.
+/// No such file, a folder, more than 16 MiB, or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
     let metadata =
@@ -365,7 +365,7 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
     file::text_of(bytes).map_err(refused)
 }
 
-/// Reads a file and has its text, with its name, taken as what `parse` makes of it.
+/// Reads a file and passes its text and name to `parse`.
 pub(super) fn load<T>(
     path: &Path,
     parse: impl FnOnce(&str, &str) -> Result<T, FormatError>,
@@ -373,7 +373,7 @@ pub(super) fn load<T>(
     parse(&read_text(path)?, &path.display().to_string())
 }
 
-/// A text that stands alone, and the mistakes found in it.
+/// A single text, and its mistakes.
 pub(super) struct Sheet {
     pub(super) sources: Sources,
     pub(super) root: Table,
@@ -388,7 +388,7 @@ impl Sheet {
         Ok(Self { sources, root, problems: Problems::default() })
     }
 
-    /// What was read of it, where there are no mistakes.
+    /// The result, if there are no mistakes.
     pub(super) fn finish<T>(self, read: Option<T>) -> Result<T, FormatError> {
         read.filter(|_| self.problems.is_empty()).ok_or_else(|| self.problems.into_error(self.sources))
     }
@@ -410,7 +410,7 @@ pub(crate) fn parse_toml(text: &str, file_name: &str, sources: &mut Sources) -> 
     Err(problems.into_error(sources.clone()))
 }
 
-/// What usually lies behind a complaint of the TOML parser.
+/// The usual cause of a TOML parser's message.
 fn hint(message: &str) -> &'static str {
     let hints = [
         ("duplicate", "write it once"),

@@ -1,4 +1,4 @@
-//! Settings that make one scenario of another, and a user's file with settings in it, comments kept.
+//! Settings that turn one scenario into another, and a user's file with settings in it, comments kept.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,15 +10,16 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 use super::draft::Setting;
 use super::write::to_toml;
 
-/// The key of the file that another builds on.
+/// The key of the base file.
 const BASE: &str = "machine";
 /// The key of a filter.
 const LOW_PASS: &str = "low_pass";
 
-/// A key and what it is set to.
+/// A key and its value.
 pub type Assignment = (String, Setting);
 
-/// The settings that make `to` of `from`; `None` where a key would have to go, or holds more than one value.
+/// The settings that turn `from` into `to`; `None` if a key would have to be removed, or holds several
+/// values.
 pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment>> {
     let [before, after] = [from, to].map(|scenario| {
         let mut values = BTreeMap::new();
@@ -30,7 +31,7 @@ pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment
     if before.keys().any(|key| !after.contains_key(key)) {
         return None;
     }
-    // A filter of first order is a plain number in most files.
+    // A first-order filter is a plain number in most files.
     let corner = format!("{LOW_PASS}.{}", CORNER.name);
     let is_first_order = |key: &str| {
         let filter = key.strip_suffix(CORNER.name).filter(|_| key.ends_with(&corner));
@@ -43,7 +44,7 @@ pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment
     changed.map(|(key, value)| Some((shown.get(&key).cloned().unwrap_or(key), setting(&value)?))).collect()
 }
 
-/// An assignment as `--set` takes it.
+/// An assignment in the form of `--set`.
 pub fn assignment(key: &str, setting: &Setting) -> String {
     match setting {
         Setting::Number(value) => format!("{key}={value}"),
@@ -52,9 +53,9 @@ pub fn assignment(key: &str, setting: &Setting) -> String {
     }
 }
 
-/// The text of a file with keys set as `--set` sets them, all else as it was; `None` where it is no TOML, or
-/// a path leads through something that is no table. The machine that it builds on is found from another
-/// folder too, where that of the file is given.
+/// The text of a file with keys set as `--set` sets them, and everything else unchanged. `None` if it is not
+/// TOML, or if a path leads through something other than a table. With the folder of the file, its base
+/// machine is found from another folder, too.
 pub fn with_settings(text: &str, settings: &[String], folder: Option<&Path>) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
     if let (Some(folder), Some(base)) = (folder, document.get(BASE).and_then(Item::as_str)) {
@@ -69,8 +70,8 @@ pub fn with_settings(text: &str, settings: &[String], folder: Option<&Path>) -> 
     Some(document.to_string())
 }
 
-/// The table of a dotted key, made where it is not there yet, and the key's last part. The error names the
-/// part of its path that is no table.
+/// The table of a dotted key, created if necessary, and the key's last part. The error names the part of its
+/// path that is not a table.
 pub(super) fn table_of<'d, 'k>(
     document: &'d mut DocumentMut,
     key: &'k str,
@@ -96,7 +97,7 @@ fn set(document: &mut DocumentMut, key: &str, mut value: Value) -> Option<()> {
     Some(())
 }
 
-/// Every value of a table that is no table itself, with its dotted key.
+/// Every value of a table except tables, with its dotted key.
 pub(super) fn flatten(path: &str, table: &toml::Table, take: &mut dyn FnMut(String, &toml::Value)) {
     for (name, value) in table {
         let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// The bytes of a file that has no more than `most` of them. Devices and pipes do not say how many they have,
-/// so they are counted.
+/// The bytes of a file with at most `most` of them. Devices and pipes do not report their size, so the bytes
+/// are counted.
 pub(super) fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let found = File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;

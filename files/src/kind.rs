@@ -1,5 +1,5 @@
-//! What kind of file this is, so that one sentence is said of a file of another kind in place of one for
-//! every line of it.
+//! Recognises the kind of a file, so that a file of another kind gets one message instead of one for every
+//! line.
 
 use std::path::Path;
 
@@ -45,7 +45,7 @@ impl FileKind {
         }
     }
 
-    /// What to do with a file of this kind where another one is wanted.
+    /// The remedy for a file of this kind if another one is expected.
     fn remedy(self, wanted: Self) -> String {
         let command = match self {
             Self::Scenario => "run",
@@ -66,12 +66,12 @@ impl FileKind {
     }
 }
 
-/// Refuses a file that shows to be of another kind than wanted.
+/// Rejects a file of another kind than expected.
 pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -> Result<(), FormatError> {
     let Some((found, mark)) = FileKind::of(table).filter(|(found, _)| *found != wanted) else {
         return Ok(());
     };
-    // A sweep over a whole arm is refused with a remedy of its own.
+    // A sweep over a whole arm has its own remedy.
     if wanted == FileKind::Sweep && mark == "arm" {
         return Ok(());
     }
@@ -82,7 +82,7 @@ pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -
     Err(problems.into_error(sources.clone()))
 }
 
-/// What a file is that is no TOML at all, and what to do with it.
+/// The kind of a file that is not TOML, and its remedy.
 pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String)> {
     let magic: [(&[u8], &str, &str); 7] = [
         (b"\x89MCAP0\r\n", "this is an MCAP log", RECORD),
@@ -120,7 +120,7 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
     is_table_of_numbers(text).then(|| ("this is a table of numbers (CSV)", RECORD.into()))
 }
 
-/// What to do with a record.
+/// The remedy for a record.
 const RECORD: &str =
     "`feeler import` lists what it holds and makes a dataset of it, which `feeler diagnose` takes";
 

@@ -1,9 +1,9 @@
 //! Files that people write: machines and scenarios, sweeps, datasets.
 //!
-//! A plain number is SI, a text carries a unit. Every mistake of a file is found before anything runs, and
-//! all of them are reported together, each with its line, key and remedy. Keys are declared once, in `keys`,
-//! one line each; parsing, the JSON Schema and the written reference follow from these lines, and those of
-//! effects from the effects library.
+//! A plain number is SI, a text has a unit. Every mistake of a file is found before anything runs. All of
+//! them are reported together, each with its line, key and remedy. Keys are declared once, in `keys`, one
+//! line each. Parsing, the JSON Schema and the written reference follow from these lines; effects follow from
+//! the effects library.
 //!
 //! ```
 //! use feeler_files::Document;

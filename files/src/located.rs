@@ -6,17 +6,17 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-/// One mistake: where it is and what to do about it.
+/// One mistake: its place and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Located {
     /// File, or `--set` for an override.
     pub file: String,
-    /// Line, from 1; 0 where the whole file is meant.
+    /// Line, from 1; 0 for the whole file.
     pub line: usize,
-    /// Column in characters, from 1; 0 where the whole file is meant.
+    /// Column in characters, from 1; 0 for the whole file.
     pub column: usize,
-    /// Dotted path of the key, empty where none is meant.
+    /// Dotted path of the key; empty if there is none.
     pub key: String,
     /// What is wrong.
     pub message: String,
@@ -29,7 +29,7 @@ pub struct Located {
 }
 
 impl Located {
-    /// File, line, column and key, as far as they are meant.
+    /// File, line, column and key, as far as they apply.
     pub(crate) fn place(&self) -> String {
         let mut place = self.file.clone();
         if self.line > 0 {

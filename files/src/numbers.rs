@@ -1,5 +1,5 @@
-//! The numbers of a file that can be moved, and the file written anew with some of them moved: comments,
-//! order and units stay as they were.
+//! The numbers of a file that can be changed, and the file with some of them changed: comments, order and
+//! units stay.
 
 use toml_edit::{DocumentMut, Item, Value as Toml};
 
@@ -22,22 +22,22 @@ pub struct Number {
     pub key: String,
     /// Its value, SI.
     pub value: f64,
-    /// Its SI unit; empty where it has none.
+    /// Its SI unit; empty if it has none.
     pub unit: String,
 }
 
-/// A number of a file that is to be another.
+/// A new value for a number of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
     /// Its dotted path.
     pub key: String,
-    /// What it is to be, SI.
+    /// The new value, SI.
     pub value: f64,
 }
 
 impl Document {
-    /// Every number of the file and of the machine that it builds on, in their order, but for those of lists
-    /// and tolerances.
+    /// Every number of the file and of its base machine, in their order, except those of lists and
+    /// tolerances.
     pub fn numbers(&self) -> Vec<Number> {
         let mut found = Vec::new();
         self.gather(&self.draft().root, "", &mut found);
@@ -65,11 +65,10 @@ impl Document {
         }
     }
 
-    /// Every key of the scenario with what it holds, defaults left out: two documents that do the same have
-    /// the same.
+    /// Every key of the scenario with its content, without defaults: equivalent documents give the same list.
     pub fn keys(&self) -> Vec<(String, String)> {
         let mut found = Vec::new();
-        // What is written here is TOML.
+        // The text written here is valid TOML.
         let written = toml::from_str(&self.to_toml()).unwrap_or_default();
         flatten("", &written, &mut |key, value| found.push((key, value.to_string())));
         found

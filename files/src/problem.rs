@@ -9,7 +9,8 @@ use super::located::Located;
 use super::report;
 use super::source::{Cursor, Origin, Sources};
 
-/// Mistakes that are kept; a file with more is some other file, and the rest is only counted.
+/// Largest number of mistakes that are kept; a file with more is of another kind, and the rest is only
+/// counted.
 pub(crate) const MOST_PROBLEMS: usize = 1000;
 
 /// Every mistake of a file, in the order of its lines.
@@ -18,13 +19,13 @@ pub(crate) const MOST_PROBLEMS: usize = 1000;
 pub struct FormatError {
     /// The mistakes.
     pub problems: Vec<Located>,
-    /// How many more were found after the first thousand.
+    /// Number of further mistakes after the first thousand.
     pub omitted: usize,
     pub(crate) sources: Sources,
 }
 
 impl FormatError {
-    /// One report with the lines that are meant, for a terminal with colours or without.
+    /// One report with the affected lines, for a terminal with or without colours.
     pub fn report(&self, coloured: bool) -> String {
         report::render(&self.problems, self.omitted, &self.sources, coloured)
     }
@@ -76,12 +77,12 @@ impl Problems {
         self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
     }
 
-    /// Notes what an error says, at a key.
+    /// Records an error at a key.
     pub(crate) fn add_error(&mut self, origin: &Origin, key: impl Into<String>, error: &dyn Remedy) {
         self.add(origin, key, error.to_string(), error.remedy());
     }
 
-    /// Whether a problem with this key, or with a table that holds it, has been noted.
+    /// Whether a problem with this key, or with a table that contains it, has been recorded.
     pub(crate) fn covers(&self, key: &str) -> bool {
         self.found.iter().any(|(_, noted, ..)| {
             key.strip_prefix(noted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))

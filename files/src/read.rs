@@ -42,14 +42,14 @@ impl Scope {
     }
 }
 
-/// Reads tables and notes what is wrong with them.
+/// Reads tables and records their mistakes.
 pub(crate) struct Reader<'a> {
     pub(crate) problems: &'a mut Problems,
     pub(crate) scope: Scope,
 }
 
 impl Reader<'_> {
-    /// The fields of `table`, which stands at `at` under `path`. Keys in `besides` are left to others.
+    /// The fields of `table`, which is at `at` under `path`. Keys in `besides` are ignored.
     pub(crate) fn fields(
         &mut self,
         shape: &'static Shape,
@@ -70,7 +70,7 @@ impl Reader<'_> {
             let path = join(path, key.name);
             let field = match table.get(key.name) {
                 Some(entry) => self.field(key, &entry.node, &path),
-                // A key that is there under a wrong name has been noted, and is not missing as well.
+                // A key with a wrong name has been recorded, and is not reported as missing, too.
                 None if key.absent == Absent::Required && misspelt.contains(&key.name) => None,
                 None => self.absent(key, at, &path),
             };
@@ -81,7 +81,7 @@ impl Reader<'_> {
         fields
     }
 
-    /// The variant that a table names; where there is none, a problem is noted.
+    /// The variant of a table; a problem is recorded if there is none.
     fn choose(
         &mut self,
         choice: &Choice,
@@ -91,7 +91,7 @@ impl Reader<'_> {
     ) -> Option<&'static Variant> {
         let names = || choice.variants.iter().map(|variant| variant.name);
         if choice.key.is_empty() {
-            // The key that is present decides.
+            // The present key decides.
             let found: Vec<_> =
                 choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
             if let [one] = found.as_slice() {
@@ -134,7 +134,7 @@ impl Reader<'_> {
         found
     }
 
-    /// Notes the keys that do not exist, and gives those that they may stand for.
+    /// Records the keys that do not exist, and returns those that they may stand for.
     fn unknown(
         &mut self,
         shape: &'static Shape,
@@ -196,7 +196,7 @@ impl Reader<'_> {
         }
     }
 
-    /// One value. `None` where it is wrong; the problem is noted.
+    /// One value; `None` if it has a mistake, which is recorded.
     fn field(&mut self, key: &'static Key, node: &Node, path: &str) -> Option<Content> {
         match key.kind {
             Kind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Content::Number),

@@ -1,4 +1,4 @@
-//! The written reference of the formats, made from the lines that declare them.
+//! The written reference of the formats, generated from the declarations.
 
 use std::fmt::Write as _;
 
@@ -125,7 +125,7 @@ is generated from the library: what `feeler effects KIND` prints, for every kind
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
 ";
 
-/// The text with its paragraphs and lists filled anew.
+/// The text with its paragraphs and lists wrapped again.
 fn wrapped(text: &str) -> String {
     let mut all = String::new();
     let mut paragraph = String::new();
@@ -150,7 +150,8 @@ fn wrapped(text: &str) -> String {
     all
 }
 
-/// Ends a paragraph. An operator stays behind its left side: at the begin of a line it would make a list.
+/// Ends a paragraph. An operator stays on the line of its left side, since it would start a list at the
+/// beginning of a line.
 fn fill(all: &mut String, paragraph: &mut String) {
     let indent = if paragraph.starts_with("- ") { "\n  " } else { "\n" };
     let mut columns = 0;
@@ -299,7 +300,7 @@ fn nested(text: &mut String, shape: &Shape) {
     }
 }
 
-/// A table within a table, and those within it; a shape that has been described is named only.
+/// A table within a table, and those within it; a shape that has been described is only named.
 fn inner_table(
     text: &mut String,
     name: &str,

@@ -1,4 +1,4 @@
-//! Problems as one text, each with the line that is meant.
+//! Problems as one text, each with its line.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use super::located::Located;
 use super::source::{Source, Sources};
 
-/// A report of this many problems is enough to work from.
+/// Largest number of problems in one report.
 const MOST_SHOWN: usize = 50;
 
 pub(crate) fn render(problems: &[Located], omitted: usize, sources: &Sources, coloured: bool) -> String {
@@ -37,7 +37,7 @@ fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> Strin
         let remedy = [Level::HELP.message(problem.remedy.as_str())];
         return renderer.render(&[group.elements(remedy)]);
     };
-    // Only the lines of the span are handed over: a report on a large file stays as quick as on a small one.
+    // Only the lines of the span are passed: a report on a large file is as fast as on a small one.
     let (first, excerpt, span) = excerpt(source, problem);
     let annotation = AnnotationKind::Primary.span(span);
     let snippet =

@@ -14,17 +14,17 @@ use super::keys::{
 
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
 
-/// How much of a table a file gives.
+/// The part of a table that a file gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     /// All that must be there.
     Whole,
-    /// What it changes of the machine that it builds on.
+    /// Changes to its base machine.
     Changes,
 }
 
-/// Schema of machine and scenario files. A file that names a `machine` lays its keys over that one's, and may
-/// leave out whatever stands there.
+/// Schema of machine and scenario files. A file that names a `machine` overrides its keys, and may omit the
+/// others.
 pub fn schema() -> Value {
     let mut properties = properties(TOP);
     for element in ELEMENTS {
@@ -75,7 +75,7 @@ pub fn cell_schema() -> Value {
         properties.insert(element.table.into(), schema);
     }
     properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
-    // A file that builds on no other has all that a table needs.
+    // A file without a base has everything that a table needs.
     let whole: Map<String, Value> = CELL_TABLES
         .iter()
         .map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new())))
@@ -153,8 +153,8 @@ fn of_element(element: &Element, part: Part) -> Value {
     }
 }
 
-/// Any keys of a table. What a key may hold depends on its variant, which may stand in the other file: any
-/// variant's is admitted.
+/// Any keys of a table. The content of a key depends on its variant, which may be in the other file, so that
+/// of any variant is accepted.
 fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
     let mut admitted = besides;
     for key in shape.all_keys() {

@@ -1,4 +1,4 @@
-//! Texts that were read, and places in them.
+//! Texts of files, and places in them.
 
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
@@ -13,16 +13,16 @@ pub(crate) struct Origin {
     pub(crate) span: Range<usize>,
 }
 
-/// A text under the name by which reports call it.
+/// A text with its name in reports.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) name: String,
     pub(crate) text: Arc<str>,
-    /// Where relative file names in it start from.
+    /// Folder of its relative file names.
     pub(crate) directory: PathBuf,
 }
 
-/// Every text of a document: the file, the machine it builds on, overrides.
+/// Every text of a document: the file, its base machine, overrides.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sources(pub(crate) Vec<Source>);
 
@@ -38,8 +38,8 @@ impl Sources {
     }
 }
 
-/// A file that another names, by the shortest path that leads there: `a/../b` is `b`, unless `a` is a link to
-/// somewhere else.
+/// A file that another one names, by the shortest path: `a/../b` is `b`, unless `a` is a link to another
+/// place.
 pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
     let path = directory.join(name);
     let mut short = PathBuf::new();
@@ -57,8 +57,7 @@ pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
     if is_same { short } else { path }
 }
 
-/// Finds lines and columns. Places that are asked for in the order of the text cost one walk through it,
-/// however many they are.
+/// Finds lines and columns. Places in the order of the text cost one pass through it, whatever their number.
 #[derive(Debug)]
 pub(crate) struct Cursor<'a> {
     sources: &'a Sources,

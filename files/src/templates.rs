@@ -50,7 +50,7 @@ pub const TEMPLATES: &[Template] = &[
     },
 ];
 
-/// Files that belong together, to start from.
+/// A set of files as a starting point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
     /// Its name.

@@ -1,4 +1,4 @@
-//! A TOML document as an owned tree in which every key and value knows where it was written.
+//! A TOML document as an owned tree, with the place of every key and value.
 
 use indexmap::IndexMap;
 use toml::Spanned;
@@ -36,7 +36,7 @@ pub(crate) struct Entry {
 pub(crate) type Table = IndexMap<String, Entry>;
 
 impl Value {
-    /// What it is, with an article.
+    /// Its type, with an article.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Text(_) => "a text",
@@ -85,8 +85,7 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     let origin = Origin { source, span: value.span() };
     let value = match value.get_ref() {
         DeValue::String(text) => Value::Text(text.to_string()),
-        // An integer that does not fit any key's range is still a number: as a float it runs into the key's
-        // own bound.
+        // An integer outside every key's range is still a number: as a float it violates the key's own bound.
         DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
             .map_or(Value::Float(f64::INFINITY), Value::Integer),
         DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
@@ -98,8 +97,8 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     Node { value, origin }
 }
 
-/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of
-/// lists count from zero.
+/// Place of the deepest existing part of a dotted path, and whether this is the whole path. Entries of lists
+/// count from zero.
 pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
     let mut segments = path.split('.');
     let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else {

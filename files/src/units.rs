@@ -1,7 +1,7 @@
 //! Numbers with units, as in `"1.2 kN/mm"`.
 //!
-//! Factors are separated by a space, `*` or `·`; powers are written `m2`, `m^2` or `m²`; there is at most one
-//! `/`, and a denominator of several factors stands in parentheses, so that `N/m s` cannot mean two things.
+//! Factors are separated by a space, `*` or `·`; powers are written `m2`, `m^2` or `m²`. There is at most one
+//! `/`. A denominator of several factors is in parentheses, so that `N/m s` is not ambiguous.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use feeler_catalogue::{Dimension, same_exponent};
 use thiserror::Error;
 
-/// Why a text is no quantity of the dimension asked for.
+/// Why a text is not a quantity of the requested dimension.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(crate) enum UnitError {
     /// It does not begin with a number.
@@ -24,7 +24,7 @@ pub(crate) enum UnitError {
         /// What was written.
         text: String,
     },
-    /// A comma where the decimal point belongs.
+    /// A comma instead of the decimal point.
     #[error("`{text}` has a decimal comma")]
     DecimalComma {
         /// What was written.
@@ -32,7 +32,7 @@ pub(crate) enum UnitError {
         /// The same with a point.
         meant: String,
     },
-    /// A symbol that is no unit.
+    /// A symbol that is not a unit.
     #[error("`{symbol}` is no unit")]
     UnknownUnit {
         /// What was written.
@@ -58,7 +58,7 @@ pub(crate) enum UnitError {
     },
 }
 
-/// Exponents of kg, m, s, A and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for
+/// Exponents of kg, m, s, A and rad. The radian is distinct from pure numbers, so that `rad/s` is not read as
 /// `Hz`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bases {
@@ -86,7 +86,7 @@ impl Bases {
         self.ampere += times * other.ampere;
     }
 
-    /// Whether these bases are a way to write `dim` on the given axis.
+    /// Whether these bases represent `dim` on the given axis.
     fn fit(self, dim: Dimension, rotational: bool) -> bool {
         if dim.unknown {
             return true;
@@ -106,14 +106,14 @@ impl Bases {
         if !rotational {
             return same_exponent(self.rad, 0.0) && (dim.any_length || same_exponent(self.m, dim.length));
         }
-        // kg m² for each kg; the radian of N m/rad may be left out, that of an angle may not.
-        // An electric unit says the same with and without radians: V s/rad is N m/A.
+        // kg m² for each kg. The radian of N m/rad may be omitted, that of an angle may not. An electric unit
+        // is the same with and without radians: V s/rad is N m/A.
         let angle = same_exponent(self.rad, dim.length - dim.mass) || !same_exponent(dim.current, 0.0);
         let dropped = !same_exponent(dim.mass, 0.0) && same_exponent(self.rad, 0.0);
         same_exponent(self.m, 2.0 * dim.mass) && (dim.any_length || angle || dropped)
     }
 
-    /// The dimension on the given axis, as far as there is one.
+    /// The dimension on the given axis, if there is one.
     fn dim(self, rotational: bool) -> Option<Dimension> {
         let length = if rotational { self.rad + self.kg } else { self.m };
         let mechanical = Dimension::new(self.kg, length, self.s);
@@ -123,7 +123,7 @@ impl Bases {
     }
 }
 
-/// Symbol, factor to SI, bases, whether it takes a prefix.
+/// Symbol, factor to SI, bases, whether it accepts a prefix.
 const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
     ("1", 1.0, Bases::new(0.0, 0.0, 0.0, 0.0), false),
     ("%", 0.01, Bases::new(0.0, 0.0, 0.0, 0.0), false),
@@ -161,7 +161,7 @@ const PREFIXES: &[(&str, f64)] = &[
 /// The value in SI of a text such as `"30 mm/s"`, which must have the dimension `dim`.
 ///
 /// # Errors
-/// [`UnitError`] where the text is no quantity, or one of another dimension.
+/// [`UnitError`] if the text is not a quantity, or has another dimension.
 pub(crate) fn parse(text: &str, dim: Dimension, rotational: bool) -> Result<f64, UnitError> {
     let (number, unit) = number_and_unit(text)?;
     if unit.is_empty() {
@@ -179,8 +179,8 @@ pub(crate) fn parse(text: &str, dim: Dimension, rotational: bool) -> Result<f64,
     Err(UnitError::WrongDimension { text: text.into(), given })
 }
 
-/// Dividing by a power of ten is correctly rounded where multiplying by its inverse is not, so that `"5 mm"`
-/// is 0.005 to the bit.
+/// Division by a power of ten is correctly rounded and multiplication by its inverse is not: `"5 mm"` is
+/// exactly 0.005.
 fn scaled(number: f64, factor: f64) -> f64 {
     let inverse = (1.0 / factor).round();
     if factor < 1.0 && (inverse * factor - 1.0).abs() < 4.0 * f64::EPSILON {
@@ -305,7 +305,7 @@ fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
             let rest = text.strip_prefix(prefix)?;
             let (_, factor, bases, _) =
                 SYMBOLS.iter().find(|(symbol, _, _, prefixed)| *prefixed && *symbol == rest)?;
-            // 1e3 * 1e-3 of "kg" is 1 to the bit; so are all others that files use.
+            // 1e3 * 1e-3 of "kg" is exactly 1; so are all others in files.
             Some((scale * factor, *bases))
         })
     })
@@ -346,7 +346,7 @@ fn nearest(symbol: &str) -> Option<String> {
     (edits <= 1).then(|| best.to_owned())
 }
 
-/// Bases in words, for units that no quantity of the axis has.
+/// Bases in words, for units without a quantity on the axis.
 fn describe(bases: Bases) -> String {
     let mut text = String::from("in");
     let exponents =
@@ -364,14 +364,14 @@ fn describe(bases: Bases) -> String {
 /// The value in SI of a text with any unit.
 ///
 /// # Errors
-/// [`UnitError`] where the text is no quantity.
+/// [`UnitError`] if the text is not a quantity.
 pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
     let (number, unit) = number_and_unit(text)?;
     if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
 }
 
-/// Whether the units of two texts have the same bases. A text that is no quantity is like any other: what is
-/// wrong with it is told elsewhere.
+/// Whether the units of two texts have the same bases. A text that is not a quantity matches any other; its
+/// mistake is reported elsewhere.
 pub(crate) fn are_alike(one: &str, other: &str) -> bool {
     let bases = |text| match split(text)? {
         (_, "") => Some(Bases::default()),

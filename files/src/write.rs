@@ -1,4 +1,4 @@
-//! From a scenario back to a file: plain numbers in SI, and only what differs from the defaults.
+//! From a scenario back to a file: plain numbers in SI, and only differences from the defaults.
 
 mod controllers;
 mod driven;
@@ -17,10 +17,10 @@ use super::keys::{ABOUT, AXIS_KIND, EFFECTS, Element, NAME, TOLERANCE};
 
 pub use driven::{Commands, driven_to_toml, samples_csv};
 
-/// The file of a scenario: reading it gives the scenario back, to the bit.
+/// The file of a scenario; reading it gives exactly the same scenario.
 ///
-/// What a controller knows of its machine (the mass that its approach moves) is not written: it follows from
-/// the machine when read.
+/// A controller's data from its machine (the mass that its approach moves) are not written: the reader
+/// computes them from the machine.
 pub fn to_toml(scenario: &Scenario) -> String {
     let mut writer = Writer::default();
     writer.machine(&scenario.machine);
@@ -67,7 +67,7 @@ fn key(name: &str) -> String {
     if bare { name.to_owned() } else { quoted(name) }
 }
 
-/// What a key holds, on one line.
+/// The content of a key, on one line.
 fn inline(content: &Content) -> String {
     let list = |items: Vec<String>| format!("[{}]", items.join(", "));
     match content {
@@ -87,7 +87,7 @@ fn inline(content: &Content) -> String {
     }
 }
 
-/// A table of a shape on one line: the key that tells its form comes first.
+/// A table of a shape on one line: the key of its form comes first.
 fn inline_of(shape: &Shape, table: &Contents) -> String {
     let form = shape.choice.as_ref().map(|choice| choice.key).zip(table.variant);
     inline_table(form, table)
@@ -120,14 +120,14 @@ impl Writer {
         self.line(key, quoted(value));
     }
 
-    /// The keys of a record, but for the one that tells its form.
+    /// The keys of a record, except the one of its form.
     fn record(&mut self, record: &impl Record) {
         for (name, content) in record.contents().iter() {
             self.line(name, inline(content));
         }
     }
 
-    /// The key that tells the form of a record.
+    /// The key of a record's form.
     fn form<T: Record>(&mut self, element: &Element, record: &T) {
         if let Some((choice, form)) = element.shape.choice.as_ref().zip(record.form()) {
             self.words(choice.key, form.name);
@@ -154,7 +154,7 @@ impl Writer {
         self.elements(machine);
     }
 
-    /// All that a run says, so that it stays what it is wherever defaults follow from the machine.
+    /// All keys of a run, so that it does not depend on defaults of the machine.
     fn run(&mut self, run: &RunSettings) {
         self.header(&["run"]);
         for field in RunSettings::FIELDS {

@@ -1,4 +1,4 @@
-//! Files that name other files: machines to build on, references, sweeps, datasets.
+//! Files that name other files: base machines, references, sweeps, datasets.
 
 use std::fs;
 use std::io::Write as _;
@@ -122,8 +122,8 @@ fn truth_the_ends_of_axes_are_tried() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-/// Levels of which one has to stay above the other, over ranges that overlap, over lists and ranges that
-/// never do, and one that is wrong by itself.
+/// Levels of which one must stay above the other: over ranges that overlap, over lists and ranges that never
+/// do, and one that is wrong by itself.
 #[test]
 fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_is_right() {
     let refused = |coulomb: &str, at_rest: &str| {
@@ -154,7 +154,7 @@ fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_
     assert!(own.contains("with -1") && !own.contains("missing"), "{own}");
 }
 
-/// A sweep of the complete scenario: its report, empty where there is no mistake.
+/// The report of a sweep of the complete scenario; empty without mistakes.
 fn report_of(text: &str) -> String {
     let folder = folder(&[
         ("sweep.toml", &format!("scenario = \"chatter.toml\"\n{text}")),
@@ -250,7 +250,7 @@ fn regress_one_point_between_two_ends_is_refused() {
     assert!(SweepFile::load(&folder.path().join("sweep.toml")).is_ok());
 }
 
-/// `axes` of a sweep over the complete machine, and what follows.
+/// `axes` of a sweep over the complete machine, and the rest of the file.
 fn refined(axes: &str) -> Result<SweepFile, FormatError> {
     let sweep = format!("scenario = \"chatter.toml\"\n[axes]\n{axes}");
     let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
@@ -298,7 +298,7 @@ fn truth_a_tolerance_tells_how_often_spacings_are_halved() {
     }
 }
 
-/// Mistakes in the form of one axis do not hide what is wrong with the keys and values of others.
+/// Mistakes in the form of one axis do not hide wrong keys and values of others.
 #[test]
 fn regress_mistakes_of_form_and_of_meaning_are_reported_together() {
     let axes = "\"controllers.force.kpp\" = { log = [0.05, 5.0] }\n\"contacts.tool.gap\" = [\"1 kg\", [2]]\n\
@@ -352,7 +352,7 @@ fn truth_a_dataset_is_read() {
 fn truth_practice_datasets_are_read() {
     let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
     let Ok(cases) = fs::read_dir(&practice) else {
-        // Not by the macro for errors, whose words a passing test keeps to itself.
+        // Not by the error macro, whose output a passing test hides.
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", practice.display());
         return;
     };

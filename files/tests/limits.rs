@@ -1,4 +1,4 @@
-//! Requests beyond reason, and texts that nobody meant.
+//! Excessive requests, and unintended texts.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
-/// A mistake is answered at once; this is a thousand times what it takes, so that only a hang fails.
+/// A mistake is reported at once; this is a thousand times the usual time, so only a hang fails.
 const HANG: Duration = Duration::from_secs(20);
 
 #[expect(clippy::unwrap_used, reason = "without a refusal the test has failed")]
@@ -155,7 +155,7 @@ fn mutated() -> impl Strategy<Value = String> {
         })
 }
 
-/// Work that a scenario which has been admitted may ask for: samples, cycles of a spring, rows.
+/// Work of an accepted scenario: samples, cycles of a spring, rows.
 fn work(document: &Document) -> f64 {
     let run = &document.scenario.run;
     let machine = &document.scenario.machine;

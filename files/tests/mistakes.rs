@@ -1,4 +1,4 @@
-//! Mistakes that once passed, came without a place, or came with a second message beside the point.
+//! Mistakes that were once accepted, reported without a place, or reported with a second irrelevant message.
 
 #![expect(clippy::unwrap_used, reason = "without the file there is no test")]
 
@@ -150,7 +150,7 @@ fn truth_a_setting_without_its_path_proposes_the_whole_path() {
     let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
     let error = draft.set("kp=0.8").unwrap_err();
     assert_eq!(error.problems[0].remedy, "did you mean `controllers.force.kp`?");
-    // Where several elements have such a key none is guessed.
+    // If several elements have such a key, no guess is made.
     let error = draft.set("mass=1.0").unwrap_err();
     assert!(!error.problems[0].remedy.contains("mass"), "{error}");
 }

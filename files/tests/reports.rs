@@ -1,4 +1,4 @@
-//! What a person reads who made mistakes.
+//! Reports on mistakes, as the user reads them.
 
 use feeler_files::Document;
 

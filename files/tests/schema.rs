@@ -1,4 +1,4 @@
-//! The schemas admit every file of the library, and refuse what is wrong.
+//! The schemas accept every file of the library, and reject mistakes.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read fails the test")]
 
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use feeler_files::{TEMPLATES, cell_schema, dataset_schema, schema, sweep_schema};
 use serde_json::{Value, json};
 
-/// What the schemas say of texts, as the patterns that stand in them.
+/// Whether a text matches one of the schemas' patterns.
 fn matches(pattern: &str, text: &str) -> bool {
     match pattern {
         "^.+\\.[a-z_]+$" => text.rsplit_once('.').is_some_and(|(element, quantity)| {
@@ -116,7 +116,7 @@ fn truth_every_shipped_file_meets_its_schema() {
     let mut overlays = 0;
     for path in &found {
         let value = read(&std::fs::read_to_string(path).unwrap());
-        // An arm file is no machine file, and has no schema.
+        // An arm file is not a machine file, and has no schema.
         if value.get("urdf").is_some() {
             continue;
         }

@@ -1,4 +1,4 @@
-//! What the format writes: scenarios, schemas, the reference, templates.
+//! Output of the format: scenarios, schemas, the reference, templates.
 
 use std::path::Path;
 
@@ -188,7 +188,7 @@ prop_compose! {
         scenario.run.seed = seed;
         scenario.run.integrator = integrator;
         if integrator == Integrator::External && rotational {
-            // Rapier follows no more than a part of a turn in a step.
+            // Rapier follows only a part of a turn in one step.
             let most = 0.5 / scenario.run.step_s;
             scenario.machine.bodies[0].velocity_m_per_s = velocity.clamp(-most, most);
         }
@@ -252,7 +252,7 @@ fn truth_tolerances_are_written_with_the_document() {
     assert_eq!(again.scenario, document.scenario);
 }
 
-/// Every key of the drives that have a loop, a winding or a motion of their own.
+/// Every key of the drives with their own loop, winding or motion.
 #[test]
 fn truth_every_kind_of_actuator_is_read_as_it_was_written() {
     let servo = template("servo").unwrap().text;
@@ -280,7 +280,7 @@ fn truth_every_kind_of_actuator_is_read_as_it_was_written() {
         let again =
             Document::parse(&written, "again.toml").unwrap_or_else(|error| panic!("{error}\n{written}"));
         assert_eq!(again.scenario, read, "{written}");
-        // Every key is written, so that none can be lost.
+        // Every key is written, so that none is lost.
         for line in keys.lines() {
             let key = line.split(' ').next().unwrap_or_default();
             assert!(written.contains(&format!("\n{key} = ")), "{kind} lacks {key}:\n{written}");

@@ -1,4 +1,4 @@
-//! Feeler as a library: one crate that names the parts.
+//! Feeler as a library: one crate that re-exports the parts.
 //!
 //! ```
 //! use feeler_sim::prelude::*;
@@ -56,8 +56,7 @@ pub use feeler_studies as studies;
 
 use feeler_engine::{EngineError, Program, Scenario, Simulation, Trace};
 
-/// Runs a scenario and gives what it records, events included. [`studies::run::run`] says what became of it
-/// besides.
+/// Runs a scenario and returns its record with events. [`studies::run::run`] also gives the outcome.
 ///
 /// # Errors
 /// Every mistake of the scenario at once.

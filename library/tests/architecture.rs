@@ -1,4 +1,4 @@
-//! The promises of ARCHITECTURE.md, each held against the repository.
+//! The promises of ARCHITECTURE.md, each checked against the repository.
 
 #![expect(
     clippy::unwrap_used,
@@ -14,7 +14,7 @@ use serde_json::Value;
 
 type Names = BTreeSet<String>;
 
-/// Folders of the crates that compute: all but the command line, the benchmarks and the examples.
+/// Folders of the computing crates: all except the command line, the benchmarks and the examples.
 const LIBRARIES: [&str; 7] = ["sim", "logs", "files", "studies", "validation", "diagnosis", "library"];
 
 /// What a crate of `sim` must not touch.
@@ -49,7 +49,7 @@ fn quoted(text: &str) -> Vec<String> {
     text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// Adds all that a crate reaches by arrows.
+/// Adds all crates that a crate reaches by arrows.
 fn below(name: &str, direct: &BTreeMap<String, (Names, String)>, found: &mut Names) {
     for other in &direct.get(name).unwrap_or_else(|| panic!("`{name}` has no arrows")).0 {
         if found.insert(other.clone()) {
@@ -58,7 +58,7 @@ fn below(name: &str, direct: &BTreeMap<String, (Names, String)>, found: &mut Nam
     }
 }
 
-/// The crates that each crate may depend on, as the first paragraph of the arrows says.
+/// The allowed dependencies of each crate, from the first paragraph of the arrows.
 fn allowed() -> BTreeMap<String, Names> {
     let section = section("Arrows");
     let paragraph = section.trim().split("\n\n").next().unwrap().to_owned();
@@ -84,7 +84,7 @@ fn allowed() -> BTreeMap<String, Names> {
     direct.iter().map(of).collect()
 }
 
-/// The packages of the workspace by the names of their folders, with what `cargo` knows of them.
+/// The packages of the workspace by the names of their folders, with `cargo`'s metadata.
 fn packages() -> BTreeMap<String, Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--no-deps", "--format-version", "1"])
@@ -99,7 +99,7 @@ fn packages() -> BTreeMap<String, Value> {
     packages.map(|package| (folder(package), package.clone())).collect()
 }
 
-/// Names of what a package depends on, tests left out.
+/// Names of a package's dependencies, without tests.
 fn dependencies(package: &Value) -> Vec<&str> {
     let all = package["dependencies"].as_array().unwrap().iter();
     all.filter(|d| d["kind"].is_null()).map(|d| d["name"].as_str().unwrap()).collect()
@@ -127,7 +127,7 @@ fn product(folder: &str) -> Vec<(PathBuf, String)> {
     sources(&root().join(folder)).into_iter().filter(|(path, _)| is_product(path)).collect()
 }
 
-/// Fails where a file holds one of some texts.
+/// Fails if a file contains one of some texts.
 fn refuse(files: &[(PathBuf, String)], texts: &[&str]) {
     assert!(!files.is_empty(), "no file was read");
     for (path, text) in files {
@@ -154,7 +154,7 @@ fn truth_the_crates_know_only_what_the_page_allows() {
     }
 }
 
-/// Of the parser: an arrow that is missed would allow nothing, one that is misread too much.
+/// For the parser: a missed arrow would allow nothing, a misread one too much.
 #[test]
 fn truth_arrows_are_read_as_they_are_written() {
     let allowed = allowed();
@@ -174,7 +174,7 @@ fn truth_every_folder_of_the_map_exists() {
     for line in map.lines() {
         let indent = line.len() - line.trim_start().len();
         let word = line.split_whitespace().next().unwrap_or_default();
-        // Further in, a remark goes on.
+        // A deeper indentation continues a remark.
         if indent > 2 || !word.ends_with('/') {
             continue;
         }
@@ -231,7 +231,7 @@ fn truth_the_diagnosis_sees_no_truth_and_the_bench_no_simulator() {
     // The front page of the crate names its modules.
     let own: Vec<_> = own.into_iter().filter(|(path, _)| !path.ends_with("src/lib.rs")).collect();
     refuse(&own, &["blind::"]);
-    // The plain regression reads machines and records as everybody does, and fits by its own means.
+    // The plain regression reads machines and records through the common code, and fits by its own method.
     let (regression, bench): (Vec<_>, Vec<_>) = bench
         .into_iter()
         .partition(|(path, _)| path.components().any(|part| part.as_os_str() == "regression"));

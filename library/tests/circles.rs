@@ -1,8 +1,8 @@
-//! No file of a crate needs another that needs it, by way of however many: such files can only be read, and
-//! changed, together.
+//! No file of a crate may depend on itself through other files: such files can only be read and changed
+//! together.
 //!
-//! Counted are paths in code (not in comments, tests or re-exports) that begin with `crate::`, `super::` or
-//! `self::`, and those that begin with a module of the same file.
+//! The test counts paths in code (not in comments, tests or re-exports) that begin with `crate::`, `super::`
+//! or `self::`, and those that begin with a module of the same file.
 
 #![expect(clippy::unwrap_used, reason = "a test of files that must be there")]
 
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Circles that are known, each named by its files. An entry that is no circle any more must go.
+/// Known circles, each by its files. An entry that is no longer a circle must be removed.
 const KNOWN: &[&[&str]] = &[
     &["cli/src/arguments.rs", "cli/src/commands/new.rs"],
     &["cli/src/commands/validate.rs", "cli/src/commands/validate/engines.rs"],
@@ -158,7 +158,7 @@ fn code(text: &str) -> String {
             && statement.split_once("use ").is_some_and(|(before, _)| !before.contains('{'))
     };
     let text: String = text.split_inclusive(';').filter(|statement| !is_export(statement)).collect();
-    // Who may see an item is no need of it.
+    // Visibility of an item is not a dependency.
     let mut parts = text.split("pub(in ");
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |code, part| code + part.split_once(')').map_or(part, |(_, rest)| rest))
@@ -179,12 +179,12 @@ fn paths(code: &str, module: &Module, all: &BTreeSet<Module>) -> BTreeSet<Module
         }
     }
     found.remove(module);
-    // The root lists modules; what is reached by way of it alone is a re-export.
+    // The root lists modules; a path through it alone is a re-export.
     found.remove(&Module::new());
     found
 }
 
-/// Follows the path that begins at word `at`, from `base` on; gives where it ends.
+/// Follows the path that begins at word `at`, from `base`; returns its end.
 fn follow(
     words: &[&str],
     mut at: usize,
@@ -224,7 +224,7 @@ fn follow(
     }
 }
 
-/// Names, `::`, and every other sign by itself.
+/// Names, `::`, and every other character as a separate word.
 fn words(code: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = code.trim_start();

@@ -1,4 +1,4 @@
-//! The examples print numbers beside what a reader computes by hand: both must agree.
+//! The examples print numbers next to hand-computed ones: both must agree.
 
 #![expect(
     clippy::unwrap_used,
@@ -8,14 +8,14 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-/// One line of an example that compares: `... VALUE UNIT, by hand VALUE UNIT`.
+/// One comparing line of an example: `... VALUE UNIT, by hand VALUE UNIT`.
 struct Compared {
     line: String,
     found: f64,
     by_hand: f64,
 }
 
-/// Runs an example that `cargo test` has built beside this test.
+/// Runs an example that `cargo test` has built with this test.
 fn run(name: &str) -> Vec<Compared> {
     let mut path: PathBuf = std::env::current_exe().unwrap();
     path.pop();
@@ -38,7 +38,7 @@ fn compared(line: &str) -> Option<Compared> {
     Some(Compared { line: line.to_owned(), found, by_hand })
 }
 
-/// Runs an example, and holds what it prints to what a hand computes, relatively.
+/// Runs an example, and compares its output with the hand-computed values, relatively.
 fn holds(name: &str, lines: usize, tolerance: f64) {
     let all = run(name);
     assert_eq!(all.len(), lines, "{name}: another number of comparisons");
@@ -47,15 +47,16 @@ fn holds(name: &str, lines: usize, tolerance: f64) {
     }
 }
 
-/// Printed to six digits or more; the peak is read from a record of 100 kHz, within which a sine of 100
-/// rad/s turns by 1e-3 and so misses (1e-3)^2 / 8 of its height.
+/// Printed to six digits or more. The peak comes from a record at 100 kHz, between whose rows a sine of 100
+/// rad/s turns by 1e-3 and so loses (1e-3)^2 / 8 of its height.
 const PRINTED: f64 = 1e-5;
-/// Two seconds of chatter do not end where they began: 12 kg may be 0.1 m/s faster, which is 0.6 N of 20 N.
+/// Two seconds of chatter do not end in the initial state: 12 kg may be 0.1 m/s faster, which is 0.6 N of 20
+/// N.
 const MOMENTUM: f64 = 0.03;
-/// Gains that settle and gains that are unstable end 0.075 apart (what lies between is undecided), so that
-/// their middle is known to 0.0375 of 1.8.
+/// Settling and unstable gains end 0.075 apart (those in between are undecided), so their middle is known to
+/// 0.0375 of 1.8.
 const EDGE: f64 = 0.021;
-/// The damping of 1 % moves a mode by its square, and a zero likewise.
+/// Damping of 1 % moves a mode by its square, and a zero likewise.
 const DAMPED: f64 = 1e-3;
 /// The force sensor resolves 0.05 N of 20 N.
 const PRESSED: f64 = 2.5e-3;

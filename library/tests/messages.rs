@@ -1,4 +1,4 @@
-//! No program text takes a message apart: what is wrong, where and what to do are data of every error.
+//! No program parses a message: mistake, place and remedy are data of every error.
 
 #![expect(
     clippy::unwrap_used,
@@ -8,7 +8,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Ways to look into a message, as they stand in a line of Rust.
+/// Code patterns that inspect a message.
 const LOOKS: [&str; 12] = [
     "split_once(\"; \")",
     "split(\"; \")",
@@ -24,7 +24,7 @@ const LOOKS: [&str; 12] = [
     "remedy.contains(",
 ];
 
-/// Places that may: the TOML parser gives its complaints as text and as nothing else.
+/// Permitted exceptions: the TOML parser gives its errors only as text.
 const EXCEPTIONS: [(&str, &str); 1] = [("files/src/draft.rs", "message.contains(word)")];
 
 /// Every file of product code.
@@ -40,7 +40,7 @@ fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Lines of product code, without tests, which may look at what a person reads.
+/// Lines of product code; tests may inspect messages.
 fn product(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines().enumerate().take_while(|(_, line)| !line.starts_with("#[cfg(test)]"))
 }

@@ -13,13 +13,13 @@ use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the array is damaged or cut off: write it again with numpy.save or numpy.savez";
 const PLAIN_TYPES: &str = "write it as numbers: array.astype(float)";
-/// Most columns that one array gives.
+/// Largest number of columns of one array.
 const MOST_COLUMNS: usize = 4096;
 
 /// Type of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kind {
-    /// `f`, `i`, `u`, `b`, and `M` of a time.
+    /// `f`, `i`, `u`, `b`, and `M` for a time.
     letter: u8,
     size: usize,
     is_big: bool,
@@ -28,7 +28,7 @@ struct Kind {
 /// What a header says.
 #[derive(Debug, PartialEq)]
 struct Header {
-    /// Fields with their names; one without a name for a plain array.
+    /// Fields with their names; a plain array has one without a name.
     fields: Vec<(String, Kind)>,
     is_fortran: bool,
     shape: Vec<usize>,
@@ -71,7 +71,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
         };
         match read(entry, &name, &fail) {
             Ok(array) => arrays.push((name, array)),
-            // An array of names or objects beside those of numbers.
+            // An array of names or objects among arrays of numbers.
             Err(LogError::Damaged { what, remedy, .. }) if remedy == PLAIN_TYPES => {
                 notes.push(format!("{name} is left out: {what}"));
             }
@@ -83,7 +83,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
     Ok(run)
 }
 
-/// Arrays of one length are a table; each table's clock is the array that is named like one.
+/// Arrays of one length form a table; its clock is the array with a clock's name.
 fn run(path: &Path, arrays: Vec<(String, Array)>, unit: Option<ClockUnit>) -> Run {
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let mut by_length: IndexMap<usize, Vec<Column>> = IndexMap::new();
@@ -120,7 +120,7 @@ fn run(path: &Path, arrays: Vec<(String, Array)>, unit: Option<ClockUnit>) -> Ru
     Run { name: stem, tables, notes }
 }
 
-/// Makes an error of a byte, what is wrong there, and a remedy.
+/// Makes an error from a byte, the mistake there, and a remedy.
 type Fail<'a> = dyn Fn(u64, String, &'static str) -> LogError + 'a;
 
 fn read(mut from: impl Read, name: &str, fail: &Fail<'_>) -> Result<Array, LogError> {
@@ -179,7 +179,7 @@ fn columns(
         for i in index.iter().rev() {
             let _ = write!(path, "[{i}]");
         }
-        // In Fortran's order the first axis is the fastest, and the last one the slowest.
+        // In Fortran order the first axis is the fastest, and the last one the slowest.
         let slow = header
             .shape
             .iter()

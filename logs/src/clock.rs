@@ -1,4 +1,4 @@
-//! The clock of a table: which column, in which unit, and why it is taken for that.
+//! The clock of a table: its column, its unit, and the reason for this choice.
 
 /// Unit of a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub enum ClockUnit {
 }
 
 impl ClockUnit {
-    /// All of them, the coarsest first.
+    /// All units, the coarsest first.
     pub const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
     /// Its symbol.
@@ -43,7 +43,7 @@ impl ClockUnit {
     }
 }
 
-/// Where the times of a table come from.
+/// The source of a table's times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     /// Column, field or part of the format.
@@ -52,25 +52,25 @@ pub struct Clock {
     pub unit: ClockUnit,
     /// Zero of the table's times on this clock, s.
     pub origin_s: f64,
-    /// Why it is taken for the clock and for this unit.
+    /// Reason for this clock and unit.
     pub why: String,
 }
 
-/// Seconds after 1970 between which a clock counts calendar time: from 2001 to 2096.
+/// Seconds after 1970 that count as calendar time: from 2001 to 2096.
 const EPOCH_S: std::ops::Range<f64> = 1e9..4e9;
-/// Longest distance of rows, s, that a clock without a stated unit has: a logger at 2 Hz is the slowest.
+/// Largest row spacing, s, of a clock without a stated unit: a logger at 2 Hz is the slowest.
 const SLOWEST_S: f64 = 0.5;
 
 /// Names of clocks, without units.
 const NAMES: [&str; 8] = ["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "log_time"];
 
-/// The name of a clock, with the unit that it states.
+/// The name of a clock, with its stated unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ClockName {
     pub(crate) unit: Option<ClockUnit>,
 }
 
-/// Whether a header names a clock.
+/// The clock in a header, if it names one.
 pub(crate) fn named(header: &str) -> Option<ClockName> {
     let lower = header.trim().to_ascii_lowercase();
     let bare: String = lower.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
@@ -90,14 +90,14 @@ pub(crate) fn named(header: &str) -> Option<ClockName> {
     is_clock.then_some(ClockName { unit })
 }
 
-/// The unit of a clock whose file states none, and why.
+/// The unit of a clock without a stated one, and the reason.
 pub(crate) fn guess(first: f64, step: f64) -> (ClockUnit, String) {
     for unit in ClockUnit::ALL {
         if EPOCH_S.contains(&(first / unit.per_second())) {
             return (unit, format!("counts {} since 1970", unit.symbol()));
         }
     }
-    // The coarsest unit in which rows follow each other at 2 Hz or faster.
+    // The coarsest unit with rows at 2 Hz or faster.
     let unit = ClockUnit::ALL
         .into_iter()
         .find(|unit| step / unit.per_second() <= SLOWEST_S)
@@ -110,13 +110,13 @@ pub(crate) fn guess(first: f64, step: f64) -> (ClockUnit, String) {
 pub(crate) fn make(column: &str, times: &[f64], stated: Option<ClockUnit>) -> (Clock, Vec<f64>) {
     let first = times.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
     let (unit, why) = unit_of(first, median_step(times), stated);
-    // Small times stay as they are written; only those since 1970 begin at zero.
+    // Small times stay as written; only times since 1970 start at zero.
     let origin = if first / unit.per_second() >= EPOCH_S.start { first } else { 0.0 };
     let seconds = times.iter().map(|t| (t - origin) / unit.per_second()).collect();
     (Clock { column: column.into(), unit, origin_s: origin / unit.per_second(), why }, seconds)
 }
 
-/// The same of whole numbers, whose differences are exact.
+/// The same for whole numbers, whose differences are exact.
 pub(crate) fn make_whole(column: &str, times: &[i64], stated: Option<ClockUnit>) -> (Clock, Vec<f64>) {
     let first = times.first().copied().unwrap_or(0);
     let since: Vec<f64> = times.iter().map(|t| t.wrapping_sub(first) as f64).collect();
@@ -181,7 +181,7 @@ pub(crate) fn calendar_ns(text: &str) -> Option<i64> {
     Some(seconds * 1_000_000_000 + nanos)
 }
 
-/// The median distance of neighbouring times that advance.
+/// The median distance of neighbouring times that increase.
 pub(crate) fn median_step(times: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();

@@ -1,4 +1,4 @@
-//! What stops the reading of a log.
+//! Errors in reading a log.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use feeler_problem::Remedy;
 use thiserror::Error;
 
-/// Where in a file a mistake is.
+/// Place of a mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A byte, counted from zero.
@@ -18,7 +18,7 @@ pub enum Place {
     Message {
         /// The topic.
         topic: String,
-        /// Messages of the topic before this one.
+        /// Previous messages of the topic.
         number: usize,
         /// Byte of the message.
         byte: usize,
@@ -57,7 +57,7 @@ pub enum LogError {
         /// The answer of the system.
         source: std::io::Error,
     },
-    /// The file is something else, or a log that is not read.
+    /// The file is not a log, or a log of an unsupported kind.
     #[error("{}: {what}", .file.display())]
     OtherSort {
         /// The file.
@@ -67,7 +67,7 @@ pub enum LogError {
         /// What to do.
         remedy: Cow<'static, str>,
     },
-    /// The file ends early, or its bytes contradict its format.
+    /// The file ends early, or its bytes violate its format.
     #[error("{}: {place}: {what}", .file.display())]
     Damaged {
         /// The file.
@@ -79,19 +79,19 @@ pub enum LogError {
         /// What to do.
         remedy: &'static str,
     },
-    /// A column that was asked for.
+    /// A requested column does not exist.
     #[error("{}: there is no column `{name}`", .file.display())]
     NoColumn {
         /// The file.
         file: PathBuf,
         /// The name.
         name: String,
-        /// A column that is alike, or what the file has.
+        /// A similar column, or the columns of the file.
         remedy: String,
     },
 }
 
-/// What to do with a file that cannot be opened.
+/// Remedy for a file that cannot be opened.
 const NOT_THERE: &str = "check the name of the file, and that you may read it";
 
 impl LogError {

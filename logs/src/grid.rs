@@ -12,7 +12,7 @@ use crate::table::{Column, Run, Table};
 pub struct Pick<'a> {
     /// Its name, its full name with that of its table, or its number in the file.
     pub name: &'a str,
-    /// Whether it keeps its value between readings, as a command does.
+    /// Whether it holds its value between readings, as a command does.
     pub is_held: bool,
 }
 
@@ -23,19 +23,19 @@ pub struct Series {
     pub clock: String,
     /// The instants, s.
     pub times_s: Vec<f64>,
-    /// For each pick, its values; NaN where nothing is known.
+    /// For each pick, its values; NaN if unknown.
     pub values: Vec<Vec<f64>>,
-    /// For each pick, the index of the first cell that is no number, and how many.
+    /// For each pick, the index of the first invalid cell, and the number of invalid cells.
     pub bad: Vec<Option<(usize, usize)>>,
     /// Rows of the file before the first one with data.
     pub rows_before: usize,
-    /// Columns that were brought from another rate, a sentence each.
+    /// Columns that were resampled, a sentence each.
     pub notes: Vec<String>,
 }
 
 impl Run {
     /// The table and column of a name: a column's own name, its full name, or its number in the file. Slashes
-    /// of topics may be left out or be dots.
+    /// of topics may be omitted or replaced by dots.
     pub fn find(&self, name: &str) -> Option<(&Table, &Column)> {
         let all =
             || self.tables.iter().flat_map(|table| table.columns.iter().map(move |column| (table, column)));
@@ -54,7 +54,7 @@ impl Run {
             })
     }
 
-    /// The name of every column, in full where there are several tables.
+    /// The name of every column; the full name if there are several tables.
     pub fn names(&self) -> Vec<String> {
         let is_alone = self.tables.len() == 1;
         let name = |table: &Table, column: &Column| {
@@ -68,11 +68,11 @@ impl Run {
     }
 }
 
-/// Brings columns to common instants: those of the wanted column with the most values. Others are
-/// interpolated, or held. A run with one wanted table comes out as it is.
+/// Brings columns to common instants: those of the requested column with the most values. Others are
+/// interpolated, or held. A run with one requested table stays unchanged.
 ///
 /// # Errors
-/// A column that the run has not, and a table without a clock where it takes one.
+/// A column that the run does not have, and a table without a clock if one is needed.
 pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, LogError> {
     let found = picks.iter().map(|pick| {
         run.find(pick.name).ok_or_else(|| LogError::NoColumn {
@@ -141,11 +141,11 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
     Ok(Series { clock: clock.column.clone(), times_s, values, bad, rows_before: base.rows_before, notes })
 }
 
-/// A series at other instants: held, or on the line between its neighbours; its ends hold outside.
+/// A series at other instants: held, or linear between its neighbours. Outside it keeps its end values.
 fn sampled(at: &[f64], values: &[f64], times: &[f64], is_held: bool) -> Vec<f64> {
     let mut next = 0;
     let value = |t: &f64| {
-        // Instants of one clock may differ by their rounding.
+        // Instants of one clock may differ by rounding.
         while next < at.len() && at[next] <= *t {
             next += 1;
         }

@@ -1,4 +1,4 @@
-//! Numbers of a JSON message, with the way to each.
+//! Numbers of a JSON message, with the path of each.
 
 use serde_json::Value;
 

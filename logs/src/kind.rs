@@ -1,4 +1,4 @@
-//! What a file is, from its first bytes.
+//! The kind of a file, from its first bytes.
 
 use std::fs::File;
 use std::io::Read;
@@ -49,7 +49,7 @@ const READ: [(&[u8], Format); 5] = [
 const UNPACK: &str = "unpack it, and name the log in it";
 const TO_NPZ: &str = "write its arrays with numpy.savez (the Python package of Feeler reads it as well)";
 
-/// Files that are no log, or one that is not read, by their first bytes.
+/// First bytes of files that are not logs, or of unsupported logs.
 const REFUSED: [(&[u8], &str, &str); 12] = [
     (
         b"#ROSBAG",
@@ -77,7 +77,7 @@ const REFUSED: [(&[u8], &str, &str); 12] = [
     (b"\x89PNG", "this is a picture", "name the numbers that it was drawn from"),
 ];
 
-/// The format of a file; an error names what else it is.
+/// The format of a file; an error names its actual kind.
 pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
     let mut start = Vec::new();
     let file = File::open(path).map_err(LogError::open(path))?;
@@ -111,7 +111,7 @@ pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
     Ok(Format::Csv)
 }
 
-/// Refuses texts that are files of another sort.
+/// Rejects texts that are files of another kind.
 fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> {
     let text = String::from_utf8_lossy(start);
     let text = text.trim_start_matches('\u{feff}').trim_start();

@@ -12,7 +12,7 @@ use crate::table::{Run, Table};
 const EPISODE: &str = "episode_index";
 const FRAME: &str = "frame_index";
 
-/// Whether a folder is such a data set.
+/// Whether a folder is a data set of LeRobot.
 pub(crate) fn is_one(folder: &Path) -> bool {
     folder.join("meta/info.json").is_file()
 }
@@ -34,12 +34,12 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     Ok(found)
 }
 
-/// The data set that a table belongs to.
+/// The data set of a table.
 pub(crate) fn folder_of(file: &Path) -> Option<PathBuf> {
     file.ancestors().skip(1).take(4).find(|folder| is_one(folder)).map(Path::to_owned)
 }
 
-/// Cuts a table into its episodes, and names the items of its lists.
+/// Divides a table into its episodes, and names the items of its lists.
 pub(crate) fn episodes(run: Run, folder: &Path) -> Result<Vec<Run>, LogError> {
     let path = folder.join("meta/info.json");
     let text = fs::read_to_string(&path).map_err(LogError::open(&path))?;
@@ -87,12 +87,12 @@ fn cut(table: &Table, rows: std::ops::Range<usize>) -> Table {
     own
 }
 
-/// `action[2]` under the name of its item, as in `action[elbow_flex.pos]`.
+/// `action[2]` with the name of its item, as in `action[elbow_flex.pos]`.
 fn item_name(info: &Value, column: &str) -> Option<String> {
     let (feature, rest) = column.split_once('[')?;
     let i: usize = rest.strip_suffix(']')?.parse().ok()?;
     let mut names = info.get("features")?.get(feature)?.get("names")?;
-    // Older ones hold the list in a table of one entry, as in { "motors": [...] }.
+    // Older versions hold the list in a table of one entry, as in { "motors": [...] }.
     if let Some(only) = names.as_object().and_then(|table| table.values().next()) {
         names = only;
     }

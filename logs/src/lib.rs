@@ -1,8 +1,8 @@
 //! Logs as robots and their users write them.
 //!
-//! Whatever the format, a log is a list of [`Run`]s; a run has [`Table`]s with a clock each, and a table has
-//! named [`Column`]s of numbers. A cell that is absent holds NaN and is counted; nothing is interpolated
-//! here. [`on_one_grid`] then brings columns of several tables to common instants.
+//! A log of any format is a list of [`Run`]s. A run has [`Table`]s with a clock each, and a table has named
+//! [`Column`]s of numbers. An absent cell holds NaN and is counted; nothing is interpolated here.
+//! [`on_one_grid`] then brings columns of several tables to common instants.
 //!
 //! ```no_run
 //! use std::path::Path;

@@ -14,18 +14,18 @@ use crate::topics::{Declared, Topics};
 const DAMAGED: &str =
     "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
 
-/// How much a record may grow when it is decompressed: lz4 reaches 255; short records go further.
+/// Largest ratio of decompressed to compressed size of a record: lz4 reaches 255; short records exceed it.
 const GROWTH: u64 = 256;
-/// Bounds of the length of one record, in bytes. A damaged length would only reserve memory.
+/// Limits on the length of one record, in bytes. A damaged length would only reserve memory.
 const RECORD_BYTES: [u64; 2] = [1 << 24, 1 << 30];
 
-/// Takes in the messages of a log. Channels are numbered from `base` on; gives how many numbers it used.
+/// Reads the messages of a log. Channels are numbered from `base` on; returns the number of used ones.
 pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), LogError> {
     let file = File::open(path).map_err(LogError::open(path))?;
     let size = file.metadata().map_err(LogError::open(path))?.len();
     let mut file = BufReader::with_capacity(1 << 20, file);
     let longest = size.saturating_mul(GROWTH).clamp(RECORD_BYTES[0], RECORD_BYTES[1]);
-    // A chunk's sum is checked first: the reader subtracts damaged lengths without a check.
+    // A chunk's checksum is tested first: the reader subtracts damaged lengths without a check.
     let options = LinearReaderOptions::default()
         .with_record_length_limit(longest as usize)
         .with_prevalidate_chunk_crcs(true);

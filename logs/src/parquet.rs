@@ -15,7 +15,7 @@ use crate::error::{LogError, Place};
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the table is damaged, cut off or no Parquet: write it again, or as CSV";
-/// Rows that are decoded at one go.
+/// Number of rows that are decoded together.
 const BATCH: usize = 1 << 14;
 /// Longest list that becomes columns.
 const LONGEST_LIST: usize = 256;
@@ -100,16 +100,16 @@ fn clock_unit(described: &ColumnDescriptor) -> Option<ClockUnit> {
     })
 }
 
-/// Cells of one column, a list in each where the column is repeated.
+/// Cells of one column; each holds a list if the column is repeated.
 struct Cells {
-    /// Level at which a value is there.
+    /// Definition level of a present value.
     full: i16,
     is_list: bool,
     is_unsigned: bool,
     values: Vec<f64>,
-    /// Whole numbers as they are, for a clock.
+    /// Whole numbers, for a clock.
     whole: Vec<i64>,
-    /// Where each row begins among the values; for lists alone.
+    /// Start of each row among the values; for lists only.
     starts: Vec<usize>,
     longest: usize,
 }
@@ -179,7 +179,7 @@ impl Cells {
                     self.values.push(value);
                     self.whole.extend(whole);
                 } else if !self.is_list || level == self.full - 1 {
-                    // Absent, or an item of a list that is absent; an empty list has no items.
+                    // An absent value, or an absent item of a list; an empty list has no items.
                     self.values.push(f64::NAN);
                 }
                 if let Some(start) = self.starts.last() {

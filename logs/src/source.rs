@@ -1,4 +1,4 @@
-//! From paths to runs: which files belong together.
+//! From paths to runs: files that belong together.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use crate::table::Run;
 use crate::topics::Topics;
 use crate::{arrays, bag, csv, lerobot, mcap, parquet};
 
-/// Channels of a bag have fewer numbers than this, so that files of one bag stay apart.
+/// A bag has fewer channels than this, so that files of one bag stay separate.
 const CHANNELS: u64 = 1 << 32;
-/// Folders within folders that are searched for logs.
+/// Largest depth of folders in the search for logs.
 const MOST_DEEP: usize = 3;
 
-/// Something to be read at one go.
+/// A unit of reading: files that belong to one log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// Files that belong together.
@@ -27,10 +27,10 @@ pub struct Source {
     lerobot: Option<PathBuf>,
 }
 
-/// The sources that paths of files and folders stand for, in order.
+/// The sources at paths of files and folders, in order.
 ///
 /// # Errors
-/// A path that cannot be opened, that is no log, or a folder without any.
+/// A path that cannot be opened or is not a log, or a folder without logs.
 pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
     let mut found = Vec::new();
     let mut texts = Vec::new();
@@ -57,7 +57,7 @@ pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
     Ok(found)
 }
 
-/// Reads the runs of one file, or of the data set that it belongs to.
+/// Reads the runs of one file, or of its data set.
 ///
 /// # Errors
 /// As [`sources`] and [`Source::read`].
@@ -77,7 +77,7 @@ pub fn read_file(path: &Path, clock: Option<ClockUnit>) -> Result<Vec<Run>, LogE
 }
 
 impl Source {
-    /// The same with a unit of its clocks that is known better than the files state it.
+    /// The same with a known unit of its clocks, which overrides that of the files.
     #[must_use]
     pub fn with_clock(self, clock: Option<ClockUnit>) -> Self {
         Self { clock, ..self }
@@ -91,7 +91,7 @@ impl Source {
     /// Reads everything.
     ///
     /// # Errors
-    /// A file that is damaged, with the byte or row.
+    /// A damaged file, with the byte or row.
     pub fn read(&self) -> Result<Vec<Run>, LogError> {
         match self.format {
             Format::Mcap | Format::Sqlite => self.bag(),
@@ -133,9 +133,9 @@ fn name_of(path: &Path) -> String {
     path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
 
-/// Looks for logs in a folder: those of one bag or of one run are one source.
+/// Searches a folder for logs: those of one bag or of one run are one source.
 fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogError> {
-    // A dataset that lies among logs was made of them.
+    // A dataset among logs was made from them.
     if depth > 0 && path.join("dataset.toml").exists() {
         return Ok(());
     }
@@ -174,7 +174,7 @@ fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogE
     Ok(())
 }
 
-/// Tables of text: those with the same header are runs of their own, those with different ones are one run.
+/// Tables of text: those with equal headers are separate runs, those with different ones are one run.
 fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<Source> {
     let start = |path: &PathBuf| {
         let bytes = fs::read(path).unwrap_or_default();
@@ -190,7 +190,7 @@ fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<Source> {
     vec![Source { files: texts, format: Format::Csv, clock: None, name, lerobot: None }]
 }
 
-/// A key by which numbers in names are in order: `bag_2` before `bag_10`.
+/// A key that sorts numbers in names by value: `bag_2` before `bag_10`.
 fn natural(name: &str) -> Vec<(String, u64)> {
     let mut parts = Vec::new();
     let mut rest = name;

@@ -4,27 +4,27 @@ use std::path::PathBuf;
 
 use crate::clock::Clock;
 
-/// What was recorded at one go: tables that belong together, on clocks that agree.
+/// One recording: tables that belong together, on consistent clocks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// Short name: that of the file or folder, with the number of the episode where there are several.
+    /// Short name: that of the file or folder, with the number of the episode if there are several.
     pub name: String,
     /// The tables.
     pub tables: Vec<Table>,
-    /// What was left out or assumed, a sentence each.
+    /// Omissions and assumptions, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// Columns whose rows share a clock: a topic, a file, or arrays of one length.
+/// Columns with a common clock: a topic, a file, or arrays of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// Topic, or name of the file without its ending; empty where the run has one table without a name.
+    /// Topic, or name of the file without its suffix; empty if the run has one table without a name.
     pub name: String,
     /// The file.
     pub file: PathBuf,
-    /// Where the times come from; `None` where nothing in the table is a clock.
+    /// The source of the times; `None` if the table has no clock.
     pub clock: Option<Clock>,
-    /// Time of each row after the clock's origin, s; empty where there is no clock.
+    /// Time of each row after the clock's origin, s; empty without a clock.
     pub times_s: Vec<f64>,
     /// Rows of the file before the first one with data.
     pub rows_before: usize,
@@ -37,17 +37,17 @@ pub struct Table {
 pub struct Column {
     /// Header, field path or name of the array.
     pub name: String,
-    /// Position in the file, from one: several columns share it where a cell is a list.
+    /// Position in the file, from one: several columns share it if a cell is a list.
     pub number: usize,
-    /// Unit, where the file states it.
+    /// Unit, if the file states it.
     pub unit: Option<String>,
-    /// A value for each row; NaN where the row has none.
+    /// A value for each row; NaN if the row has none.
     pub values: Vec<f64>,
-    /// Cells that hold something other than a number.
+    /// Cells with something other than a number.
     pub bad: Option<BadCells>,
 }
 
-/// Cells that hold something other than a number.
+/// Cells with something other than a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadCells {
     /// Index of the first such row.
@@ -57,7 +57,7 @@ pub struct BadCells {
 }
 
 impl Run {
-    /// Gives a clock to tables without one, whose rows follow each other at this rate.
+    /// Gives a clock to tables without one, with rows at this rate.
     pub fn set_rate(&mut self, rate_hz: f64) {
         for table in self.tables.iter_mut().filter(|table| table.clock.is_none()) {
             table.times_s = (0..table.rows()).map(|row| row as f64 / rate_hz).collect();

@@ -1,4 +1,4 @@
-//! Topics of a bag, filled message by message and made into tables.
+//! Topics of a bag, filled message by message and converted to tables.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,14 +15,14 @@ use crate::table::{Column, Run, Table};
 const NANO: f64 = 1e-9;
 /// Most columns of one topic.
 const MOST_COLUMNS: usize = 4096;
-/// A header whose stamps are farther from the time of the log than this, s, is on another clock.
+/// Largest difference, s, between the stamps of a header and the time of the log on the same clock.
 const SAME_CLOCK_S: f64 = 1.0;
-/// Names of the one number of a message that need not be written.
+/// Omitted names of the single number of a message.
 const PLAIN: [&str; 2] = ["value", "data"];
-/// Where the time of a header stands, which is the clock and no column.
+/// Path of a header's time, which is the clock and not a column.
 const STAMP: &str = "header.stamp.";
 
-/// How the messages of a topic are read.
+/// The encoding of a topic's messages.
 enum Form {
     Json,
     Ros(Box<Decoder>),
@@ -50,14 +50,14 @@ pub(crate) struct Topics {
     topics: IndexMap<u64, Topic>,
 }
 
-/// What a bag says of a topic.
+/// The declaration of a topic in a bag.
 pub(crate) struct Declared<'a> {
     pub(crate) name: &'a str,
     /// `json` or `cdr`.
     pub(crate) encoding: &'a str,
     pub(crate) schema_name: &'a str,
     pub(crate) schema_encoding: &'a str,
-    /// `None` where the bag holds no definition.
+    /// `None` if the bag has no definition.
     pub(crate) schema: Option<&'a str>,
 }
 
@@ -147,7 +147,7 @@ impl Topics {
         Ok(())
     }
 
-    /// The tables, with times from the first message of all on.
+    /// The tables, with times relative to the first message.
     pub(crate) fn into_run(self, file: &Path, name: String) -> Run {
         let mut run = Run { name, ..Run::default() };
         let mut timed = Vec::new();
@@ -210,7 +210,7 @@ fn form(declared: &Declared<'_>) -> Form {
     }
 }
 
-/// The column of a path, made where it is new; rows before have no value.
+/// The column of a path, created if new; earlier rows have no value.
 fn slot(
     columns: &mut Vec<Column>,
     by_path: &mut HashMap<String, usize>,
@@ -233,7 +233,7 @@ fn slot(
 fn fill(columns: &mut [Column], slots: &[Option<usize>], values: &[f64], rows: usize) {
     for (slot, value) in slots.iter().zip(values) {
         let Some(column) = slot.and_then(|i| columns.get_mut(i)) else { continue };
-        // Where two numbers of a message have one path, the first stands.
+        // If two numbers of a message have one path, the first one counts.
         if column.values.len() < rows {
             column.values.push(*value);
         }
@@ -243,7 +243,7 @@ fn fill(columns: &mut [Column], slots: &[Option<usize>], values: &[f64], rows: u
     }
 }
 
-/// A topic with its rows in order of time, its times, and where they come from.
+/// A topic with its rows in order of time, its times, and their source.
 fn sorted(mut topic: Topic) -> (Topic, Vec<i64>, (String, String)) {
     let log = std::mem::take(&mut topic.log_ns);
     let stamps = std::mem::take(&mut topic.stamps_ns);

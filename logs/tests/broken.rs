@@ -1,4 +1,4 @@
-//! Files that are cut off or changed: each ends with an error that names a place, or with what is whole.
+//! Truncated or modified files: each gives an error with a place, or the complete part.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -93,7 +93,7 @@ fn whole() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// An error names the file and says a byte, row, message or array, or what the file is.
+/// Whether an error names the file and a byte, row, message or array, or the kind of the file.
 fn is_clear(error: &LogError, name: &str) -> bool {
     let said = error.to_string();
     let has_place =
@@ -114,7 +114,7 @@ fn truth_definitions_and_messages_that_do_not_agree_are_placed() {
     let at = log.windows(9).position(|bytes| bytes == b"float64[]").expect("the definition");
     let mut other = log.clone();
     other[at..at + 9].copy_from_slice(b"float64  ");
-    // The chunk that holds it has a sum, which is wrong now.
+    // The checksum of its chunk is wrong now.
     let error = read("a.mcap", &other).expect_err("refused");
     assert!(is_clear(&error, "a.mcap"), "{error}");
 }

@@ -1,6 +1,6 @@
-//! Logs of the writers that robots use, held against what these wrote, to the last bit.
+//! Logs of the writers that robots use, compared bit for bit with their input.
 //!
-//! `write_logs.py` makes them anew; without Python and its packages the test says so and holds nothing.
+//! `write_logs.py` generates them. Without Python and its packages the test reports that and checks nothing.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,11 +26,11 @@ fn bits(value: &Value) -> Vec<u64> {
     value.as_array().into_iter().flatten().filter_map(Value::as_u64).collect()
 }
 
-/// Columns with their numbers, by name: all that are expected, and no others.
+/// Columns with their numbers, by name: all expected ones, and no others.
 fn assert_same(file: &str, table: &Table, expected: &Value) {
     let columns = expected["columns"].as_object().expect("columns");
     let mut names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
-    // A column of texts holds no numbers.
+    // A column of texts has no numbers.
     names.retain(|name| table.columns.iter().any(|column| column.name == *name && column.present() > 0));
     names.sort_unstable();
     let mut wanted: Vec<&str> = columns.keys().map(String::as_str).collect();

@@ -1,4 +1,4 @@
-//! Tables of text in the shapes that loggers write.
+//! Tables of text in the forms that loggers write.
 
 use std::path::Path;
 
@@ -125,7 +125,7 @@ fn truth_files_of_one_run_keep_their_clocks() {
     let run = sources[0].read().expect("a run").remove(0);
     let picks = [Pick { name: "u", is_held: true }, Pick { name: "q", is_held: false }];
     let series = on_one_grid(folder.path(), &run, &picks).expect("series");
-    // At 10, 30, 50 and 70 ms of the first clock: the command that holds then.
+    // At 10, 30, 50 and 70 ms of the first clock: the command held then.
     assert_eq!(series.values[0], [1.0, 2.0, 3.0, 3.0]);
     assert_eq!(series.values[1], [10.0, 20.0, 30.0, 40.0]);
 }

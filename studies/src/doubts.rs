@@ -1,4 +1,4 @@
-//! What a file says without a mistake, and hardly means.
+//! Doubtful values in a file without mistakes.
 
 use feeler_analysis::{ControlLoop, gain, gain_names, modes};
 use feeler_control::{ControllerSpec, Law};
@@ -10,14 +10,13 @@ use feeler_problem::Problem;
 use crate::operating_point::contact_view;
 use crate::run::ForceLoop;
 
-/// Samples in one cycle of a motion, below which a controller cannot see it.
+/// Smallest number of samples in one cycle of a motion that a controller can observe.
 const LEAST_SAMPLES: f64 = 2.0;
-/// Modes with more damping swing so little that nothing is missed, as a ratio.
+/// Largest damping ratio of the modes that are checked; others hardly oscillate.
 const HARDLY_SWINGS: f64 = 0.5;
 
-/// Plausible nonsense: keys with what is doubtful about them, and what was probably meant. Linear theory
-/// is asked
-/// where it has an answer.
+/// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it
+/// applies.
 pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     let mut found = without_gains(scenario);
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
@@ -45,7 +44,7 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
     .collect()
 }
 
-/// Controllers that take less than two samples of a motion of the machine in contact.
+/// Controllers with less than two samples per cycle of a motion of the machine in contact.
 fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
     let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
     let swings =
@@ -70,14 +69,14 @@ fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
     .collect()
 }
 
-/// Force loops whose drive, commanded to push, pulls the tool off.
+/// Force loops whose drive pulls the tool off although it is commanded to push.
 fn pushed_away(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
     let found = ForceLoop::find(scenario)?;
     let used = &scenario.controllers[found.controller];
     let drive = scenario.machine.actuators.get_index_of(&used.drives)?;
     let plant = whole.plant();
     let contact = plant.output(Source::Contact(found.contact, Quantity::Force)).ok()?;
-    // Held by the contact, a drive that pushes has a static force of its own sign.
+    // With the contact held, a pushing drive gives a static force of the same sign.
     let a = plant.a().clone().lu();
     let pressed = a.solve(&plant.b().column(drive).into_owned())?;
     let force = -(&contact.c * pressed)[(0, 0)] + contact.d[drive];

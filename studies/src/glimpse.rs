@@ -1,5 +1,5 @@
-//! What a scenario does, for a page on which its numbers move: one run and linear theory side by side,
-//! without what takes long.
+//! A quick view of a scenario, for a page with adjustable numbers: one run and linear theory side by side,
+//! without the slow parts.
 
 use feeler_analysis::{AnalysisError, Curves, Report, Request, analyze, curves};
 use feeler_engine::Scenario;
@@ -10,21 +10,21 @@ use crate::run::{Candidate, Outcome, RunError, RunResult, measure, run_once};
 /// A run and the theory beside it.
 #[derive(Debug)]
 pub struct Glimpse {
-    /// The run as long as the file asks, without its energies.
+    /// The run over the file's duration, without energies.
     pub run: Result<RunResult, RunError>,
-    /// Linear theory in contact, without the account of the bandwidth, and its curves.
+    /// Linear theory in contact and its curves, without the waterfall of the bandwidth.
     pub theory: Result<(Report, Curves), AnalysisError>,
 }
 
 impl Glimpse {
-    /// Computes both, on two processors where there are two.
+    /// Computes both, on two processors if available.
     pub fn of(scenario: &Scenario) -> Self {
         let (run, theory) = rayon::join(|| run_once(scenario), || theory(scenario));
         Self { run, theory }
     }
 }
 
-/// Linear theory in contact, without the account of the bandwidth, and its curves.
+/// Linear theory in contact and its curves, without the waterfall of the bandwidth.
 ///
 /// # Errors
 /// As [`analyze`].
@@ -35,8 +35,7 @@ pub fn theory(scenario: &Scenario) -> Result<(Report, Curves), AnalysisError> {
     Ok((report, curves))
 }
 
-/// What becomes of each of some scenarios, side by side where their structure allows it; `None` for one that
-/// cannot run.
+/// Outcomes of some scenarios, side by side if their structure allows it; `None` for one that cannot run.
 pub fn outcomes(scenarios: Vec<Scenario>) -> Vec<Option<Outcome>> {
     let prepared: Vec<Option<Candidate>> =
         scenarios.into_iter().map(|scenario| Candidate::new(scenario).ok()).collect();

@@ -1,5 +1,5 @@
-//! What is done with scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter,
-//! reduction of arms.
+//! Studies of scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter, reduction
+//! of arms.
 
 pub mod arm;
 pub mod frf;

@@ -1,4 +1,4 @@
-//! Numbers as people read them: four digits and a unit of fitting size.
+//! Numbers for people: four digits and a unit of suitable size.
 
 /// Digits shown.
 const DIGITS: i32 = 4;
@@ -9,7 +9,7 @@ const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "rad", "ra
 pub const PREFIXES: &[(f64, &str)] =
     &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
-/// A number in the unit in which it reads best, such as `("1.25", "mm")`.
+/// A number in its most readable unit, such as `("1.25", "mm")`.
 pub fn split(value: f64, unit: &str) -> (String, String) {
     if value == 0.0 || !value.is_finite() || !PREFIXABLE.contains(&unit) {
         return (plain(value), unit.to_owned());
@@ -27,7 +27,7 @@ pub fn with_unit(value: f64, unit: &str) -> String {
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
-/// The prefix in which a size reads best, as factor and name. Up to ten thousand stay without one.
+/// The most readable prefix for a magnitude, as factor and name. Values up to ten thousand have none.
 pub fn prefix(value: f64) -> (f64, &'static str) {
     let size = value.abs();
     if (1.0..1e4).contains(&size) {
@@ -59,8 +59,7 @@ pub fn plain(value: f64) -> String {
 const ALL_DIGITS: i32 = 15;
 const BELOW_TOLERANCE: i32 = 2;
 
-/// A number with enough digits that a difference of a hundredth of the tolerance shows; all of them where
-/// there is no tolerance.
+/// A number with enough digits to show a hundredth of the tolerance; all of them without a tolerance.
 pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return plain(value);
@@ -77,7 +76,7 @@ pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     }
 }
 
-/// Percentages beyond this are no shares of anything and are not reported as numbers.
+/// Percentages beyond this are not meaningful and are not reported as numbers.
 const MOST_PERCENT: f64 = 10_000.0;
 
 /// A share as a percentage.
@@ -90,7 +89,7 @@ pub fn percent(share: f64) -> String {
     if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
 }
 
-/// A share as a percentage of which two digits show, however small.
+/// A share as a percentage with two digits, however small.
 pub fn fine_percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent == 0.0 || !percent.is_finite() || percent.abs() >= 1.0 {

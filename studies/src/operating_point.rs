@@ -1,4 +1,4 @@
-//! The force at which a scenario is seen as linear: one rule for linear theory, maps and explanations.
+//! The force at which a scenario is linearised: one rule for linear theory, maps and explanations.
 
 use feeler_analysis::{ContactView, View};
 use feeler_control::{Law, Reference, ReferenceSpec};
@@ -8,14 +8,14 @@ use feeler_plant::description::Engagement;
 
 use crate::run::{ForceLoop, nothing_can_touch};
 
-/// What the force is held at where stiffness depends on it and no reference tells, N.
+/// Default force of the linearisation if stiffness depends on it and no reference gives it, N.
 const PRELOAD_N: f64 = 10.0;
 
-/// What of a machine depends on the contact's force.
+/// The part of a machine that depends on the contact's force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Dependence {
-    /// A contact, which without force has no stiffness.
+    /// A contact that has no stiffness without force.
     Vanishing,
     /// A contact's stiffness or damping.
     Contact,
@@ -23,8 +23,8 @@ pub enum Dependence {
     Spring,
 }
 
-/// What of a machine depends on the contact's force: as assembled, since effects change the laws. `clamped`
-/// counts contacts that are absent as described.
+/// The part of a machine that depends on the contact's force, after effects, which change the laws. `clamped`
+/// includes contacts that are absent as described.
 pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence> {
     let assembly = assemble(&scenario.machine).ok()?;
     let touching: Vec<_> = assembly
@@ -42,8 +42,8 @@ pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence
     (hardens && !touching.is_empty()).then_some(Dependence::Spring)
 }
 
-/// The force above zero that a scenario wants at the end, N: of its force loop, else of the first controller
-/// whose reference is a force. What its reference comes to in the end; on average, where that never ends.
+/// The final force reference of a scenario if positive, N: of its force loop, else of the first controller
+/// with a force reference. For a reference that never ends it is the mean.
 pub fn wanted_force_n(scenario: &Scenario) -> Option<f64> {
     let of_force = |law: &Law| matches!(law, Law::ExplicitForce(_) | Law::Admittance(_));
     let of_loop = ForceLoop::find(scenario).map(|found| found.controller);
@@ -58,14 +58,14 @@ pub fn wanted_force_n(scenario: &Scenario) -> Option<f64> {
     Some(force_n).filter(|force_n| *force_n > 0.0)
 }
 
-/// How linear theory sees a scenario's contact: absent if it never touches, attached, or pressed with
-/// [`wanted_force_n`] where something depends on the force.
+/// The linear view of a scenario's contact: absent if it never touches, attached, or pressed with
+/// [`wanted_force_n`] if something depends on the force.
 pub fn contact_view(scenario: &Scenario) -> View {
     if nothing_can_touch(scenario) {
         return View::FREE;
     }
     let preload_n = match (force_dependence(scenario, true), wanted_force_n(scenario)) {
-        // Springs are at rest where nothing presses.
+        // Springs are at rest without a pressing force.
         (None, _) | (Some(Dependence::Spring), None) => return View::CLAMPED,
         (Some(_), wanted_n) => wanted_n.unwrap_or(PRELOAD_N),
     };
@@ -90,7 +90,7 @@ mod tests {
 
     const HERTZ: &str = "law = \"hertz\"\nstiffness = 1e8";
 
-    /// The step to 30 N comes after the run, which is as long as it is for reasons of its own.
+    /// The step to 30 N comes after the end of the run, whose duration is independent of it.
     #[test]
     fn regress_the_force_is_that_of_the_reference_s_end_whatever_the_run_s_length() {
         for duration in ["1.0", "3.0"] {

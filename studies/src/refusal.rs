@@ -1,11 +1,11 @@
-//! What is wrong with a request, and what to do about it.
+//! A rejected request, with its remedy.
 
 use std::borrow::Cow;
 
 use feeler_problem::Remedy;
 use thiserror::Error;
 
-/// A request that cannot be met: what is wrong, and the remedy, each a sentence without full stop.
+/// A request that cannot be met: the reason and the remedy, each a sentence without full stop.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{message}")]
 pub struct Refusal {
@@ -16,7 +16,7 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// Of a message and its remedy.
+    /// From a message and its remedy.
     pub fn new(message: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { message: message.into(), remedy: remedy.into() }
     }

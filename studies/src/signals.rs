@@ -1,4 +1,4 @@
-//! Signals of a machine as a person names them.
+//! Signals of a machine by the names that users write.
 
 use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Machine, Quantity, SignalName};
@@ -6,10 +6,10 @@ use feeler_plant::names::{list, nearest};
 
 use crate::refusal::Refusal;
 
-/// The signal of a machine that is named.
+/// The signal of a machine with this name.
 ///
 /// # Errors
-/// A refusal where the machine has no such signal, with the nearest one and all that there are.
+/// A refusal if the machine has no such signal, with the nearest one and the complete list.
 pub fn named(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     match text.parse::<SignalName>() {
         Ok(name) if resolve(machine, &name).is_ok() => Ok(name),
@@ -17,18 +17,18 @@ pub fn named(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     }
 }
 
-/// The actuator whose command is named as the input.
+/// The actuator whose command is the named input.
 ///
 /// # Errors
-/// A refusal where no actuator has this command, with those that there are.
+/// A refusal if no actuator has this command, with the existing ones.
 pub fn command(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     one_of(machine, text, "an actuator's command", &commands(machine))
 }
 
-/// The actuator's command or the force on a body that is named as the input.
+/// The actuator's command or the force on a body that is the named input.
 ///
 /// # Errors
-/// A refusal where there is neither, with those that there are.
+/// A refusal if there is neither, with the existing ones.
 pub fn input(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     let forces = machine.bodies.keys().map(|body| SignalName::new(body, Quantity::Force).to_string());
     let inputs: Vec<String> = commands(machine).into_iter().chain(forces).collect();
@@ -57,7 +57,7 @@ fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> Resul
 fn unknown(text: &str, what: &str, known: &[String]) -> Refusal {
     let names = || known.iter().map(String::as_str);
     let near = nearest(text, names()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
-    // The whole list, since each name says of what element it is.
+    // The whole list, since each name shows its element.
     let all = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let there = if known.is_empty() { "there is none".to_owned() } else { format!("there is {all}") };
     Refusal::new(format!("the machine has no {what} `{text}`"), format!("{near}{there}"))

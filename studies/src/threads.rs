@@ -1,4 +1,4 @@
-//! Threads for computations that have none of their own.
+//! Threads for computations without their own threads.
 
 use feeler_analysis::Workers;
 use rayon::prelude::*;

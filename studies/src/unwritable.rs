@@ -5,7 +5,7 @@ use std::path::Path;
 
 use feeler_problem::Problem;
 
-/// What is wrong where a file or folder cannot be written, and what to do about it.
+/// The mistake and the remedy for a file or folder that cannot be written.
 pub fn unwritable(path: &Path, source: &Error) -> Problem {
     let file = path
         .ancestors()

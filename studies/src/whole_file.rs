@@ -1,27 +1,26 @@
-//! Writing files so that what stands under a name is always whole.
+//! Writes files so that an existing file is always complete.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::path::Path;
 
-/// Ends the names of files that are not whole yet.
+/// Suffix of incomplete files.
 const UNFINISHED: &str = ".tmp";
 
-/// Writes a file whole or not at all, whenever the process or the machine stops, and so that several
-/// processes may write the same one: under another name beside it, synchronised, then renamed. What stands at
-/// `path` is replaced. `write` gives the file back when it is done with it; `told` is the error for what the
-/// system says.
+/// Writes a file completely or not at all, even if the process or the machine stops, or several processes
+/// write the same file. It uses another name beside it, synchronises, then renames; an existing `path` is
+/// replaced. `write` returns the file when it has finished. `told` converts a system error.
 ///
 /// # Errors
-/// Those of `write`, and `told` of the system's; of the new file nothing is left then.
+/// Those of `write`, and `told` of system errors; nothing of the new file is left then.
 pub fn write_whole<E>(
     path: &Path,
     told: &dyn Fn(io::Error) -> E,
     write: impl FnOnce(File) -> Result<File, E>,
 ) -> Result<(), E> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    // Processes of several machines may have the same number.
+    // Processes on several machines may have the same number.
     name.push(format!(".{:016x}{UNFINISHED}", RandomState::new().hash_one(std::process::id())));
     let temporary = path.with_file_name(name);
     let file = File::create(&temporary).map_err(told)?;
@@ -29,15 +28,15 @@ pub fn write_whole<E>(
         .and_then(|file| file.sync_all().map_err(told))
         .and_then(|()| fs::rename(&temporary, path).map_err(told));
     if let Err(error) = written {
-        // What is left of it is of no use; that the writing failed is what matters.
+        // The incomplete file is useless; only the error of the writing matters.
         let _ = fs::remove_file(&temporary);
         return Err(error);
     }
     sync_folder(folder_of(path)).map_err(told)
 }
 
-/// Removes what calls of [`write_whole`] for `path` have left that were stopped from outside. A call that is
-/// still at work fails then.
+/// Removes temporary files that interrupted calls of [`write_whole`] for `path` have left. A call that is
+/// still running fails then.
 pub(crate) fn remove_unfinished(path: &Path) -> io::Result<()> {
     let begins = path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".";
     let is_left = |name: &str| {
@@ -56,12 +55,12 @@ pub(crate) fn remove_unfinished(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The folder that a file is in; that of a bare name is the folder at work.
+/// The folder of a file; the working folder for a bare name.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Makes a rename last. Windows cannot synchronise folders, and needs not.
+/// Makes a rename durable. Windows cannot synchronise folders, and does not need it.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder).and_then(|file| file.sync_all()) } else { Ok(()) }
 }

@@ -1,4 +1,4 @@
-//! Scenarios of a whole arm: what they show, how far their reduced axis stands for them, and what is refused.
+//! Scenarios of a whole arm: their results, the agreement with their reduced axis, and rejected input.
 
 #![expect(
     clippy::unwrap_used,
@@ -129,7 +129,8 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
     }
 }
 
-/// Of the force: gears and contact in series with the programmed spring; the other directions yield a little.
+/// Relative to the force: gears and contact in series with the programmed spring; the other directions yield
+/// slightly.
 const AT_REST: f64 = 0.02;
 
 #[test]
@@ -203,8 +204,8 @@ period = "1 ms"
 duration = 0.05
 "#;
 
-/// The lever turns by 2 mrad on its way, so that the tool's way bends by as much, and the ball's centre is as
-/// much as its radius over the point of contact.
+/// The lever turns by 2 mrad on its path, so that the tool's path bends by the same angle, and the ball's
+/// centre moves by that angle times its radius relative to the point of contact.
 const LEVER_IS_AN_AXIS: f64 = 1e-4;
 
 /// A folder with the lever and a scenario of it.

@@ -1,4 +1,4 @@
-//! Events that happen once are reported once, whatever rounding makes of the instant.
+//! Events that happen once are reported once, whatever the rounding of the instant.
 
 mod common;
 
@@ -8,12 +8,12 @@ use feeler_studies::run::{RunResult, run};
 
 use common::{file, result_of};
 
-/// Events of one guide or contact closer than this are one event told twice: the machines here need a
-/// thousand times longer for anything.
+/// Events of one guide or contact closer than this are one event reported twice: the machines here need a
+/// thousand times longer.
 const APART_S: f64 = 1e-9;
 
-/// The wall at zero and the tip before it, or the tip at zero and a gap: one machine, but the first touches
-/// down at a compression that is all rounding.
+/// The wall at zero and the tip in front of it, or the tip at zero and a gap: one machine, but the first
+/// touches at a compression of pure rounding.
 #[test]
 fn regress_a_touch_of_an_undamped_nonlinear_contact_is_one() {
     for (law, alpha) in [("hunt-crossley", 0.3), ("hunt-crossley", 0.0), ("hertz", 0.0)] {

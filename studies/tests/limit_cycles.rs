@@ -11,12 +11,12 @@ use feeler_analysis::{LimitCycle, limit_cycles};
 use feeler_files::{Document, Setting};
 use feeler_studies::run::{Summary, run};
 
-/// What the higher harmonics, which are neglected, may move: for a one-sided spring left for less than half
-/// of the time the second harmonic of the force is about a third of the first, and the machine passes about a
-/// third of that.
+/// Error from the neglected higher harmonics. For a one-sided spring that is left for less than half of the
+/// time, the second harmonic of the force is about a third of the first, and the machine passes about a third
+/// of that.
 const FIRST_HARMONIC: f64 = 0.1;
-/// Saturation is odd, so that its first neglected harmonic is the third: at most a ninth, of which the
-/// machine passes less than a tenth.
+/// Saturation is odd, so its first neglected harmonic is the third: at most a ninth, of which the machine
+/// passes less than a tenth.
 const ODD: f64 = 0.04;
 
 fn scenario(name: &str, settings: &[(&str, f64)]) -> Document {

@@ -25,8 +25,8 @@ const LAG: &str = "kind = \"force\"\nbandwidth = \"30 Hz\"";
 const CLAMPED: &str = "engagement = \"clamped\"";
 const GUIDE: &str = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 200";
 
-/// A smooth reference excites so little that the growth is within the settling band for as long as the run
-/// was asked for.
+/// A smooth reference excites so little that the growth stays within the settling band over the requested
+/// duration.
 #[test]
 fn regress_growth_within_the_settling_band_is_unstable() {
     let smooth: Vec<String> = (0..=80)
@@ -57,8 +57,8 @@ fn regress_a_few_cycles_are_no_sustained_oscillation() {
     }
 }
 
-/// A wall that takes energy at every impact, under a constant push: flights shorten, whatever the instant at
-/// which the run ends.
+/// A wall that dissipates energy at every impact, under a constant push: flights become shorter, whatever the
+/// end of the run.
 #[test]
 fn regress_bouncing_that_dies_out_is_no_chatter() {
     let body = "velocity = 0.4\n[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 5";
@@ -70,7 +70,7 @@ fn regress_bouncing_that_dies_out_is_no_chatter() {
             "kp = 0.1\nperiod = 1e-3\nreference = 20.0",
             duration_s,
         );
-        // Eight times the shorter ones are not enough to see it come to rest.
+        // Eight times the shorter durations are not enough to come to rest.
         let expected = if duration_s < 2.0 { Outcome::Undecided } else { Outcome::BouncesThenSettles };
         assert_eq!(summary.outcome, expected, "{duration_s} s: {:?}", summary.verdict);
     }
@@ -96,8 +96,8 @@ fn regress_a_tool_that_is_pushed_back_is_waited_for() {
     }
 }
 
-/// By linear theory the loop is stable up to 1.18 times its gain: what the noise of its sensor keeps moving
-/// there does not grow, whatever its seed.
+/// By linear theory the loop is stable up to 1.18 times its gain: the motion by sensor noise does not grow
+/// there, whatever its seed.
 #[test]
 fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
     let place = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
@@ -120,7 +120,7 @@ fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
     }
 }
 
-/// Steps of 8 N hold no reading of 20 N, so that the integrator goes up and down for ever, by 3.9 N; those of
+/// With steps of 8 N no reading equals 20 N, so the integrator moves up and down for ever, by 3.9 N; steps of
 /// 0.2 N keep the force within the settling band.
 #[test]
 fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
@@ -163,8 +163,8 @@ fn regress_few_bounces_that_grow_are_unstable() {
     }
 }
 
-/// Loops that touch nothing: a drive at its limit behind an integrator without anti-windup, and a load read
-/// behind free play.
+/// Loops without contact: a drive at its limit behind an integrator without anti-windup, and a load read
+/// behind a free play.
 #[test]
 fn truth_loops_without_contact_are_judged_by_what_they_control() {
     let windup = r#"
@@ -241,7 +241,7 @@ duration = 8.0
     assert_eq!(outcome(&play.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
 }
 
-/// Every file of an axis tells what becomes of it, in its own duration.
+/// Every file of an axis has a decided outcome within its own duration.
 #[test]
 fn prop_no_scenario_of_the_project_ends_undecided() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));

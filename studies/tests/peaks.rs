@@ -1,5 +1,5 @@
-//! Peak forces between the record's rows: against closed forms, against records so fine that rows meet them,
-//! and in companies against alone.
+//! Peak forces between the record's rows: against closed forms, against very fine records, and in groups
+//! against single runs.
 
 mod common;
 
@@ -10,7 +10,7 @@ use common::{file, result_of};
 
 const MASS_KG: f64 = 2.0;
 const SPEED_M_PER_S: f64 = 0.3;
-/// The engine finds a maximum where the slope is zero to rounding; what is left is the rounding of speed,
+/// The engine finds a maximum where the slope is zero to rounding; the rest is the rounding of speed,
 /// stiffness and the instant of the touch.
 const LOCATED: f64 = 1e-11;
 /// Of a half sine met by a thousand rows a parabola finds the peak within `(pi / 1000)^4 / 128 = 1e-12`; laws
@@ -34,7 +34,7 @@ fn peak_n(stiffness: f64, damping: f64, gap_m: f64) -> f64 {
     peak_of(&impact(&format!("stiffness = {stiffness}\ndamping = {damping}"), gap_m, "duration = 0.1"))
 }
 
-/// The largest of rows so fine that they are all there is.
+/// The largest of rows so fine that they represent the motion.
 fn largest_row(document: &Document) -> f64 {
     result_of(document).record.column("tool.force").unwrap_or_default().iter().copied().fold(0.0, f64::max)
 }
@@ -94,12 +94,13 @@ fn regress_the_hardest_contact_is_found_however_short() {
         |rate: f64| [("run.duration", Setting::Number(0.2)), ("run.record_rate", Setting::Number(rate))];
     let found = peak_of(&file("why/loss-fast.toml", &settings(2e3)));
     let expected = largest_row(&file("why/loss-fast.toml", &settings(1e6)));
-    // The force begins with its damper and falls within microseconds: rows of one miss some of it.
+    // The force begins with its damper and falls within microseconds: rows of one microsecond miss part of
+    // it.
     assert!(found >= expected && found < 1.001 * expected, "{found} N, not {expected} N");
 }
 
-/// Variants of a sweep find the same peaks as single runs do, though they travel beside others between rows
-/// at a fifth of the rate.
+/// Variants of a sweep have the same peaks as single runs, although they travel in groups between rows at a
+/// fifth of the rate.
 #[test]
 fn prop_a_variant_of_a_sweep_has_the_peaks_of_a_run() {
     for (name, key, from, step) in [
@@ -126,7 +127,7 @@ fn prop_a_variant_of_a_sweep_has_the_peaks_of_a_run() {
             };
             let (alone, abreast) = (run(&scenario, &mut |_| {}).unwrap().summary, measured.unwrap().summary);
             for (a, b) in alone.contacts.iter().zip(&abreast.contacts) {
-                // Alone and beside others times are summed in another order: a difference of rounding that
+                // Alone and in groups, times are summed in another order: a difference of rounding that
                 // impacts may amplify.
                 assert!(
                     (a.peak_force_n / b.peak_force_n - 1.0).abs() < 1e-6,
@@ -147,6 +148,6 @@ fn regress_fixed_steps_between_rows_have_their_peaks() {
         0.010_01,
         "duration = 0.05\nintegrator = \"rk4\"\nstep = 1e-6\nrecord_rate = 1e4",
     ));
-    // The touch falls up to a step before it is seen, of 14 us from touch to peak.
+    // The touch is detected up to a step late, against 14 us from touch to peak.
     assert!((found / expected - 1.0).abs() < 0.02, "{found} N, not {expected} N");
 }

@@ -1,4 +1,4 @@
-//! How much it takes, and how it is written down: sizes, limits and settings of `why`.
+//! Sizes, limits and settings of the remedies of `why`.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
@@ -107,7 +107,7 @@ fn truth_what_lifts_the_limit_twentyfold_stands_beside_the_verdict() {
     assert!(found.verdict.contains("no delay"), "{}", found.verdict);
 }
 
-/// One gain is the whole law but for feed-forward, so that its limit and the factor on it are one number.
+/// One gain is the whole law except for feed-forward, so its limit and the factor on it are one number.
 #[test]
 fn regress_why_and_analyze_agree_on_the_limit() {
     /// Edges are exact to 1e-12.
@@ -120,7 +120,7 @@ fn regress_why_and_analyze_agree_on_the_limit() {
     assert!((0.4 * factor - limit).abs() < SAME * limit, "{} {limit}", 0.4 * factor);
 }
 
-/// What is written for a remedy is what was tried.
+/// The written remedy equals the tried one.
 #[test]
 fn truth_remedies_are_settings_that_cure() {
     let text = with_sensor("delay = 0.006", 0.001, 1.2);

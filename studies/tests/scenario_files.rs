@@ -1,4 +1,4 @@
-//! Every scenario file does what its header says.
+//! Every scenario file behaves as its header states.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
@@ -13,14 +13,14 @@ use feeler_studies::run::{Outcome, RunResult, run};
 /// Keys of a scenario and what they are set to.
 type Settings<'a> = &'a [(&'a str, f64)];
 
-/// Energy that appears from nowhere, relative to what is exchanged: what the exact integrator promises.
+/// Tolerance of the ledger, relative to the exchanged energy, as promised for the exact integrator.
 const LEDGER_TOLERANCE: f64 = 1e-9;
-/// A header rounds its figures to the last digit it shows; a little more for the rounding of the last digit
-/// itself.
+/// A header rounds its figures to the last digit; slightly more than half a unit allows for the rounding of
+/// that digit itself.
 const HEADER_ROUNDING: f64 = 0.51;
 /// Event times of the reference machines, s.
 const EVENT_TOLERANCE_S: f64 = 1e-9;
-/// How close to a printed limit of four or five digits the files must show it.
+/// Distance from a printed limit of four or five digits at which the files must show it.
 const BESIDE_A_LIMIT: f64 = 0.02;
 
 fn root() -> PathBuf {
@@ -65,7 +65,7 @@ fn run_file(file: &str) -> RunResult {
     run_document(&load(file))
 }
 
-/// Where the text says what the header says, it ends where a sentence or clause does.
+/// If the text equals the header, it ends with a sentence or clause.
 #[test]
 fn regress_no_about_is_cut_at_a_decimal_point() {
     for file in files_of(&[
@@ -128,7 +128,7 @@ fn swing_n(result: &RunResult, from_s: f64, to_s: f64) -> f64 {
     (part.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
 }
 
-/// Swing of the last quarter of a run over that of the quarter before.
+/// Amplitude of the last quarter of a run over that of the previous quarter.
 fn growth(result: &RunResult) -> f64 {
     let end = result.summary.simulated_s;
     swing_n(result, 0.75 * end, end) / swing_n(result, 0.5 * end, 0.75 * end)
@@ -267,8 +267,8 @@ fn reference_clamped_machines_turn_unstable_at_their_sampled_gains() {
         ("all-three", 1.4167),
     ] {
         let at = |gain: f64| {
-            // The slow modes of base and workpiece have died out after six seconds, and the one at the limit
-            // is left.
+            // The slow modes of base and workpiece have decayed after six seconds, and the one at the limit
+            // remains.
             let settings = [("controllers.force.kp", gain), ("run.duration", 12.0)];
             growth(&run_document(&load_with(&format!("paper/{file}.toml"), &settings)))
         };
@@ -334,7 +334,7 @@ fn reference_events_of_m1_m2_and_m4() {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
         .join("../../shared/reference/contact-events.json");
     let Ok(text) = std::fs::read_to_string(&path) else {
-        // Not by the macro for errors, whose words a passing test keeps to itself.
+        // Not by the error macro, whose output a passing test hides.
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", path.display());
         return;
     };

@@ -1,5 +1,5 @@
-//! Contacts between shapes: what files say of them, what the travel over a surface does to the force, and
-//! what is wrong with a file.
+//! Contacts between shapes: their keys in files, the effect of travel over a surface on the force, and
+//! mistakes in files.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -37,8 +37,8 @@ fn amplitude(values: &[f64], spacing_s: f64, frequency_hz: f64) -> f64 {
     2.0 * c.hypot(s) / values.len() as f64
 }
 
-/// A ball of radius r over y = A cos(q s): its centre runs on the parallel curve, whose fundamental is found
-/// by quadrature.
+/// A ball of radius r over y = A cos(q s): its centre moves on the parallel curve, whose fundamental comes
+/// from quadrature.
 fn parallel_fundamental(a: f64, q: f64, r: f64) -> f64 {
     let n = 20_000;
     let mut sum = 0.0;
@@ -77,7 +77,7 @@ fn truth_travel_over_a_sine_is_the_analytic_disturbance_response() {
     let result = run(&document.scenario, &mut |_| {}).unwrap();
     let force = result.trace.column("tool.force").unwrap();
     let frequency_hz = speed / wavelength;
-    // The start has died out (8 kg over 350 N s/m: 23 ms) and whole periods are left.
+    // The transient has decayed (8 kg over 350 N s/m: 23 ms) and whole periods remain.
     let found = amplitude(&force[1000..4000], 1e-3, frequency_hz);
     // F = (k + c s) (x - w), m s^2 x + b s x = -F: |F| = |(k + c s)(m s^2 + b s) / (m s^2 + (b + c) s + k)|
     // |w|.
@@ -163,7 +163,8 @@ fn truth_bad_surfaces_are_one_clear_error_each() {
     assert!(error.contains("this axis is rotational"), "{error}");
 }
 
-/// Straight lines between knots that are 0.6 mm apart on a ball of 53 mm: (0.6 / 53)^2 / 8 of the normal.
+/// Linear interpolation between knots that are 0.6 mm apart on a ball of 53 mm: (0.6 / 53)^2 / 8 of the
+/// normal.
 const STRAIGHT: f64 = 2e-5;
 
 #[test]

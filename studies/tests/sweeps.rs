@@ -1,5 +1,5 @@
-//! The sweep files: what they reproduce of the paper, and that tasks of a scheduler make the same bytes as
-//! one run.
+//! The sweep files: the results of the paper that they reproduce, and that tasks of a scheduler give the same
+//! bytes as one run.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
@@ -21,7 +21,7 @@ fn results(sweep: &Sweep) -> Table {
     Table::read(&result.table.unwrap()).unwrap()
 }
 
-/// Whether a row comes to rest, or is on its way there.
+/// Whether a row comes to rest, or is about to.
 fn rests(table: &Table, row: usize) -> bool {
     let text = |column: &str| table.texts(column).unwrap()[row].clone().unwrap_or_default();
     let outcome = text("outcome");
@@ -29,8 +29,8 @@ fn rests(table: &Table, row: usize) -> bool {
         || text("undecided") == "still-decaying"
 }
 
-/// For each value of the first axis the index of the first gain that does not come to rest, and where linear
-/// theory puts the first limit on the same scale.
+/// For each value of the first axis, the index of the first gain that does not come to rest, and the first
+/// limit of linear theory on the same scale.
 fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
     let axes = DrawnAxis::of(&sweep.file);
     let [across, gain] = &axes[..] else { panic!("two axes") };
@@ -46,7 +46,7 @@ fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
             .unwrap()
             .first_upper();
         let edge = (0..gains).find(|i| !rests(table, rows[section * gains + i])).unwrap_or(gains);
-        // Limits off the map are met where all of its gains come to rest.
+        // Limits outside the map agree if all of its gains come to rest.
         (edge as f64, (gain.share(limit) * (gains - 1) as f64).min(gains as f64))
     };
     (0..sections).map(of_section).collect()
@@ -69,7 +69,7 @@ fn reference_the_simulated_boundary_is_within_a_cell_of_the_sampled_one() {
         let gains = DrawnAxis::of(&sweep.file)[1].points.unwrap() as f64;
         let mut met = 0;
         for (edge, theory) in edges(&sweep, &table, &rows) {
-            // Were the simulated limit the sampled one, the first gain beyond it would be less than a cell
+            // If the simulated limit equals the sampled one, the first gain beyond it is less than a cell
             // past it.
             let distance = edge - theory;
             assert!(

@@ -1,7 +1,7 @@
-//! Reads and runs mutated files of the project: `cargo run --release -p feeler-validation --example fuzz
-//! -- 20000`.
+//! Reads and runs mutated files of the project: `cargo run --release -p feeler-validation --example fuzz --
+//! 20000`.
 //!
-//! Ends with 1 where a case panics or takes longer than ten seconds; the case is then in `fuzz-failed.toml`.
+//! Exits with 1 if a case panics or takes longer than ten seconds; the case is then in `fuzz-failed.toml`.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use feeler_validation::fuzz::{Case, Fate, Fuzz};
 
-/// The longest that a case may take, s.
+/// Longest time of a case, s.
 const LONGEST_S: f64 = 10.0;
 const FAILED: &str = "fuzz-failed.toml";
 

@@ -14,14 +14,13 @@ use crate::landmarks;
 use crate::paper::{Axis, IDEAL, Model, SOURCE, spring};
 use crate::table::Row;
 
-/// Two edges found by bisection of eigenvalues of different matrices: 1e-12, with room.
+/// Tolerance of two edges found by bisection of eigenvalues of different matrices: 1e-12, with a margin.
 const SAME_EDGE: f64 = 1e-9;
 
-/// Decimals to which the workpiece's edges are known from the Routh-Hurwitz determinants of its
-/// characteristic polynomial.
+/// Precision of the workpiece's edges from the Routh-Hurwitz determinants of its characteristic polynomial.
 const THREE_DECIMALS: f64 = 5e-4;
-/// The transmission's own damper gives back atan(w c / k), 14 degrees at 400 Hz, and guides and contact take
-/// a few.
+/// The transmission's own damper returns atan(w c / k), 14 degrees at 400 Hz, and guides and contact take a
+/// few.
 const DAMPERS_DEG: f64 = 20.0;
 
 /// A pair of zeros on a pair of poles, up to their rounding of 1e-16 over a damping ratio of 0.005.
@@ -29,7 +28,7 @@ const NO_DIP_DEG: f64 = 1e-9;
 /// Far above every mode of the reference axis, Hz.
 const FAR_HZ: f64 = 400.0;
 
-/// Whether no gain at all is too large: one interval without an end.
+/// Whether no gain is too large: one interval without an end.
 fn is_unbounded(bands: &GainBands) -> bool {
     matches!(bands.bands.as_slice(), [band] if band.lower.is_none() && band.upper.is_none())
 }
@@ -59,7 +58,7 @@ fn position_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
     Ok(ControlLoop::new(&position_loop(axis), &View::CLAMPED)?.continuous_bands("kp")?)
 }
 
-/// Phase of the sensed force against the drive at a frequency, degrees, followed from low frequency on.
+/// Phase of the sensed force against the drive at a frequency, degrees, continued from low frequency.
 fn phase_deg(axis: &Axis, frequency_hz: f64) -> Result<f64, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
     let (input, output) =
@@ -93,7 +92,7 @@ fn flexible_mode(axis: &Axis) -> Result<(VibrationMode, ModeInPair), ValidationE
 /// Rows for all five claims. The fourth needs the fitted machine and is as exact as its landmarks.
 ///
 /// # Errors
-/// [`ValidationError`] where a computation fails.
+/// [`ValidationError`] if a computation fails.
 pub fn claim_rows() -> Result<Vec<Row>, ValidationError> {
     let mut rows = first()?;
     rows.extend(second()?);
@@ -123,7 +122,7 @@ fn first() -> Result<Vec<Row>, ValidationError> {
         Row::holds("the actuator's falls below", claim, phase_deg(&rigid(SOURCE), FAR_HZ)? < -180.0),
         Row::holds("the actuator's pole bounds the gain", claim, usual.is_finite()),
         Row::holds("more actuator bandwidth raises the bound", claim, slow < usual && usual < fast),
-        // f_s = k_s x_r: a gain on position is k_s times one on force, and meets the same limit.
+        // f_s = k_s x_r: a gain on position is k_s times one on force, and reaches the same limit.
         Row::relative(
             "position control meets the same limit, over the contact stiffness",
             claim,
@@ -214,8 +213,8 @@ fn third() -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-/// A mode in which actuator and sensor do not move: two like bodies that swing on the tip against each other.
-/// Together they are one of twice the size.
+/// A mode in which actuator and sensor do not take part: two equal bodies that swing on the tip against each
+/// other. Together they equal one of twice the size.
 fn bystanders() -> Result<Vec<Row>, ValidationError> {
     let claim = "claim 3: base and workpiece are dynamically colocated";
     let carrying = |count: usize, share: f64| {
@@ -244,7 +243,7 @@ fn bystanders() -> Result<Vec<Row>, ValidationError> {
     ])
 }
 
-/// Largest turn of the phase that the flexible mode's poles and zeros cause, degrees.
+/// Largest phase change by the poles and zeros of the flexible mode, degrees.
 fn phase_excursion_deg(axis: &Axis) -> Result<f64, ValidationError> {
     let (mode, pair) = flexible_mode(axis)?;
     let f0 = mode.frequency_hz();
@@ -265,7 +264,7 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
     let lowest_is_base = found.first().is_some_and(|(mode, pair)| {
         pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5
     });
-    // At a sample rate that costs nothing the machine itself decides, at a low one the sampling.
+    // At a very high sample rate the machine itself limits, at a low one the sampling.
     let limit = |drive, period_s: f64, axis: &Axis| -> Result<Option<Limit>, ValidationError> {
         let axis = Axis { drive, ..*axis };
         let scenario = axis.force_loop(ForceGains { kp: 1e-4, ..ForceGains::default() }, period_s, 0.0);

@@ -1,4 +1,4 @@
-//! The closed forms as checked rows, each against what the software computes or simulates.
+//! The closed forms as checked rows, each against the computed or simulated value.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +16,7 @@ use crate::paper::{Axis, IDEAL};
 use crate::table::Row;
 use crate::truths;
 
-/// Edges are bisected to 1e-14; eigenvalues of these well-conditioned loops are good to 1e-12.
+/// Edges are bisected to 1e-14; eigenvalues of these well-conditioned loops are accurate to 1e-12.
 const EDGE: f64 = 1e-9;
 /// Zeros of undamped machines: a few hundred roundings.
 const ZERO: f64 = 1e-10;
@@ -83,7 +83,7 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let grows = |kp: f64| -> Result<bool, ValidationError> {
         let poles = eigenvalues(&continuous.closed_loop_with(0, "kp", kp)?)?;
         // Below the limit motions neither grow nor decay, up to the rounding of poles about to meet: the
-        // square root of 1e-16, of 300 rad/s.
+        // square root of 1e-16, times 300 rad/s.
         Ok(poles.iter().any(|p| p.re > 1e-4))
     };
     let expected = truths::two_mass_largest_gain(m1, m2, k, k_s);
@@ -149,7 +149,7 @@ fn integral_loops(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let accumulator =
         StateSpace::discrete(dmatrix![1.0], dmatrix![period_s], dmatrix![1.0], dmatrix![0.0], period_s)?;
     for n in 0..4 {
-        // The accumulator itself answers one sample late, which is the n = 0 of the closed form.
+        // The accumulator itself responds one sample late, which is n = 0 of the closed form.
         let open =
             stiffness.zero_order_hold_delayed(period_s, f64::from(n) * period_s)?.series(&accumulator)?;
         let stable = AffineLoop::negative_feedback(&open)?.stable_gains()?;

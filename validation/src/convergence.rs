@@ -11,30 +11,31 @@ use serde::Serialize;
 use crate::error::ValidationError;
 use crate::table::Row;
 
-/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N: numbers computed outside
-/// this project by integration with located events, by three methods that agree to 1e-9 N.
+/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N. The numbers come from
+/// three independent integrations with located events, which agree to 1e-9 N.
 const MACHINES: [(&str, f64); 3] =
     [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
-/// Those numbers are met within this, N: what is asked of the exact integrator.
+/// Tolerance of those numbers, N: the requirement on the exact integrator.
 const INDEPENDENT_N: f64 = 1e-6;
 /// Peaks of the exact integrator at any two steps agree to this share: rounding, and the parabola through
 /// rows of 10 us, (w h)^4 of 1e-3.
 const EXACT: f64 = 1e-9;
-/// The fixed-step methods take an event at the end of its step: of first order, give or take what the chance
-/// of where in the step it falls leaves after averaging: sixteen phases in a bin, a spread of 0.2 in the
-/// logarithm, over steps that span a factor of 32.
+/// Fixed-step methods handle an event at the end of its step, which is first order. The position of the event
+/// within the step is random; after averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm
+/// remains, over steps that span a factor of 32.
 const ORDER: [f64; 2] = [0.85, 1.15];
 /// The first impact ends before this, s.
 const DURATION_S: f64 = 0.058;
-/// Rows in which a peak of the exact motion is sought, a divisor of the controllers' period, s.
+/// Row spacing for peaks of the exact motion, a divisor of the controllers' period, s.
 const FINE_S: f64 = 1e-5;
 /// The two steps at which the exact integrator must agree with itself, s.
 const APART_S: [f64; 2] = [1e-3, 1e-5];
 /// Steps about each nominal one.
 const PHASES: u32 = 16;
-/// They lie within this share of it.
+/// Their relative distance from it.
 const AROUND: f64 = 0.09;
-/// Fractional part of the golden section, whose multiples spread evenly and meet no period of the controller.
+/// Fractional part of the golden section, whose multiples spread evenly and match no period of the
+/// controller.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// One integrator at one step.
@@ -59,7 +60,7 @@ pub struct Convergence {
     pub order: Option<f64>,
 }
 
-/// A reference machine with what its errors are measured against.
+/// A reference machine with the reference of its errors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Truth {
     /// Name of the machine.
@@ -75,7 +76,7 @@ pub struct Truth {
 /// Errors of all integrators on all machines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Study {
-    /// What the errors are measured against.
+    /// The reference of the errors.
     pub truths: Vec<Truth>,
     /// Machine by machine.
     pub series: Vec<Convergence>,
@@ -103,7 +104,7 @@ fn force(
     Ok(trace.columns.swap_remove(0))
 }
 
-/// The largest value between rows: of the parabola through three of them where no sample of a controller, at
+/// The largest value between rows: of the parabola through three of them, unless a controller sample, at
 /// which the force may bend, lies inside.
 fn peak(force: &[f64], row_s: f64, period_s: f64) -> f64 {
     let largest = force.iter().copied().fold(0.0, f64::max);
@@ -111,7 +112,7 @@ fn peak(force: &[f64], row_s: f64, period_s: f64) -> f64 {
     let sample = |row: usize| ((row as f64 * row_s / period_s) * (1.0 + 1e-12)).floor();
     let top = |first: usize| {
         let [a, b, c] = force.get(first..first + 3)?.try_into().ok()?;
-        // The last row may be the sample itself; the others lie in one hold.
+        // The last row may be the sample itself; the others belong to one hold.
         let held = sample(first).total_cmp(&sample(first + 1)).is_eq()
             && (first + 2) as f64 * row_s <= (sample(first) + 1.0) * period_s * (1.0 + 1e-12);
         let (bend, slope): (f64, f64) = (a - 2.0 * b + c, 0.5 * (c - a));
@@ -124,7 +125,7 @@ fn peak(force: &[f64], row_s: f64, period_s: f64) -> f64 {
 /// Errors of all integrators, from the reference machines among the scenario files.
 ///
 /// # Errors
-/// [`ValidationError::Reference`] where a file is absent or has mistakes, [`ValidationError::Engine`].
+/// [`ValidationError::Reference`] if a file is absent or has mistakes, [`ValidationError::Engine`].
 pub fn convergence(scenarios: &Path, steps_s: &[f64]) -> Result<Study, ValidationError> {
     let mut study = Study { truths: Vec::new(), series: Vec::new() };
     for (name, independent_n) in MACHINES {
@@ -147,8 +148,8 @@ pub fn convergence(scenarios: &Path, steps_s: &[f64]) -> Result<Study, Validatio
                 let mut squares = 0.0;
                 for phase in 1..=PHASES {
                     let h = step_s * (1.0 + AROUND * (2.0 * (GOLDEN * f64::from(phase)).fract() - 1.0));
-                    // The exact motion may be looked at between its steps; a fixed step would be cut by rows
-                    // of its own.
+                    // The exact motion may be evaluated between its steps; additional rows would shorten a
+                    // fixed step.
                     let row_s = if integrator == Integrator::Exact { FINE_S } else { h };
                     let error = peak(&force(scenario, integrator, h, row_s)?, row_s, period_s) / peak_n - 1.0;
                     squares += error * error;
@@ -173,8 +174,8 @@ pub(crate) fn slope(points: &[Point]) -> f64 {
 }
 
 /// Steps of the table: 50 us down, each half of the one before. From about 0.1 ms on, semi-implicit Euler
-/// meets M4's workpiece so late that its controller sees the contact a sample later: the motion is another,
-/// and its peak says nothing of an order.
+/// reaches M4's workpiece so late that its controller sees the contact a sample later. The motion is then
+/// different, and its peak does not show an order.
 pub fn default_steps_s() -> Vec<f64> {
     (0..6).map(|i| 5e-5 / f64::from(1_u32 << i)).collect()
 }
@@ -238,13 +239,13 @@ pub fn markdown(study: &Study) -> String {
     text
 }
 
-/// Errors at the level of rounding differ from one processor to the next.
+/// Errors at the level of rounding differ between processors.
 fn shown(error: f64) -> String {
     if error < EXACT { format!("< {EXACT:e}") } else { format!("{error:.2e}") }
 }
 
-/// Rows: the exact integrator is exact and meets the independent numbers, the others converge at first order
-/// through the impact.
+/// Rows: the exact integrator is exact and agrees with the independent numbers, the others converge at first
+/// order through the impact.
 ///
 /// # Errors
 /// As [`convergence`].

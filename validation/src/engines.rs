@@ -17,21 +17,20 @@ use crate::table::Row;
 
 /// Reference machines with an impact, by their scenario files.
 const REFERENCES: [&str; 3] = ["m1", "m2", "m4"];
-/// Runs end here, s: after touch-down and the first bounce of the reference machines, before an impact falls
-/// near a sample of the controller, where any difference of the engines decides about one command more or
-/// less.
+/// End of the runs, s: after touch-down and the first bounce of the reference machines. A later impact falls
+/// near a controller sample, where any difference of the engines changes the number of commands.
 const DURATION_S: f64 = 0.1;
 /// Rows of the compared records per second; all steps divide its period.
 const RECORD_HZ: f64 = 2000.0;
 /// Gains well inside the stable ranges of all paper machines with one sample's hold: force per force, and
 /// speed per force.
 const GAINS: (f64, f64) = (0.2, 5e-4);
-/// Departure from order one, by regression, on smooth motion: errors of second order, which are a few
+/// Largest departure from order one, by regression, on smooth motion: errors of second order, a few
 /// hundredths of the first at the coarsest step.
 const SMOOTH_ORDER: f64 = 0.03;
-/// The same through impacts: each is taken at the end of a step, late by anything from nothing to one step,
-/// which scatters the errors about their trend by a factor of two; over six halvings that is 0.35 in the
-/// slope at most.
+/// The same through impacts. Each occurs at the end of a step, late by up to one step, which scatters the
+/// errors about their trend by a factor of two. Over six halvings of the step that is at most 0.35 in the
+/// slope.
 const IMPACT_ORDER: f64 = 0.35;
 /// Largest difference at the finest step over the travel: a few steps of 5 us times the machines' fastest 800
 /// rad/s.
@@ -55,8 +54,8 @@ pub fn default_steps_s() -> Vec<f64> {
     (0..6).map(|i| 1.25e-4 / f64::from(1_u32 << i)).collect()
 }
 
-/// The machines that are compared: the paper's under force control that attach to the workpiece, and, where
-/// the folder of scenario files is at hand, the reference machines, which hit it.
+/// The machines of the comparison: the paper's under force control that attach to the workpiece and, if the
+/// folder of scenario files is available, the reference machines, which hit it.
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for a scenario file that is absent or has mistakes.
@@ -126,8 +125,8 @@ pub fn agreements(
     machines(scenarios)?.iter().map(|(name, scenario)| agreement(name, scenario, steps_s)).collect()
 }
 
-/// Rows: the engines converge to each other at the order of Rapier's integrator, and have come close at the
-/// finest step.
+/// Rows: the engines converge to each other at the order of Rapier's integrator, and are close at the finest
+/// step.
 pub fn engine_rows(agreements: &[EngineAgreement]) -> Vec<Row> {
     let claim = "two engines converge to each other at first order";
     let of_machine = |one: &EngineAgreement| {

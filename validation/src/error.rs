@@ -1,4 +1,4 @@
-//! What can go wrong in a validation, other than a check that fails.
+//! Errors of a validation, other than a check that fails.
 
 use std::borrow::Cow;
 
@@ -21,16 +21,16 @@ pub enum ValidationError {
     /// A run could not be prepared.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A machine is no chain of the kind that is fitted to the paper's landmarks.
+    /// A machine is not a chain of the kind that is fitted to the paper's landmarks.
     #[error("this machine is not of the fitted chain's kind: {what}")]
     Chain {
-        /// What is missing or not above zero.
+        /// The missing element, or the one that is not above zero.
         what: String,
     },
-    /// Reference numbers are not of the shape that is expected.
+    /// Reference numbers do not have the expected form.
     #[error("the reference numbers are not readable: {what}")]
     Reference {
-        /// What is wrong, or the entry that is.
+        /// The mistake, or its entry.
         what: String,
     },
 }

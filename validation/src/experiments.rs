@@ -1,4 +1,4 @@
-//! The simulation held against the analysis: frequency responses and the onset of instability.
+//! The simulation compared with the analysis: frequency responses and the onset of instability.
 
 use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
 use feeler_analysis::{ControlLoop, View};
@@ -17,17 +17,17 @@ use crate::truths::axis_response;
 pub const HOLD_S: f64 = 1e-3;
 /// Band of comparison, Hz.
 pub const BAND_HZ: (f64, f64) = (1.0, 400.0);
-/// Asked of measured responses, dB and degrees.
+/// Tolerance of measured responses, dB and degrees.
 const MAGNITUDE_DB: f64 = 0.05;
 const PHASE_DEG: f64 = 0.3;
 /// Where they are compared.
 const COHERENCE: f64 = 0.99;
-/// Asked of the onset of instability, relative to the predicted gain.
+/// Tolerance of the onset of instability, relative to the predicted gain.
 const ONSET: f64 = 1e-3;
-/// Asked of transfer functions got in two ways: rounding of a few hundred operations, amplified next to
+/// Tolerance of transfer functions from two methods: rounding of a few hundred operations, amplified near
 /// lightly damped zeros.
 const TWO_ROUTES: f64 = 1e-9;
-/// Lengths of the segments of which coherence is formed, s.
+/// Length of the segments for the coherence, s.
 const SEGMENT_S: f64 = 4.0;
 
 /// Every machine of the paper: each model with both drives.
@@ -51,7 +51,7 @@ pub fn clamped_experiment(axis: &Axis) -> Experiment {
     }
 }
 
-/// Transfer function by hand against the state space made from the machine's description.
+/// Transfer function by hand against the state space from the machine's description.
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
@@ -94,7 +94,7 @@ fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f6
     worst
 }
 
-/// How thoroughly a response is measured.
+/// Effort of a measured response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResponseEffort {
     /// Length of the noise record, s.
@@ -151,7 +151,7 @@ pub fn response_rows(name: &str, axis: &Axis, effort: ResponseEffort) -> Result<
 }
 
 /// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run, from the energy of
-/// two stretches of the force.
+/// the force in two stretches.
 fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationError> {
     let mut scenario = scenario.clone();
     scenario.run.duration_s = duration_s;

@@ -20,14 +20,14 @@ const RED: &str = "#c0392b";
 const GREY: &str = "#777";
 /// Length of the simulated experiments of Figs. 15 to 17, s.
 const EXPERIMENT_S: f64 = 60.0;
-/// Hold of their command, s: so brief that it turns no phase to speak of.
+/// Hold of their command, s: so short that it has almost no phase.
 const HOLD_S: f64 = 2e-4;
 /// Band of Figs. 15 to 17, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 100.0);
-/// Ratio of the frequencies of neighbouring dots: a hundred or so in the band.
+/// Ratio of the frequencies of neighbouring dots: about a hundred in the band.
 const DOT_SPACING: f64 = 1.04;
 
-/// A pole and a zero closer than this share of a picture's half height are drawn once more, magnified.
+/// A pole and a zero closer than this share of a picture's half height are drawn again, magnified.
 const CLOSE: f64 = 0.02;
 /// Width over height of a panel, so that a magnified pair is drawn to scale.
 const PANEL_SHAPE: f64 = 2.1;
@@ -129,7 +129,7 @@ fn bode_curves(
     [curve(decibels.collect(), name), curve(degrees.collect(), name)]
 }
 
-/// A panel that just holds its curves, its range rounded outwards to whole steps.
+/// A panel that contains its curves, its range rounded outwards to whole steps.
 fn panel(x: Axis, label: &str, step: f64, curves: Vec<Curve>) -> Panel {
     let values = || curves.iter().flat_map(|c| &c.points).map(|p| p.1).filter(|v| v.is_finite());
     let low = (values().fold(f64::INFINITY, f64::min) / step).floor() * step;
@@ -168,7 +168,7 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let whole = ControlLoop::new(&scenario, &View::CLAMPED)?;
     let continuous = ContinuousLoop::new(&whole)?;
     let (one, two) = (continuous.closed_loop_with(0, "kp", 1.0)?, continuous.closed_loop_with(0, "kp", 2.0)?);
-    // Up to a hundred times the gain at which the loop becomes unstable, or a hundred where it never does.
+    // Up to a hundred times the gain at which the loop becomes unstable, or a hundred if it never does.
     let bands = whole.continuous_bands("kp")?;
     let first = bands.first_upper();
     let top = if first.is_finite() { 100.0 * first } else { 100.0 };
@@ -199,7 +199,7 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
         mark: Mark::Circle,
         colour: RED,
     });
-    // The view holds all poles and complex zeros, and as much of the locus as that.
+    // The view contains all poles and complex zeros, and that part of the locus.
     let roots = || poles.iter().chain(zeros.iter().filter(|z| z.im.abs() > 0.0));
     let crossing = bands
         .bands
@@ -238,8 +238,8 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     })
 }
 
-/// Middle of a complex pole and a zero that could not be told apart in a picture of this height (rad/s), and
-/// what shows them.
+/// Middle of a complex pole and a zero that would coincide in a picture of this height (rad/s), and the view
+/// that separates them.
 fn close_pair(poles: &[C64], zeros: &[C64], height: f64) -> Option<(C64, f64)> {
     let pairs = poles
         .iter()
@@ -250,7 +250,7 @@ fn close_pair(poles: &[C64], zeros: &[C64], height: f64) -> Option<(C64, f64)> {
     (apart < CLOSE * height).then(|| ((pole + zero) * 0.5, apart))
 }
 
-/// Those of rising points that are told apart on a logarithmic axis.
+/// The rising points that are distinct on a logarithmic axis.
 fn apart(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut kept: Vec<(f64, f64)> = Vec::new();
     for &point in points {

@@ -1,4 +1,4 @@
-//! The paper's machines as their scenario files have them, against the equations of motion written by hand.
+//! The paper's machines from their scenario files, against the equations of motion written by hand.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -13,14 +13,14 @@ use crate::paper::{Axis, IDEAL, Model, SOURCE};
 use crate::table::Row;
 use crate::truths::axis_response;
 
-/// The files write the base's damper to seven digits; beside its lightly damped zero that is amplified by the
-/// inverse of a damping ratio of 3 %.
+/// The files give the base's damper to seven digits; near its lightly damped zero the error is amplified by
+/// the inverse of a damping ratio of 3 %.
 const SEVEN_DIGITS: f64 = 1e-6;
 
 /// A model's machine with this drive, from `paper/machines` in the folder of scenario files.
 ///
 /// # Errors
-/// [`ValidationError::Reference`] where the file is absent or has mistakes.
+/// [`ValidationError::Reference`] if the file is absent or has mistakes.
 pub fn machine_of_file(folder: &Path, model: Model, drive: ActuatorKind) -> Result<Machine, ValidationError> {
     let name = match (model, drive) {
         (Model::Rigid, ActuatorKind::VelocitySource { .. }) => "rigid-source".to_owned(),
@@ -79,7 +79,7 @@ pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-/// Largest relative distance from a root to the nearest of the others; infinite where their numbers differ.
+/// Largest relative distance from a root to the nearest of the others; infinite if their numbers differ.
 fn farthest(roots: &[C64], others: &[C64]) -> f64 {
     if roots.len() != others.len() {
         return f64::INFINITY;

@@ -1,9 +1,8 @@
-//! Files with a mistake: what a user's slip, or a number as extreme as "ideal" is often written, makes of
-//! a file.
+//! Files with a mistake, as a user's slip makes them, or with a number as extreme as "ideal" values often
+//! are.
 //!
-//! Each case takes a file of the project, changes one to three of its tokens, and reads and runs what
-//! comes of it for ten milliseconds. Whatever is refused is refused with an error; nothing panics and
-//! nothing takes long.
+//! Each case takes a file of the project, changes one to three of its tokens, and reads and runs the result
+//! for ten milliseconds. A rejected file gives an error; nothing panics and nothing takes long.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -11,7 +10,7 @@ use std::time::Instant;
 use feeler_files::{CellFile, DatasetFile, Draft, SweepFile};
 use feeler_studies::run::{run, run_cell};
 
-/// What takes the place of a number.
+/// Replacements of a number.
 const NUMBERS: [&str; 22] = [
     "0",
     "-1",
@@ -36,11 +35,11 @@ const NUMBERS: [&str; 22] = [
     "\"1e-9 ms\"",
     "\"1 kg\"",
 ];
-/// What half of the numbers are multiplied by instead.
+/// Factors for the other half of the numbers.
 const DECADES: [f64; 8] = [1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6];
 /// How long a run is simulated, s.
 const DURATION: &str = "run.duration=0.01";
-/// Tokens that are changed in one file, at most.
+/// Largest number of changed tokens in one file.
 const CHANGES: u64 = 3;
 
 /// What became of a case.
@@ -50,7 +49,7 @@ pub enum Fate {
     Refused,
     /// It ran.
     Ran,
-    /// It was read, and is nothing that runs.
+    /// It was read, but cannot be run.
     Read,
 }
 
@@ -59,13 +58,13 @@ pub enum Fate {
 pub struct Case {
     /// Its number.
     pub number: u64,
-    /// The file that it was made of.
+    /// The original file.
     pub from: PathBuf,
     /// What it holds.
     pub text: String,
 }
 
-/// Cases made of the scenario, sweep and dataset files of a folder.
+/// Cases from the scenario, sweep and dataset files of a folder.
 #[derive(Clone, Debug)]
 pub struct Fuzz {
     files: Vec<(PathBuf, String)>,
@@ -93,7 +92,7 @@ impl Fuzz {
 }
 
 impl Case {
-    /// Reads and runs it, and gives what became of it and how long that took, s.
+    /// Reads and runs it, and returns the result and the time, s.
     pub fn run(&self) -> (Fate, f64) {
         let started = Instant::now();
         let fate = self.fate();
@@ -161,7 +160,7 @@ fn changed(text: &str, draws: &mut Draws) -> String {
     lines.join("\n") + "\n"
 }
 
-/// A line with one of its numbers replaced, a unit kept now and then.
+/// A line with one of its numbers replaced, sometimes without its unit.
 fn with_another_number(line: &str, draws: &mut Draws) -> String {
     let starts: Vec<usize> = line
         .char_indices()
@@ -186,7 +185,7 @@ fn with_another_number(line: &str, draws: &mut Draws) -> String {
     format!("{before}{number}{rest}")
 }
 
-/// Numbers drawn one after the other (`SplitMix64`).
+/// A sequence of random numbers (`SplitMix64`).
 struct Draws(u64);
 
 impl Draws {

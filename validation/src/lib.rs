@@ -1,10 +1,10 @@
-//! The simulation held against closed forms, other people's numbers, and the paper's claims.
+//! The simulation compared with closed forms, independent numbers, and the paper's claims.
 //!
-//! [`validate`] makes every check and gives a [`Table`]; the modules hold what it checks: [`truths`] the
+//! [`validate`] makes every check and returns a [`Table`]. The modules contain the checks: [`truths`] the
 //! closed forms, [`paper`] the paper's machines and the independent table of their numbers, [`files`] those
-//! machines as their scenario files have them, [`experiments`] measured responses and onsets, [`engines`]
-//! both engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the landmarks
-//! that the paper measured; [`figures`] draws the paper's figures.
+//! machines from their scenario files, [`experiments`] measured responses and onsets, [`engines`] both
+//! engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the paper's
+//! measured landmarks. [`figures`] draws the paper's figures.
 
 pub mod claims;
 pub mod closed_forms;

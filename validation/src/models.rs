@@ -23,8 +23,7 @@ fn printed(decimals: i32) -> f64 {
     0.5 * 10_f64.powi(-decimals) * (1.0 + 1e-9)
 }
 
-/// The largest stable gain, searched for from above as the table does: infinite where the last interval has
-/// no end.
+/// The largest stable gain, searched from above as in the table: infinite if the last interval has no end.
 fn largest(bands: &GainBands) -> f64 {
     bands.bands.last().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
 }
@@ -48,7 +47,7 @@ pub fn model_rows() -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-/// The gains below the largest stable one that are unstable all the same, in words.
+/// The unstable gains below the largest stable one, in words.
 fn unstable_before(bands: &GainBands) -> String {
     let spans = bands.bands.windows(2).filter_map(|pair| {
         let (from, to) = (pair[0].upper.as_ref()?.gain, pair[1].lower.as_ref()?.gain);
@@ -111,8 +110,8 @@ fn second_axis(params: &serde_json::Value, case: &str) -> Option<Axis> {
     let p = |name: &str| params[name].as_f64();
     let (structure, drive) = case.split_once('/')?;
     let (wb, ww) = (TAU * p("fb")?, TAU * p("fw")?);
-    // The base's frequency and damping are those of base and robot moving as one, which is where the
-    // reference has its zeros.
+    // The base's frequency and damping are those of base and robot moving as one, as in the reference's
+    // zeros.
     let on_base = p("mb")? + p("mr")?;
     Some(Axis {
         masses_kg: (p("m1")?, p("m2")?),
@@ -138,10 +137,10 @@ fn second_axis(params: &serde_json::Value, case: &str) -> Option<Axis> {
     })
 }
 
-/// Rows for the independent critical gains, given the text of `critical-gains.json`.
+/// Rows for the independent critical gains, from the text of `critical-gains.json`.
 ///
 /// # Errors
-/// [`ValidationError::Reference`] for a text that is not of that shape; [`ValidationError::Analysis`].
+/// [`ValidationError::Reference`] for a text of another form; [`ValidationError::Analysis`].
 pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
     const CLAIM: &str = "critical gains of a second axis (independent root search)";
     let bad = |what: &str| ValidationError::Reference { what: what.into() };

@@ -9,10 +9,10 @@ use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 
-/// Numbers of an axis. SI units throughout; a part that is absent is rigid.
+/// Numbers of an axis in SI units; an absent part is rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Masses of motor and tip, which move as one unless there is a transmission.
+    /// Masses of motor and tip, which move as one without a transmission.
     pub masses_kg: (f64, f64),
     /// Damping of the guide under the motor.
     pub guide_n_s_per_m: f64,
@@ -30,16 +30,16 @@ pub struct Axis {
     pub total_force: bool,
 }
 
-/// Which of the paper's models.
+/// The model of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Model {
     /// Fig. 1.
     Rigid,
     /// Fig. 6: a flexible transmission.
     Flexible,
-    /// Fig. 9: a base that gives way.
+    /// Fig. 9: a flexible base.
     Base,
-    /// Fig. 12: a workpiece that gives way.
+    /// Fig. 12: a flexible workpiece.
     Workpiece,
     /// Fig. 18: all three.
     AllThree,
@@ -84,8 +84,8 @@ impl Axis {
         }
     }
 
-    /// The machine: bodies `motor`, `tip`, `base`, `workpiece` as far as there are, contact `tool` (clamped),
-    /// actuator `drive`, sensors `force` and `encoder` (of the motor against what it is guided on).
+    /// The machine: bodies `motor`, `tip` and, if present, `base` and `workpiece`; contact `tool` (clamped),
+    /// actuator `drive`, sensors `force` and `encoder` (of the motor against its guide's body).
     pub fn machine(&self, name: &str) -> Machine {
         let mut machine = Machine { name: name.into(), ..Machine::default() };
         let body = |mass_kg| Body { mass_kg, ..Body::default() };
@@ -162,7 +162,7 @@ pub struct ModelRow {
     pub poles_hz: &'static [f64],
     /// |s| / 2 pi of the zeros, Hz, three decimals.
     pub zeros_hz: &'static [f64],
-    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where the last
+    /// Largest gain up to which the continuous loop is stable, and its printed decimals; `None` if the last
     /// interval of stable gains has no end.
     pub continuous: Option<(f64, i32)>,
     /// The same with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.

@@ -11,15 +11,15 @@ use crate::error::ValidationError;
 use crate::paper::spring;
 use crate::table::Row;
 
-/// Asked of impulse responses, relative to their largest value.
+/// Tolerance of impulse responses, relative to their largest value.
 const IMPULSE: f64 = 1e-8;
 /// Samples of a response, and the angle of the motion between two of them, rad: 3.5 turns.
 const SAMPLES: u32 = 60;
 const STEP_RAD: f64 = 0.37;
-/// A body whose speed stays below this share of the one that is hit is compared with that one.
+/// A body whose speed stays below this share of the excited one is compared relative to that one.
 const FAINT: f64 = 1e-6;
 /// Smallest singular value of the equilibrated matrix that a pole or zero makes singular: a hundred
-/// roundings, times what equilibration amplifies.
+/// roundings, amplified by the equilibration.
 const SUBSTITUTION: f64 = 1e-9;
 
 /// A random tree: up to six bodies, each on a spring to an earlier one or to ground, masses and stiffnesses
@@ -29,7 +29,8 @@ pub fn random_machine(seed: u64) -> Machine {
     let mut draws = 0;
     let mut uniform = || {
         draws += 1;
-        // A normal draw through its distribution's logistic likeness is spread well enough over (0, 1).
+        // A normal draw through a logistic approximation of its distribution is spread well enough over (0,
+        // 1).
         1.0 / (1.0 + (-1.702 * stream.normal_at(draws)).exp())
     };
     let mut machine = Machine { name: format!("random {seed}"), ..Machine::default() };
@@ -48,8 +49,8 @@ pub fn random_machine(seed: u64) -> Machine {
     machine
 }
 
-/// The state matrix over positions and velocities, and what a unit impulse on the driven body leaves behind,
-/// written from Newton's law for each body.
+/// The state matrix over positions and velocities, and the state after a unit impulse on the driven body,
+/// from Newton's law for each body.
 fn by_newton(machine: &Machine) -> (DMatrix<f64>, DVector<f64>) {
     let n = machine.bodies.len();
     let mut a = DMatrix::zeros(2 * n, 2 * n);
@@ -103,7 +104,7 @@ fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, V
         let program = Program::new(&scenario)?;
         let mut trace = Trace::new(program.record_names());
         let mut simulation = Simulation::<f64>::new(vec![program])?;
-        // An impulse leaves behind a jump of the state by B.
+        // An impulse leaves a jump of the state by B.
         let theory_start: DVector<f64> = plant.b().column(0).into_owned();
         simulation.set_state(0, theory_start.as_slice())?;
         simulation.run(&mut trace)?;
@@ -127,8 +128,7 @@ fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, V
     Ok(worst)
 }
 
-/// The worst ratio by which poles and zeros from the drive to the last body's velocity fail their
-/// substitution.
+/// The worst residual of poles and zeros, from the drive to the last body's velocity, in their substitution.
 fn substitution(machine: &Machine, plant: &LinearMachine) -> Result<f64, ValidationError> {
     let output = SignalName::new(format!("body{}", machine.bodies.len() - 1), Quantity::Velocity);
     let channel = plant.channel(&SignalName::new("drive", Quantity::Command), &output)?;
@@ -155,7 +155,7 @@ fn substitution(machine: &Machine, plant: &LinearMachine) -> Result<f64, Validat
     Ok(substitution)
 }
 
-/// Smallest singular value of a matrix whose rows and columns have been brought to the same size.
+/// Smallest singular value of a matrix with equilibrated rows and columns.
 fn singularity(mut matrix: DMatrix<C64>) -> f64 {
     for _ in 0..4 {
         for i in 0..matrix.nrows() {
@@ -173,7 +173,7 @@ fn singularity(mut matrix: DMatrix<C64>) -> f64 {
 /// Rows for this many machines.
 ///
 /// # Errors
-/// [`ValidationError`] where a computation fails.
+/// [`ValidationError`] if a computation fails.
 pub fn random_machine_rows(machines: u64) -> Result<Vec<Row>, ValidationError> {
     let claim = "random machines: linear theory and simulation agree";
     let mut worst = (0.0_f64, 0.0_f64);

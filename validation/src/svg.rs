@@ -14,7 +14,7 @@ pub enum Scale {
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// Its quantity, with its unit.
     pub label: String,
     /// How it is divided.
     pub scale: Scale,
@@ -37,10 +37,10 @@ pub enum Mark {
     Dot,
 }
 
-/// Points and how they are drawn; what lies outside the axes is cut off.
+/// Points and their style; parts outside the axes are clipped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Name in the legend; `None` if empty.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
@@ -126,7 +126,7 @@ impl Axis {
             }
             Scale::Logarithmic => {
                 let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
-                // Where there are few decades, numbers stand at 2 and 5 as well.
+                // With few decades there are numbers at 2 and 5 as well.
                 let few = high / low < 200.0;
                 let numbered = move |m: i32| m == 1 || (few && (m == 2 || m == 5));
                 let all =
@@ -165,7 +165,7 @@ impl Figure {
              width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
             escaped(&self.caption)
         );
-        // One legend above all panels, which show the same curves, so that it hides none of them.
+        // One legend above all panels, which have the same curves, so that it hides none of them.
         let named =
             self.panels.iter().take(1).flat_map(|panel| &panel.curves).filter(|curve| !curve.name.is_empty());
         for (i, curve) in named.enumerate() {
@@ -275,7 +275,7 @@ impl Panel {
 
 impl Curve {
     fn draw(&self, out: &mut String, x: &impl Fn(f64) -> f64, y: &impl Fn(f64) -> f64) {
-        // Far outside the axes coordinates mean nothing to a reader and much to a file's size.
+        // Coordinates far outside the axes only increase a file's size.
         let place = |(a, b): &(f64, f64)| (x(*a).clamp(-1e4, 1e4), y(*b).clamp(-1e4, 1e4));
         let points = self.points.iter().filter(|(a, b)| a.is_finite() && b.is_finite()).map(place);
         let colour = self.colour;

@@ -1,18 +1,18 @@
-//! Checked rows: what is claimed, what was expected, what was got.
+//! Checked rows: claim, expectation, result.
 
 use serde::Serialize;
 
-/// What a check asks of its value.
+/// The criterion of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RowKind {
-    /// To be near what is expected.
+    /// Close to the expectation.
     Close,
     /// Not to exceed the tolerance.
     AtMost,
     /// To exceed what is expected.
     Above,
-    /// To be 1, that is, true.
+    /// Equal to 1, that is, true.
     Holds,
 }
 
@@ -21,11 +21,11 @@ pub enum RowKind {
 pub struct Row {
     /// What is checked.
     pub name: String,
-    /// Where the expectation comes from: a closed form, independent numbers, or a claim of the paper.
+    /// Source of the expectation: a closed form, independent numbers, or a claim of the paper.
     pub claim: String,
     /// What is asked of the value.
     pub kind: RowKind,
-    /// The expected value; not a number where only a bound is asked for.
+    /// The expected value; NaN if there is only a bound.
     pub expected: f64,
     /// The value found.
     pub got: f64,

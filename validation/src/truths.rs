@@ -8,9 +8,9 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::paper::Axis;
 
-/// Largest proportional gain of a rigid axis whose force lags by `tau` (no back-EMF), and the angular
-/// frequency at which it then swings: `b / (tau k_s) + tau b / m + b^2 / (m k_s)`,
-/// `omega^2 = (b + tau k_s) / (tau m)`; `b` is the total damping.
+/// Largest proportional gain of a rigid axis with a force lag `tau` (no back-EMF), and the angular frequency
+/// of its oscillation: `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau m)`; `b`
+/// is the total damping.
 pub fn lagged_axis_largest_gain(m: f64, b: f64, k_s: f64, tau: f64) -> (f64, f64) {
     let gain = b / (tau * k_s) + tau * b / m + b * b / (m * k_s);
     (gain, ((b + tau * k_s) / (tau * m)).sqrt())
@@ -48,8 +48,8 @@ pub fn hunt_crossley_restitution(a_v: f64) -> f64 {
     0.5 * (low + high) / a_v
 }
 
-/// Describing function of a spring that acts on one side only, of motions with amplitude A about the free gap
-/// x0, as a share of its stiffness; `r = x0 / A`.
+/// Describing function of a one-sided spring, for motions with amplitude A about the free gap x0, as a share
+/// of its stiffness; `r = x0 / A`.
 pub fn one_sided_spring(r: f64) -> f64 {
     if r.abs() >= 1.0 {
         if r > 0.0 { 1.0 } else { 0.0 }
@@ -71,8 +71,8 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
     let (ks, bs) = axis.contact;
     let br = axis.guide_n_s_per_m;
     let sensor = s * bs + ks;
-    // Compression of the sensor, and displacement of the motor against what the drive reacts on, per unit of
-    // drive force.
+    // Compression of the sensor, and displacement of the motor against the reacting body, per unit of drive
+    // force.
     let (compression, stroke) = match (axis.transmission, axis.base, axis.workpiece) {
         (None, None, None) => {
             let d = (s * s * m + s * (br + bs) + ks).inv();
@@ -125,8 +125,8 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
     }
 }
 
-/// Motor, tip, workpiece and base as four equations. Not a number unless all of them are there: the smaller
-/// models have forms of their own.
+/// Motor, tip, workpiece and base as four equations. NaN unless all of them are present: the smaller models
+/// have their own forms.
 fn full_machine(
     axis: &Axis,
     transmission: Option<(f64, f64)>,

@@ -7,25 +7,25 @@ use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, t
 use crate::table::{Row, Table};
 use crate::{claims, closed_forms, convergence, engines, files, landmarks, models, random_machines};
 
-/// Delays at which the onset of instability is simulated, in samples.
+/// Delays of the simulated onsets of instability, in samples.
 pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
 
 /// How thorough to be.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Text of the independent critical gains (`critical-gains.json`), where at hand.
+    /// Text of the independent critical gains (`critical-gains.json`), if available.
     pub critical_gains_json: Option<String>,
-    /// Folder of the scenario files, where at hand: the state space of the paper's machines is then taken
-    /// from their files as well.
+    /// Folder of the scenario files, if available: the state space of the paper's machines then also comes
+    /// from their files.
     pub scenarios: Option<PathBuf>,
-    /// Only the checks that take seconds: two of the paper's machines instead of ten, fewer random ones.
+    /// Only checks that take seconds: two of the paper's machines instead of ten, fewer random ones.
     pub quick: bool,
 }
 
-/// Makes every check and gives the table; `progress` hears of each group before it begins.
+/// Makes every check and returns the table; `progress` receives the name of each group before it begins.
 ///
 /// # Errors
-/// [`ValidationError`] where a check cannot be made at all.
+/// [`ValidationError`] if a check cannot be made.
 pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Table, ValidationError> {
     let mut table = Table::default();
     let mut group =

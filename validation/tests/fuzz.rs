@@ -4,7 +4,7 @@ use std::path::Path;
 
 use feeler_validation::fuzz::{Fate, Fuzz};
 
-/// Mutated files end: with a run or with an error. A panic fails the test by itself.
+/// Mutated files end with a run or with an error. A panic fails the test by itself.
 #[test]
 fn prop_mutated_files_are_refused_or_run() {
     let fuzz = Fuzz::of(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")));

@@ -4,13 +4,13 @@ use feeler_plant::description::Engagement;
 use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, StartSearch, fit, fitted, landmarks, rows, simulated_landmarks};
 
-/// Crossings of a measured phase and of the computed one, Hz: a hold of 0.1 ms turns 50 Hz by 0.9 degrees,
-/// the estimate is good to some tenths of one, and the flattest of these phases falls by 1.8 degrees per
-/// hertz. It is also what a landmark may be off.
+/// Crossings of a measured phase and of the computed one, Hz. A hold of 0.1 ms gives 0.9 degrees at 50 Hz,
+/// the estimate is accurate to some tenths of one, and the flattest of these phases falls by 1.8 degrees per
+/// hertz. It is also the tolerance of a landmark.
 const MEASURED_HZ: f64 = 0.8;
 /// The file has six digits; a fit stops when a step improves by 1e-7.
 const SIX_DIGITS: f64 = 1e-3;
-/// Least frequency (Hz) by which a start must miss some landmark to be no answer itself.
+/// Smallest distance (Hz) from some landmark at which a start is not a solution itself.
 const FAR_HZ: f64 = 3.0;
 
 #[test]
@@ -40,7 +40,7 @@ fn regress_no_start_is_an_answer_already_and_most_find_one() {
     }
     let search = StartSearch::from_starts(&starts, 2000).unwrap();
     assert!(search.reached() >= 4, "{} of 6", search.reached());
-    // A start that may take no step stays where it is, and says so.
+    // A start without permitted steps stays unchanged, and reports that.
     let stuck = StartSearch::from_starts(&starts[..1], 0).unwrap();
     assert!(!stuck.fit().reached && stuck.fit().iterations == 0 && stuck.ranges[0].is_none());
 }

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use criterion::Criterion;
 
-/// Whether `FEELER_BENCH_QUICK` asks for the form of the suites that ends within two minutes.
+/// Whether `FEELER_BENCH_QUICK` requests the short suites, which end within two minutes.
 pub(crate) fn quick() -> bool {
     std::env::var_os("FEELER_BENCH_QUICK").is_some()
 }
 
-/// Criterion's settings: short, since ratios within one run are what matters.
+/// Criterion's settings: short, since ratios within one run are compared.
 pub(crate) fn settings() -> Criterion {
     let (warm_up_ms, measure_ms) = if quick() { (50, 250) } else { (500, 2000) };
     Criterion::default()

@@ -1,8 +1,8 @@
-//! The sampled force controllers, typed out.
+//! The sampled force controllers, written out.
 
 use super::fma;
 
-/// Force wanted of every machine, N.
+/// Reference force of every machine, N.
 const WANTED_N: f64 = 20.0;
 /// Sampling of every controller, s.
 pub(super) const PERIOD_S: f64 = 1e-3;
@@ -29,8 +29,8 @@ impl Control for Proportional {
     }
 }
 
-/// A PI controller whose integral waits while the command is beyond its limit and the error would drive it
-/// further.
+/// A PI controller whose integral stops while the command exceeds its limit and the error would increase the
+/// excess.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProportionalIntegral {
     integral_n: f64,

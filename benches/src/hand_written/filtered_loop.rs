@@ -1,4 +1,4 @@
-//! A whole force loop: the flexible axis with a low-pass filter in its sensor, a late reading, and a PI
+//! A whole force loop: the flexible axis with a low-pass filter in its sensor, a delayed reading, and a PI
 //! controller with a limit.
 
 use std::f64::consts::TAU;

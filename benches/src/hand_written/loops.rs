@@ -6,10 +6,10 @@ use super::plants::Plant;
 
 /// The peak force is taken on a grid of 0.1 ms, whatever the step.
 const LOOKS_PER_SAMPLE: usize = 10;
-/// Looks at which a crossing is located to rounding.
+/// Largest number of evaluations to locate a crossing to rounding.
 const MOST_LOOKS: usize = 60;
-/// Two looks this close end the search, s; it ends past the crossing, so that the other mode begins within
-/// its bounds.
+/// The search ends when two evaluations are this close, s. It ends past the crossing, so that the next mode
+/// begins within its bounds.
 const INSTANT_S: f64 = 1e-15;
 
 /// How to step.
@@ -17,7 +17,7 @@ const INSTANT_S: f64 = 1e-15;
 pub enum Method {
     /// Semi-implicit Euler.
     SemiImplicitEuler,
-    /// Classical RK4, blind to touch and release.
+    /// Classical RK4 without detection of touch and release.
     Rk4,
     /// Classical RK4 in one mode at a time, cut at the located touch or release.
     Rk4WithEvents,
@@ -32,8 +32,8 @@ pub struct RunResult {
     pub final_force_n: f64,
 }
 
-/// Runs a machine for `samples` controller periods of 1 ms, each cut into `steps_per_sample` equal steps, a
-/// multiple of ten.
+/// Runs a machine for `samples` controller periods of 1 ms, each divided into `steps_per_sample` equal steps,
+/// a multiple of ten.
 #[inline(never)]
 pub fn run<const S: usize>(
     plant: &impl Plant<S>,
@@ -48,7 +48,7 @@ pub fn run<const S: usize>(
     }
 }
 
-/// Which law of the contact holds within a step.
+/// The contact law within a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Mode {
     Free,
@@ -156,8 +156,8 @@ fn part<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], u: f64, h: f64, mod
     there
 }
 
-/// Positive while the mode may go on. In free motion the contact may still be compressed (it has just let
-/// go), and then pushes again where its force turns positive.
+/// Positive while the mode lasts. In free motion the contact may still be compressed after a release, and
+/// pushes again when its force becomes positive.
 #[inline(always)]
 fn guard<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], pushing: bool) -> f64 {
     let compression = plant.compression(x);
@@ -181,7 +181,7 @@ fn rk4_with_events<const S: usize>(
     }
 }
 
-/// A step with a touch or release in it: Illinois on steps from the start, then on in the other mode.
+/// A step with a touch or release in it: Illinois on steps from the start, then the rest in the other mode.
 #[cold]
 #[inline(never)]
 fn through_event<const S: usize>(

@@ -1,11 +1,11 @@
-//! The equations of motion of the three reference machines, typed out.
+//! The equations of motion of the three reference machines, written out.
 
 use super::control::{Control, Proportional};
 use super::fma;
 
-/// A machine of `S` states: positions, then speeds, then what a sensor's filter remembers.
+/// A machine of `S` states: positions, then speeds, then the states of a sensor's filter.
 pub trait Plant<const S: usize> {
-    /// By how many tenths of a millisecond a reading is late, fewer than ten.
+    /// Delay of a reading in tenths of a millisecond, fewer than ten.
     const READ_LATE: usize = 0;
 
     /// State at the start.
@@ -16,7 +16,7 @@ pub trait Plant<const S: usize> {
         Proportional
     }
 
-    /// What the force sensor reads, N, where the contact pushes with `contact_n`.
+    /// Reading of the force sensor, N, for a contact force `contact_n`.
     fn reading_n(&self, _state: &[f64; S], contact_n: f64) -> f64 {
         contact_n
     }
@@ -24,11 +24,11 @@ pub trait Plant<const S: usize> {
     /// Compression of the contact, m, and its rate, m/s.
     fn compression(&self, state: &[f64; S]) -> [f64; 2];
 
-    /// Force of the contact where it pushes, `k_s d + b_s d'`, N.
+    /// Force of the contact while it pushes, `k_s d + b_s d'`, N.
     fn contact_force_n(&self, compression: [f64; 2]) -> f64;
 
     /// Accelerations under drive force and contact force, m/s^2, in the order of the positions; the rest of
-    /// the array is not looked at.
+    /// the array is ignored.
     fn accelerations(&self, state: &[f64; S], drive_n: f64, contact_n: f64) -> [f64; S];
 
     /// Slopes of all states.

@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     terminal::print(&if arguments.json { terminal::json(&report)? } else { text(&report) + &written })
 }
 
-/// Everything but a failed computation is a matter of the request or the file.
+/// Every error except a failed computation is a mistake of the request or the file.
 fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> crate::Failure {
     match &error {
         AnalysisError::NoController { known, .. } => {
@@ -78,7 +78,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         ),
         AnalysisError::Rates { .. } => {
             let periods = document.scenario.controllers.iter().map(|(name, used)| {
-                // To the last digit, which is what keeps them apart.
+                // All digits, since they may be the only difference.
                 format!("controllers.{name}.period = {} s", used.spec.period_s)
             });
             let remedy =
@@ -231,7 +231,7 @@ fn roots(report: &Report) -> String {
     table(&["poles (1/s)", "zeros (1/s)"], &[], rows) + &gain
 }
 
-/// A row for each interval of stable gains; one that says so where there is none.
+/// A row for each interval of stable gains; without any, a row that says so.
 fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
     if range.intervals.is_empty() {
@@ -252,7 +252,7 @@ fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
     range.intervals.iter().map(row).collect()
 }
 
-/// Margins and peaks of a stable loop, and how Nyquist's count comes about.
+/// Margins and peaks of a stable loop, and the terms of Nyquist's count.
 fn margin_tables(margins: &MarginReport) -> Vec<String> {
     let entry = |name: &str, value: Option<f64>, unit: &str, at_hz: Option<f64>| {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);

@@ -25,7 +25,7 @@ use crate::{pages, terminal};
 
 /// Folder of the answers.
 const ANSWERS: &str = "answers";
-/// What is scored of an answer.
+/// The file of an answer that is scored.
 const ANSWER: &str = "answer.json";
 
 pub(crate) fn run(arguments: &Blind) -> crate::Result<()> {
@@ -58,7 +58,7 @@ fn make_cases(arguments: &BlindMake) -> crate::Result<()> {
     ))
 }
 
-/// Dataset folders, in order: those that were made here, or any in a folder from elsewhere.
+/// Dataset folders, in order: those made here, or any in a folder from elsewhere.
 fn cases(folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let made = folder.join(CASES);
     let inside = if made.is_dir() { made.as_path() } else { folder };
@@ -95,7 +95,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
             let path = own.join(file);
             fs::write(&path, text + "\n").map_err(|error| BadInput::unwritable(&path, &error))
         };
-        // One case without answer is a miss, not the end of the benchmark.
+        // A case without an answer is a miss, and does not end the benchmark.
         let answered = match answer(arguments, case, &name) {
             Ok((answered, diagnosis)) => {
                 write("diagnosis.json", terminal::json(&diagnosis)?)?;
@@ -115,7 +115,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
     ))
 }
 
-/// Diagnoses one case, then sees how far the gap closes on experiments that were held back.
+/// Diagnoses one case, then computes how far the gap closes on experiments that were held back.
 fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Diagnosis), DiagnosisError> {
     let mut dataset = Dataset::load(case)?.in_pieces();
     let held_back = arguments.folder.join(HELD_BACK).join(name);
@@ -222,7 +222,7 @@ fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
     terminal::print(&format!("{measures}\n\n{misses}{written}"))
 }
 
-/// What a plain regression says of each case, where its dataset is at hand.
+/// Result of a plain regression for each case whose dataset is available.
 fn regressions(folder: &Path, truth: &[Case]) -> BTreeMap<String, Vec<Regressed>> {
     let made = folder.join(CASES);
     let inside = if made.is_dir() { made.as_path() } else { folder };

@@ -18,7 +18,7 @@ use crate::terminal::failure::Failure;
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";
 
-/// What is wrong with a file.
+/// The mistakes of a file.
 enum Mistakes {
     Format(FormatError),
     Engine(EngineError),
@@ -35,12 +35,12 @@ impl Mistakes {
     }
 }
 
-/// What a file without mistakes holds.
+/// Contents of a file without mistakes.
 struct Sound {
     about: String,
-    /// What of its records needs an assumption.
+    /// Assumptions about its records.
     warnings: Vec<Fault>,
-    /// What of its numbers is doubtful.
+    /// Doubtful numbers.
     doubts: Vec<Problem>,
 }
 
@@ -130,8 +130,8 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
     Ok(Sound { about, warnings: Vec::new(), doubts: doubts(&document.scenario) })
 }
 
-/// The series of a dataset: what no assumption can repair is a mistake, what a diagnosis would assume a
-/// warning.
+/// Checks the series of a dataset: a fault that no assumption can repair is a mistake, an assumption of the
+/// diagnosis is a warning.
 fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     let dataset = Dataset::load(file).map_err(|error| match error {
         DiagnosisError::Format(error) => Mistakes::Format(error),
@@ -140,7 +140,7 @@ fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     Ok(dataset.warnings)
 }
 
-/// A sweep is known by its table of axes, an arm by its URDF.
+/// A sweep is recognised by its table of axes, an arm by its URDF.
 fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
 }

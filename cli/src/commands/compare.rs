@@ -60,7 +60,7 @@ fn is_dataset(path: &Path) -> bool {
     path.join("dataset.toml").exists() || path.file_name().is_some_and(|name| name == "dataset.toml")
 }
 
-/// What is compared, each under a name of its own.
+/// The compared documents, each with its own name.
 fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
     let mut documents = Vec::new();
     for path in &arguments.what {

@@ -16,7 +16,7 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
 
-/// What was tried, on the terminal; the page has more.
+/// Largest number of trials on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
 
 pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     terminal::print(&format!("{said}{written}"))
 }
 
-/// What an engineer needs to know first.
+/// The most important results for an engineer.
 fn summary(answer: &Examination) -> String {
     let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
@@ -105,7 +105,7 @@ fn summary(answer: &Examination) -> String {
     said.trim_end().to_owned()
 }
 
-/// What to change in the believed machine.
+/// The changes to the believed machine.
 fn change(answer: &Examination) -> String {
     if answer.difference.is_empty() {
         return "nothing to change in the machine".into();
@@ -113,7 +113,7 @@ fn change(answer: &Examination) -> String {
     format!("# what to change in the believed machine\n{}", answer.difference.to_string().trim_end())
 }
 
-/// Changes the machine file of a dataset, and says where what it was is kept.
+/// Changes the machine file of a dataset, and reports where the old one is kept.
 fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
     let path = DatasetFile::load(dataset)?.machine_path;
     if difference.is_empty() {
@@ -133,8 +133,8 @@ fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
     Ok(format!("changed {}; what it was is in {}", path.display(), backup.display()))
 }
 
-/// The repaired machine, driven with the commands of a check experiment, so that it runs as it is: the text
-/// of its file, and names and texts of the files that it reads.
+/// The repaired machine with the commands of a check experiment, so that it runs directly: the text of its
+/// file, and names and texts of the files that it reads.
 fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let own = machine.contacts.values().next().map(|contact| contact.engagement);

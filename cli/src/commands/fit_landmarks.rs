@@ -14,7 +14,7 @@ use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
-/// What a written machine says of itself first.
+/// First comment of a written machine.
 const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot (Eppinger and Seering 1992, \
                              Figs. 15 to 17), made by `feeler fit-landmarks`.\n\
                              # These are not the robot's parameters, which were never published.\n";
@@ -22,7 +22,7 @@ const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot 
 const FREE: &str = "A share above zero means that the landmarks do not determine the parameter by itself. \
                     No mass, stiffness or damping is determined in \
                     its size: all of them together, times any factor, have the same landmarks.";
-/// Length of the simulated experiments that look for the landmarks, s.
+/// Length of the simulated experiments for the landmarks, s.
 const EXPERIMENT_S: f64 = 60.0;
 
 pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
@@ -81,7 +81,7 @@ fn from_file(path: &Path) -> crate::Result<Chain> {
     })
 }
 
-/// Not within reach of the paper's, or absent.
+/// Outside the tolerance of the paper's, or absent.
 fn is_missed(found: f64, paper: f64) -> bool {
     (found - paper).abs() > LANDMARK_HZ || found.is_nan()
 }
@@ -119,7 +119,7 @@ fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     )
 }
 
-/// The chain, what the landmarks leave free of it, and how far apart the fits are.
+/// The chain, its undetermined parameters, and the spread of the fits.
 fn parameters(search: &StartSearch) -> String {
     let found = search.fit();
     let rows = found.undetermined.iter().zip(found.chain.parameters()).zip(&search.ranges).map(

@@ -81,7 +81,7 @@ fn text(response: &Response) -> String {
     parts.join("\n\n")
 }
 
-/// Of a machine, excited in simulation.
+/// From a machine, excited in simulation.
 fn simulated(arguments: &Frf) -> crate::Result<Response> {
     require(
         arguments.experiments.is_empty(),
@@ -93,7 +93,7 @@ fn simulated(arguments: &Frf) -> crate::Result<Response> {
     simulate(&document.scenario, &arguments.request()).map_err(|error| refused(arguments, &error))
 }
 
-/// Of the records of a dataset.
+/// From the records of a dataset.
 fn measured(arguments: &Frf) -> crate::Result<Response> {
     refuse_experiment(arguments)?;
     let file = DatasetFile::load(&arguments.source)?;
@@ -101,7 +101,7 @@ fn measured(arguments: &Frf) -> crate::Result<Response> {
     measured_response(&file, &data, &arguments.request()).map_err(|error| refused(arguments, &error))
 }
 
-/// What belongs to another excitation has no say in this one.
+/// Rejects options of another excitation.
 fn refuse_others(arguments: &Frf) -> crate::Result<()> {
     use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
     let kind = arguments.excitation.unwrap_or(WhiteNoise);
@@ -129,7 +129,7 @@ fn refuse_others(arguments: &Frf) -> crate::Result<()> {
     Ok(())
 }
 
-/// What chooses an experiment on the simulated machine has no say in one that has been recorded.
+/// Rejects options of a simulated experiment for a recorded one.
 fn refuse_experiment(arguments: &Frf) -> crate::Result<()> {
     let given = [
         ("--set", !arguments.settings.is_empty()),
@@ -155,7 +155,7 @@ fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> crate
     if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
 }
 
-/// An error with the file's name, unless the request alone is at fault.
+/// An error with the file's name, unless the request alone has the mistake.
 fn refused(arguments: &Frf, error: &FrfError) -> crate::Failure {
     let message = match error {
         FrfError::Request(refusal) => refusal.message.clone(),

@@ -14,7 +14,7 @@ use crate::terminal;
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
 
-/// Runs whose columns are listed; of the others one line.
+/// Number of runs whose columns are listed; the others have one line.
 const LISTED: usize = 1;
 
 pub(crate) fn run(arguments: &Import) -> crate::Result<()> {

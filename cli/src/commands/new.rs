@@ -15,9 +15,9 @@ use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
-/// The template that is made of a URDF.
+/// The template that is made from a URDF.
 const ARM: (&str, &str) = ("arm", "an arm file with every joint of a URDF (--urdf FILE)");
-/// The scenario whose runs are the records of the dataset's template, and how many there are.
+/// The scenario whose runs are the records of the dataset's template, and their number.
 const MEASURED: (&str, u64) = ("bench.toml", 4);
 
 /// Names of the templates.
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &New) -> crate::Result<()> {
     written(arguments.out.as_deref(), found.text, "run")
 }
 
-/// Prints a text, or writes it to a file and says what to do with that.
+/// Prints a text, or writes it to a file and names the next command.
 fn written(out: Option<&Path>, text: &str, command: &str) -> crate::Result<()> {
     let Some(path) = out else { return terminal::print(text) };
     write_new(path, text)?;
@@ -54,7 +54,7 @@ fn written(out: Option<&Path>, text: &str, command: &str) -> crate::Result<()> {
     Ok(())
 }
 
-/// Writes the files of a folder; those of a dataset with the records that its bench makes.
+/// Writes the files of a folder; those of a dataset include the records of its bench.
 fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
     let Some(out) = out else {
         let message = format!("the template `{}` is a folder of several files", folder.name);
@@ -76,7 +76,7 @@ fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
     Ok(())
 }
 
-/// What a run of a scenario with this seed records, as a CSV file.
+/// The record of a scenario with this seed, as a CSV file.
 fn record(scenario: &Path, seed: u64) -> crate::Result<String> {
     let mut scenario = Document::load(scenario)?.scenario;
     scenario.run.seed = seed;
@@ -96,7 +96,7 @@ fn record(scenario: &Path, seed: u64) -> crate::Result<String> {
     Ok(text)
 }
 
-/// An arm file for the joints of a URDF, with numbers of the size that such joints have.
+/// An arm file for the joints of a URDF, with numbers of typical size.
 fn arm_file(path: &Path, out: Option<&Path>) -> crate::Result<String> {
     let wrong =
         |message: String, remedy: &str| BadInput::error(format!("{}: {message}", path.display()), remedy);

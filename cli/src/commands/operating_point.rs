@@ -1,4 +1,4 @@
-//! The force at which a machine is seen as linear.
+//! The force at which a machine is linearised.
 
 use feeler_analysis::ContactView;
 use feeler_engine::Scenario;
@@ -9,7 +9,7 @@ use crate::numbers::with_unit;
 use crate::terminal::failure::BadInput;
 use crate::units::Units;
 
-/// How the contacts are taken, and what there is to say about it.
+/// The view of the contacts, and a remark on it.
 pub(super) fn contact_view(
     arguments: &Analyze,
     scenario: &Scenario,
@@ -52,12 +52,12 @@ pub(super) fn contact_view(
             );
             Ok((plain, Some(note)))
         }
-        // Springs are at rest where nothing presses.
+        // Springs are at rest without a pressing force.
         _ => Ok((plain, None)),
     }
 }
 
-/// What depends on the force, in words.
+/// The part that depends on the force, in words.
 fn words(dependence: Dependence) -> &'static str {
     match dependence {
         Dependence::Spring => "the stiffness of a spring depends on its force",

@@ -20,11 +20,11 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
 
-/// Most places of a map: some minutes of work.
+/// Largest number of places of a map: some minutes of work.
 const MOST_PLACES: usize = 10_000;
 
-/// Stiffest contact and the one with most damping, N/m and N s/m: beyond, rounding leaves nothing of the
-/// arm's own slow modes.
+/// Largest stiffness and damping of a contact, N/m and N s/m: beyond these, rounding hides the arm's own slow
+/// modes.
 const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
     terminal::print(&text)
 }
 
-/// Whether a map goes into a page, by the end of its name.
+/// Whether a map is written as a page, from the suffix of its name.
 fn is_page(path: &Path) -> crate::Result<bool> {
     match path.extension().map(std::ffi::OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "html" => Ok(true),
@@ -101,7 +101,7 @@ fn is_page(path: &Path) -> crate::Result<bool> {
     }
 }
 
-/// What a reader of a map has to know of its places.
+/// Remarks on the places of a map.
 fn remarks(map: &[MapPoint]) -> String {
     let mut text = String::new();
     let found = || map.iter().filter_map(|point| point.found.as_ref().ok());
@@ -141,7 +141,7 @@ fn remarks(map: &[MapPoint]) -> String {
     text
 }
 
-/// Whether the axis's force bandwidth is not the arm's.
+/// Whether the axis's force bandwidth differs from the arm's.
 fn axis_bandwidth_is_off(agreement: &Agreement) -> bool {
     let [arm, axis] = agreement.force_bandwidth_hz;
     arm.is_nan() != axis.is_nan() || (axis / arm - 1.0).abs() > Agreement::TRUSTED
@@ -196,7 +196,7 @@ fn grid(numbers: &[f64], z_m: f64) -> crate::Result<Grid> {
     ))
 }
 
-/// A pose that brings the tool to a place: from a number of starts, as joints may bend either way.
+/// A pose that brings the tool to a place, from several starts, since joints may bend either way.
 fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> crate::Result<Vec<f64>> {
     let chain = file.arm.chain();
     let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
@@ -280,12 +280,12 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     )
 }
 
-/// A largest stable gain, or what there is in its place.
+/// A largest stable gain, or the text in its place.
 fn gain(value: f64) -> String {
     gain_in_words(value).map_or_else(|| plain(value), str::to_owned)
 }
 
-/// The arm's force bandwidth, or why there is none, and the axis's where that is another.
+/// The arm's force bandwidth, or why there is none, and the axis's if it differs.
 fn reached(agreement: &Agreement) -> String {
     let said = |side: usize| match agreement.largest_ki_per_s[side] {
         edge if edge <= 0.0 => "none: no ki is stable".to_owned(),
@@ -366,7 +366,7 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
     })
 }
 
-/// What the axis is off the arm, over the arm's; null where only one of them has the landmark.
+/// Differences of the axis from the arm, relative to the arm; null if only one of them has the landmark.
 fn misfit_as_json(agreement: &Agreement) -> Value {
     let [mode, crossover, kp, ki] = agreement.misfits().map(number);
     json!({ "contact_mode": mode, "phase_crossover": crossover, "stable_kp": kp, "stable_ki": ki, "trusted": agreement.is_trusted() })
@@ -393,7 +393,7 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
         arguments.contact_stiffness, arguments.contact_damping
     );
     let command = |at: [f64; 3]| {
-        // A picometre says all but rounding.
+        // Digits beyond a picometre are rounding.
         let [x, y, z] = at.map(|v| (v * 1e12).round() / 1e12);
         format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
     };

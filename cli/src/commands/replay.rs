@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         for (c, error) in replay.errors.iter().enumerate() {
             let unit = units.unit(dataset.channels[c].quantity(&machine));
             let experiment = if c == 0 { replay.experiment.clone() } else { String::new() };
-            // A column that never changes has no variation to be a share of.
+            // A constant column has no variation as a scale.
             let share =
                 |share: f64| if error.scale > 0.0 { format!("{} %", percent(share)) } else { "-".into() };
             let row = [

@@ -17,7 +17,7 @@ use crate::terminal::table;
 use crate::units::Units;
 use crate::{pages, terminal, words};
 
-/// How often a watched file is looked at.
+/// Interval between checks of a watched file.
 const LOOK: Duration = Duration::from_millis(300);
 
 pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
@@ -47,7 +47,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let folder = arguments.out.clone().unwrap_or_else(|| {
         terminal::results::variant(&document.scenario.machine.name, &arguments.settings, "run")
     });
-    // Before the run, so that nobody waits for results that cannot be kept.
+    // Before the run, so that a run whose results cannot be written does not start.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
     let runs = if arguments.as_sweep { run::run_as_swept } else { run::run };
@@ -76,7 +76,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
     ))
 }
 
-/// The command that tells more of what became of the run.
+/// The command that explains the outcome of the run.
 fn next(arguments: &Run, outcome: Outcome) -> String {
     let settings = arguments.settings.iter().map(|setting| format!(" --set {}", terminal::quoted(setting)));
     let of_file = format!("{}{}", terminal::quoted_path(&arguments.file), settings.collect::<String>());
@@ -86,7 +86,7 @@ fn next(arguments: &Run, outcome: Outcome) -> String {
     format!("feeler live {of_file}")
 }
 
-/// Which integrator was taken, and why, where the file names none and the exact one no longer pays.
+/// The default integrator and its reason, if the exact one is not economical.
 fn word_on_cost(document: &Document) -> Option<String> {
     let (run, machine) = (&document.scenario.run, &document.scenario.machine);
     let bodies = machine.bodies.len();
@@ -119,7 +119,7 @@ fn read(arguments: &Run) -> crate::Result<Draft> {
     Ok(draft)
 }
 
-/// Writes all results, side by side where there are threads, and gives their paths.
+/// Writes all results, in parallel if there are threads, and returns their paths.
 fn write(
     arguments: &Run,
     document: &Document,
@@ -153,10 +153,10 @@ fn write(
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }
 
-/// Under which a trace holds its scenario with all that was set on the command line, on no other file.
+/// Key of the scenario in a trace, with all settings of the command line and without other files.
 pub(super) const RESOLVED: &str = "feeler.resolved";
 
-/// What a trace says of where it comes from.
+/// The metadata of a trace.
 fn about(document: &Document) -> Vec<(&'static str, String)> {
     let run = &document.scenario.run;
     vec![
@@ -168,7 +168,7 @@ fn about(document: &Document) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// What moves the bodies, in a word.
+/// The engine that moves the bodies, in a word.
 fn moved_by(integrator: Integrator) -> &'static str {
     if integrator == Integrator::External { "rapier" } else { integrator.name() }
 }

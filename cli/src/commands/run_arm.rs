@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| terminal::results::variant(&file.name, &arguments.settings, "run"));
-    // Before the run, so that nobody waits for results that cannot be kept.
+    // Before the run, so that a run whose results cannot be written does not start.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(file.name.clone());
     let result = run_cell(&file, &mut |at| progress.at(at.t_s / at.duration_s));
@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
     terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
 }
 
-/// Writes all results and gives their paths.
+/// Writes all results and returns their paths.
 fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));

@@ -12,7 +12,7 @@ use crate::terminal::progress::Rate;
 use crate::terminal::table;
 use crate::{pages, terminal};
 
-/// The name of a sweep whose own is none.
+/// The name of a sweep without one.
 const OTHERWISE: &str = "sweep";
 
 pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {

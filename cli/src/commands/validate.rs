@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &Validate) -> crate::Result<()> {
     }
 }
 
-/// The folder of scenario files, where it holds the paper's machines.
+/// The folder of scenario files, if it contains the paper's machines.
 fn scenarios(arguments: &Validate) -> crate::Result<Option<PathBuf>> {
     let folder = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
     if folder.is_none() {
@@ -82,8 +82,7 @@ fn text(found: &Table) -> String {
     format!("{rows}\n\n{}, {failed} failed", count(found.rows.len(), "check", "checks"))
 }
 
-/// What is expected and what was found, with the digits that tell them apart, their difference, and how large
-/// it may be.
+/// Expected and actual value with enough digits to separate them, their difference, and its tolerance.
 fn words(row: &Row) -> [String; 4] {
     let yes = |value: f64| if value > 0.5 { "yes".to_owned() } else { "no".to_owned() };
     let none = || "-".to_owned();

@@ -14,7 +14,7 @@ use crate::terminal::table;
 use crate::units::Units;
 use crate::{pages, terminal};
 
-/// What the last column of the table of runs is.
+/// Meaning of the last column of the table of runs.
 const ABOUT_LIMIT: &str =
     " limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
 const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let expected = (Change::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {
         if let Ok(mut progress) = progress.lock() {
-            // Pairs and triples, where it takes them, come on top.
+            // Pairs and triples, if needed, are additional.
             progress.at((runs as f64 / expected).min(0.99));
         }
     })?;
@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     terminal::print(&format!("{}{}{written}", found.verdict, details(&found, units)))
 }
 
-/// Writes the file with a remedy, and with what was set on the command line.
+/// Writes the file with a remedy and with the settings of the command line.
 fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usize) -> crate::Result<()> {
     let Some(out) = &arguments.out else { return Ok(()) };
     let settings = number.checked_sub(1).and_then(|i| found.remedies.get(i)).map(|remedy| &remedy.settings);

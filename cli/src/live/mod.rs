@@ -1,5 +1,4 @@
-//! A page that is served while its command runs: on the loopback address, under a secret path, and nothing
-//! else.
+//! A page that is served while its command runs: only on the loopback address, under a secret path.
 
 mod session;
 
@@ -13,18 +12,18 @@ use crate::terminal::failure::{BadInput, Failure};
 
 pub(crate) use session::{Measured, Session};
 
-/// Requests that are answered side by side: one moves, one fills the map, one asks whether the file has
-/// changed.
+/// Number of requests that are answered in parallel: one moves, one fills the map, one asks whether the file
+/// has changed.
 const WORKERS: usize = 3;
-/// The longest request that is read.
+/// Largest request in bytes.
 const LONGEST: u64 = 1 << 16;
 /// Bytes of the secret.
 const SECRET: usize = 16;
-/// The page asks nobody else for anything.
+/// The page loads nothing from elsewhere.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; \
      style-src 'unsafe-inline'; connect-src 'self'; img-src data: blob:";
 
-/// A server that stands ready, and the address of its page.
+/// A server that is ready, and the address of its page.
 pub(crate) struct Live {
     server: Server,
     host: String,
@@ -32,7 +31,7 @@ pub(crate) struct Live {
 }
 
 impl Live {
-    /// Takes a port of the loopback address, any free one where none is asked for.
+    /// Opens a port of the loopback address; any free one by default.
     pub(crate) fn new(port: Option<u16>) -> crate::Result<Self> {
         let server = Server::http(("127.0.0.1", port.unwrap_or(0))).map_err(|error| {
             BadInput::error(
@@ -105,12 +104,12 @@ impl Live {
                 response.add_header(header);
             }
         }
-        // A page that has been closed waits for nothing.
+        // A closed page waits for no response.
         let _ = request.respond(response);
     }
 }
 
-/// What a request says; an empty object where it is no JSON.
+/// The content of a request; an empty object if it is not JSON.
 fn asked(request: &mut Request) -> Value {
     let mut text = String::new();
     let read = request.as_reader().take(LONGEST).read_to_string(&mut text);

@@ -1,4 +1,4 @@
-//! What a live page shows: the file with some numbers moved, run and analysed anew.
+//! State of a live page: the file with some numbers changed, run and analysed again.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,12 +17,12 @@ use serde_json::{Value, json};
 use crate::pages::live::{self, Shown};
 use crate::terminal;
 
-/// Variants that one task measures side by side.
+/// Number of variants that one task measures side by side.
 const BLOCK: usize = feeler_studies::run::LANES;
-/// Points of a map in one request at most.
+/// Largest number of map points in one request.
 const MOST_POINTS: usize = 256;
 
-/// Records to hold the machine against.
+/// Records for comparison with the machine.
 pub(crate) struct Measured {
     dataset: Dataset,
     /// The machine of a diagnosis.
@@ -35,7 +35,7 @@ impl Measured {
     }
 }
 
-/// A file that a page moves.
+/// A file whose numbers a page changes.
 pub(crate) struct Session {
     path: PathBuf,
     settings: Vec<String>,
@@ -43,13 +43,13 @@ pub(crate) struct Session {
     measured: Option<Measured>,
 }
 
-/// The file as it was read last.
+/// The file as last read.
 struct File {
     document: Document,
-    /// When it was changed, and how many times since the start.
+    /// Time of its last change, and number of changes since the start.
     changed: Option<SystemTime>,
     version: u64,
-    /// What is wrong with it now; the last sound one is shown until it is mended.
+    /// Its present mistake; the last valid version is shown until it is corrected.
     problem: Option<String>,
 }
 
@@ -68,7 +68,7 @@ impl Session {
         live::page(&self.current().document, &self.path.display().to_string(), &records, &file)
     }
 
-    /// The file now: its version, its numbers, and what is wrong with it.
+    /// The file now: its version, its numbers, and its mistake.
     pub(crate) fn file(&self) -> Value {
         let mut file = self.current();
         let now = changed(&self.path);
@@ -86,7 +86,7 @@ impl Session {
         json!({ "version": file.version, "problem": file.problem, "numbers": numbers })
     }
 
-    /// What the scenario does with some numbers set.
+    /// The results of the scenario with some numbers set.
     pub(crate) fn state(&self, asked: &Value) -> Value {
         let began = Instant::now();
         let document = match self.document(asked) {
@@ -101,7 +101,7 @@ impl Session {
         state
     }
 
-    /// What becomes of the scenario at some points of two numbers.
+    /// The outcomes of the scenario at some points of two numbers.
     pub(crate) fn map(&self, asked: &Value) -> Value {
         let document = match self.document(asked) {
             Ok(document) => document,
@@ -143,7 +143,7 @@ impl Session {
         json!({ "charts": live::records(machine, dataset, index, believed.as_ref(), repaired.as_ref()) })
     }
 
-    /// Writes the numbers into the file; what stood there goes to a file beside it.
+    /// Writes the numbers into the file, after a copy to a file beside it.
     pub(crate) fn write(&self, asked: &Value) -> Value {
         let edits: Vec<Edit> = values(asked).map(|(key, value)| Edit { key, value }).collect();
         let edited = self.current().document.edited(&edits).map_err(|error| plainly(&error));
@@ -157,20 +157,20 @@ impl Session {
         }
     }
 
-    /// The file with the numbers that a request sets.
+    /// The file with the numbers of a request.
     fn document(&self, asked: &Value) -> Result<Document, FormatError> {
         let file = self.current();
         let settings: Vec<(String, f64)> = values(asked).collect();
         file.document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value))))
     }
 
-    /// Whoever held the file before may have failed; the file itself is whole.
+    /// A previous holder of the lock may have failed; the file itself is complete.
     fn current(&self) -> MutexGuard<'_, File> {
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The numbers that a request sets.
+/// The numbers of a request.
 fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
     let settings = asked["settings"].as_object();
     settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
@@ -180,7 +180,7 @@ fn changed(path: &Path) -> Option<SystemTime> {
     std::fs::metadata(path).and_then(|file| file.modified()).ok()
 }
 
-/// Mistakes as a page shows them: without the lines of the file.
+/// Mistakes for a page: without the lines of the file.
 fn plainly(error: &FormatError) -> String {
     let told = error.problems.iter().map(|problem| format!("{}: {}", problem.key, problem.message));
     told.collect::<Vec<_>>().join("\n")

@@ -1,4 +1,4 @@
-//! The page that holds scenarios, or datasets, against each other.
+//! The page that compares scenarios or datasets.
 
 use feeler_analysis::{Curves, Report};
 use feeler_diagnosis::dataset::Dataset;
@@ -17,10 +17,10 @@ use crate::words;
 /// A number for each value of a response.
 type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
 
-/// Rows of the common time axis.
+/// Largest number of rows of the common time axis.
 const MOST_ROWS: usize = 100_000;
 
-/// A scenario with what it does.
+/// A scenario with its results.
 pub(crate) struct Taken {
     pub(crate) name: String,
     pub(crate) document: Document,
@@ -46,7 +46,7 @@ pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
     std::iter::once("").chain(taken.iter().map(|one| one.name.as_str())).collect()
 }
 
-/// The keys that are not the same in all, with what each holds.
+/// The keys that differ, with the content of each.
 pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
     let mut keys: IndexMap<String, Vec<Option<String>>> = IndexMap::new();
     for (i, one) in taken.iter().enumerate() {
@@ -54,7 +54,7 @@ pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
             keys.entry(key).or_insert_with(|| vec![None; taken.len()])[i] = Some(value);
         }
     }
-    // A name tells nothing of what a machine does.
+    // A name does not affect the behaviour of a machine.
     let told = keys.into_iter().filter(|(key, _)| !matches!(key.as_str(), "name" | "about"));
     let differs = |values: &[Option<String>]| values.windows(2).any(|pair| pair[0] != pair[1]);
     told.filter(|(_, values)| differs(values))
@@ -180,7 +180,7 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         .collect()
 }
 
-/// Values of a curve at other places; none outside of it.
+/// Values of a curve at other points; NaN outside it.
 fn onto(xs: &[f64], ys: &[f64], at: &[f64]) -> Vec<f64> {
     let value = |x: f64| {
         let j = xs.partition_point(|known| *known < x);
@@ -244,7 +244,7 @@ fn theory(taken: &[Taken]) -> Vec<Chart> {
     charts
 }
 
-/// The page of datasets: the columns that some share, record over record.
+/// The page of datasets: common columns, record over record.
 pub(crate) fn datasets(sets: &[Dataset]) -> String {
     let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
     let mut page = Page::new(&names.join(" against "), "");

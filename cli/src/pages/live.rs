@@ -1,4 +1,4 @@
-//! The page that moves: what it is made of, and each state of it.
+//! The live page: its parts, and each of its states.
 
 use std::fmt::Write as _;
 
@@ -22,14 +22,14 @@ use crate::words;
 const STYLE: &str = include_str!("../../assets/live.css");
 const SCRIPT: &str = include_str!("../../assets/live.js");
 
-/// Points of a plane nearer to the last than this share of its frame are left out.
+/// Points of a plane nearer to the previous one than this share of its frame are omitted.
 const STEP: f64 = 3e-3;
-/// Beyond this many frames a curve is at its edge.
+/// Beyond this number of frames a curve is clipped.
 const FAR: f64 = 3.0;
 /// Rows of a chart of records.
 const MOST_ROWS: usize = 4000;
 
-/// Places of the page, in reading order: name, kind, heading.
+/// Sections of the page, in reading order: name, kind, heading.
 const PLACES: [[&str; 3]; 9] = [
     ["force", "chart", "Contact force"],
     ["drive", "chart", "Drive"],
@@ -42,7 +42,7 @@ const PLACES: [[&str; 3]; 9] = [
     ["records", "records", "Measured records"],
 ];
 
-/// The page: sliders for the numbers of a file, and places for what follows from them.
+/// The page: sliders for the numbers of a file, and sections for the results.
 pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Value) -> String {
     let machine = &document.scenario.machine;
     let mut body = format!(
@@ -140,7 +140,7 @@ fn theory(
     }
 }
 
-/// The stable values of the gain in question, each interval with where it swings.
+/// The stable values of the gain in question, each interval with its frequency of oscillation.
 fn stable_gains(report: &Report) -> String {
     let Some(gain) = report.gain() else { return String::new() };
     let spans: Vec<String> = (gain.sampled.intervals.iter())
@@ -164,7 +164,7 @@ fn stable_gains(report: &Report) -> String {
     format!("Stable {}, sampled, in contact: {spans}.", gain.key)
 }
 
-/// The same plane with no more points than the eye can tell.
+/// The same plane with as many points as are visible.
 fn thinned(mut plane: Plane) -> Plane {
     let [left, right, low, high] = plane.view;
     let (width, height) = (right - left, high - low);
@@ -176,7 +176,7 @@ fn thinned(mut plane: Plane) -> Plane {
         for (i, point) in path.points.iter().enumerate() {
             let far = kept.last().is_none_or(|&j| {
                 let ([x, y], [a, b]) = (seen(*point), seen(path.points[j]));
-                // What is not a number parts two stretches, and stays.
+                // A NaN separates two curves, and stays.
                 let far = (x - a).hypot(y - b);
                 far.is_nan() || far >= STEP
             });
@@ -190,7 +190,7 @@ fn thinned(mut plane: Plane) -> Plane {
     plane
 }
 
-/// Each channel of a record: as measured, as the machine predicts it now, and as the repaired one does.
+/// Each channel of a record: measured, predicted by the present machine, and by the repaired one.
 pub(crate) fn records(
     machine: &Machine,
     dataset: &Dataset,

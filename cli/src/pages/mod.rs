@@ -1,4 +1,4 @@
-//! Pages: what each command shows, put together from parts that are the same for all.
+//! Pages of the commands, assembled from common parts.
 
 pub(crate) mod analyze;
 pub(crate) mod arm_run;

@@ -11,14 +11,14 @@ use crate::pages::parts::{Page, of_share};
 
 const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
 const WIDTH: f64 = 830.0;
-/// Where the arm does not reach.
+/// Places that the arm does not reach.
 const NOTHING: &str = "#f2f2f2";
-/// Where it reaches and has no axis, and where there is an axis without this figure.
+/// Places that it reaches without an axis, and axes without this figure.
 const NO_AXIS: &str = "#b8b8b8";
 const NONE: &str = "#d9c9a3";
-/// Strokes through a place whose axis is not trusted.
+/// Crosses on places with an axis that cannot be trusted.
 const CROSS: &str = "stroke=\"#000000\" stroke-width=\"1.2\" fill=\"none\"";
-/// Side of the cell of a grid that has one place along an axis, m.
+/// Side of the cell of a grid with one place along an axis, m.
 const ONLY_CELL_M: f64 = 0.05;
 /// Steps of colour in the legend.
 const STEPS: u32 = 6;
@@ -61,11 +61,11 @@ const FIELDS: [Field; 4] = [
     },
 ];
 
-/// What the axis has in place of the arm's.
+/// The axis's value in place of the arm's.
 const AXIS_BANDWIDTH: Field =
     Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
 
-/// The page; `command` gives what reduces the arm at a place.
+/// The page; `command` gives the command for a place.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
     let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
     let reached: Vec<(&MapPoint, &MapValues)> =
@@ -144,7 +144,7 @@ fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> Str
     }
 }
 
-/// Places that have no axis, or no stable gain, counted by the reason.
+/// Number of places without an axis, or without a stable gain, by reason.
 fn lacking(map: &[MapPoint]) -> String {
     let unstable = map
         .iter()
@@ -163,7 +163,7 @@ fn lacking(map: &[MapPoint]) -> String {
     said.concat()
 }
 
-/// What is said of a place under the pointer.
+/// Texts of a place under the pointer.
 fn columns(map: &[MapPoint]) -> Vec<Value> {
     let place = |name: &str, axis: usize| {
         json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"])
@@ -231,7 +231,7 @@ impl Grid {
         for point in map {
             let [x, y, width, height] = self.cell(point);
             let colour = colour_of(point, field, &share);
-            // A little larger, so that no seams show between cells.
+            // Slightly larger, so that no gaps appear between cells.
             let (width, height) = (width + 0.15, height + 0.15);
             let _ = write!(
                 body,

@@ -1,4 +1,4 @@
-//! What went wrong, as a person reads it, and the exit code for programs.
+//! Failures: text for people, and the exit code for programs.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -14,29 +14,29 @@ use super::stderr;
 pub(crate) const DONE: u8 = 0;
 /// A check failed.
 pub(crate) const CHECK_FAILED: u8 = 1;
-/// The input is wrong, or the output cannot go where it should.
+/// The input has a mistake, or the output cannot be written.
 pub(crate) const BAD_INPUT: u8 = 2;
 /// A mistake of the program.
 pub(crate) const INTERNAL: u8 = 3;
 
-/// What is said of a mistake of the program.
+/// Text for a mistake of the program.
 const REPORT_IT: &str = "this is a bug in feeler; please report it with the file";
 
-/// What a command gives, or why it has nothing.
+/// The result of a command, or why it has none.
 pub(crate) type Result<T> = std::result::Result<T, Failure>;
 
 /// Why a command ends early. An error reaches the terminal only with its remedy.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// Something is wrong that the user can mend, unless the error says that the program is at fault.
+    /// A mistake that the user can correct, unless the error marks the program as its cause.
     Mistake(Box<dyn Remedy>),
     /// A mistake of the program.
     Internal(String),
-    /// A check has failed, and the table says which.
+    /// A check has failed, and the table shows which.
     CheckFailed,
-    /// What has been said already; all that is left is the exit code.
+    /// Already reported; only the exit code remains.
     Reported,
-    /// Whoever read the output has had enough of it.
+    /// The reader of the output has closed it.
     Unheard,
 }
 
@@ -52,7 +52,7 @@ impl Failure {
         Self::Internal(error.to_string())
     }
 
-    /// Prints it and gives its exit code.
+    /// Prints it and returns its exit code.
     pub(crate) fn report(&self) -> ExitCode {
         let (text, code) = match self {
             Self::Unheard => return ExitCode::from(DONE),

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use failure::{BadInput, Failure};
 
-/// Control characters, and marks that turn the direction of writing and so the order in which a line reads.
+/// Control characters, and marks that change the writing direction and so the order of a line.
 fn steers(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || (c.is_control() && !matches!(c, '\n' | '\t'))
@@ -33,7 +33,7 @@ pub(crate) fn json(value: &impl Serialize) -> crate::Result<String> {
 
 /// Prints a text to standard output.
 pub(crate) fn print(text: &str) -> crate::Result<()> {
-    // Names come from files, and what is printed goes to a terminal: nothing in it may steer that.
+    // Names come from files, and the output goes to a terminal: nothing in it may control that.
     let text: Cow<str> =
         if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
     let mut out = io::stdout().lock();
@@ -51,7 +51,7 @@ pub(crate) fn print(text: &str) -> crate::Result<()> {
     })
 }
 
-/// Writes files into a folder, made if absent, and says which, for the end of a printed text.
+/// Writes files into a folder, created if absent, and returns a sentence for the end of a printed text.
 pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> crate::Result<String> {
     fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
     let mut said = String::from("\n\nwrote");
@@ -63,8 +63,8 @@ pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> crate::Resul
     Ok(said)
 }
 
-/// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path`
-/// is replaced.
+/// Writes a file completely or not at all, so that several processes may write the same one. An existing
+/// `path` is replaced.
 pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
     let told = |error| BadInput::unwritable(path, &error);
     write_whole(path, &told, |mut file| {
@@ -73,7 +73,7 @@ pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
     })
 }
 
-/// Replaces a file by a text, after a copy of it has been put beside it under the name that is given back.
+/// Replaces a file by a text, after copying it to the path that is returned.
 pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
     let name = |number: usize| {
         let mut name = path.file_name().unwrap_or_default().to_owned();
@@ -81,7 +81,7 @@ pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
         path.with_file_name(name)
     };
     let mut number = 0;
-    // A copy that is there already may be the only one of something.
+    // An existing copy may be the only one of its contents.
     let mut copy = loop {
         match fs::OpenOptions::new().write(true).create_new(true).open(name(number)) {
             Ok(copy) => break copy,
@@ -98,7 +98,7 @@ pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
     Ok(name(number))
 }
 
-/// A word of a command as a shell takes it.
+/// A word of a command, quoted for a shell.
 pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

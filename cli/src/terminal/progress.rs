@@ -1,4 +1,4 @@
-//! A progress bar with an estimate, for whatever takes longer than a second.
+//! A progress bar with an estimate, for work of more than a second.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -9,12 +9,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::stderr;
 use crate::numbers::{plain, with_unit};
 
-/// Work shorter than this shows no bar.
+/// Shorter work shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Positions of the bar.
 const STEPS: u64 = 1000;
 
-/// Shows how far some work has come; silent when standard error is no terminal.
+/// Shows the progress of some work; silent if standard error is not a terminal.
 pub(crate) struct Progress {
     label: String,
     started: Instant,
@@ -27,7 +27,7 @@ impl Progress {
         Self { label: label.into(), started: Instant::now(), wanted: io::stderr().is_terminal(), bar: None }
     }
 
-    /// Notes that this share of the work is done.
+    /// Records the completed share of the work.
     pub(crate) fn at(&mut self, share: f64) {
         if !self.wanted || (self.bar.is_none() && self.started.elapsed() < PATIENCE) {
             return;
@@ -44,8 +44,8 @@ impl Progress {
     }
 }
 
-/// A sign of life of work that cannot tell how far it is; silent when standard error is no terminal. Ends
-/// when it is dropped.
+/// An indicator for work without a known length; silent if standard error is not a terminal. Ends when it is
+/// dropped.
 pub(crate) struct Busy(Option<ProgressBar>);
 
 impl Busy {
@@ -67,11 +67,11 @@ impl Drop for Busy {
     }
 }
 
-/// Lines of a log, where standard error is no terminal, come this far apart.
+/// Interval of log lines if standard error is not a terminal.
 const LOG_EVERY: Duration = Duration::from_secs(30);
 
-/// Shows how far many runs have come, with their rate and an estimate: a bar on a terminal, a line now and
-/// then in a log. Any thread may report.
+/// Shows the progress of many runs, with their rate and an estimate: a bar on a terminal, an occasional line
+/// in a log. Any thread may report.
 pub(crate) struct Rate {
     label: String,
     started: Instant,
@@ -89,10 +89,10 @@ impl Rate {
         Self { label: label.into(), started: now, shown: Mutex::new(Shown { bar: None, logged: now }) }
     }
 
-    /// Notes that `done` runs were done, `found` were there before, and how many there are in all.
+    /// Records that `done` runs were made, `found` existed before, and their total number.
     pub(crate) fn at(&self, done: u64, found: u64, total: u64) {
         let elapsed = self.started.elapsed();
-        // Whoever finds it locked leaves the update to the next.
+        // A thread that finds it locked leaves the update to the next one.
         let Ok(mut shown) = self.shown.try_lock() else { return };
         if done == 0 || elapsed < PATIENCE {
             return;
@@ -136,7 +136,7 @@ fn bar(label: &str, elapsed: Duration) -> ProgressBar {
     }
 }
 
-/// Says what is being done, for work whose steps cannot be counted: a spinner with the time on a terminal, a
+/// Shows the present step of work whose steps cannot be counted: a spinner with the time on a terminal, a
 /// line for each step in a log.
 pub(crate) struct Steps {
     label: String,
@@ -157,7 +157,7 @@ impl Steps {
         Self { label: label.into(), started: Instant::now(), bar }
     }
 
-    /// Names what is being done now.
+    /// Names the present step.
     pub(crate) fn at(&self, what: &str) {
         match &self.bar {
             Some(bar) => bar.set_message(format!("{}: {what}", self.label)),

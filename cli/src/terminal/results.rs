@@ -1,20 +1,20 @@
-//! Where results go unless a folder is named.
+//! Default folders of results.
 
 use std::path::{Path, PathBuf};
 
-/// Results go under this folder unless another is named.
+/// Parent of default folders of results.
 const RESULTS: &str = "out";
 
-/// Letters of a folder's name at most.
+/// Largest number of letters in a folder's name.
 const LONGEST: usize = 120;
 
-/// `out/NAME` for what is called `name`.
+/// `out/NAME` for the name `name`.
 pub(crate) fn folder(name: &str, otherwise: &str) -> PathBuf {
     Path::new(RESULTS).join(safe_name(name, otherwise))
 }
 
-/// `out/NAME,kp=0.4` for what is called `name` with some keys set on the command line. What was run without
-/// them stays.
+/// `out/NAME,kp=0.4` for the name `name` with some keys set on the command line. Results without them are
+/// kept.
 pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathBuf {
     let short = |setting: &String| {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
@@ -27,7 +27,7 @@ pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathB
     Path::new(RESULTS).join(if folder.is_empty() { otherwise } else { folder })
 }
 
-/// A name that every file system takes and that leads nowhere else; `otherwise` where nothing of it is left.
+/// A name that is valid on every file system and contains no path; `otherwise` if nothing of it is left.
 pub(crate) fn safe_name(name: &str, otherwise: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let name: String = name.chars().map(safe).collect();

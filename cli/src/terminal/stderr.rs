@@ -1,8 +1,8 @@
-//! Standard error: where everything goes that is no result.
+//! Standard error: everything that is not a result.
 
 use std::io::{self, IsTerminal, Write};
 
-/// Prints a text to standard error; where even that is closed nobody is left to tell.
+/// Prints a text to standard error; failures of that are ignored.
 pub(crate) fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
 }

@@ -2,14 +2,14 @@
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
-/// Characters below which cells are not wrapped to the terminal.
+/// Narrower terminals do not wrap cells.
 const LEAST_WIDTH: u16 = 60;
 
-/// A table without lines, numbers of the named columns to the right.
+/// A table without lines, with numbers of the named columns to the right.
 pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    // A terminal that says it is a few characters wide is mistaken, or beyond help.
+    // A terminal that reports a width of a few characters is wrong.
     let fits = table.width().is_some_and(|width| width >= LEAST_WIDTH);
     table.set_content_arrangement(if fits {
         ContentArrangement::Dynamic

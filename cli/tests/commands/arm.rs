@@ -1,4 +1,4 @@
-//! `feeler run` of a whole arm, and what the other commands say of its file.
+//! `feeler run` of a whole arm, and the other commands on its file.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `feeler diagnose`, `feeler replay` and `feeler blind`, on records that `feeler run` makes.
+//! `feeler diagnose`, `feeler replay` and `feeler blind`, on records from `feeler run`.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE, exists};
 
-/// An axis with nothing but a drive and a guide.
+/// An axis with only a drive and a guide.
 const AXIS: &str = r#"
 name = "axis"
 [bodies.tip]
@@ -25,9 +25,9 @@ noise = 1.0e-7
 reads = "tip.acceleration"
 noise = 0.01
 "#;
-/// What the real one has besides, N.
+/// The additional friction of the real one, N.
 const LEVEL_N: f64 = 4.0;
-/// Far above what the noise allows, and below what an engineer would call right.
+/// Tolerance: far above the effect of noise, and below that of an engineer.
 const RIGHT: f64 = 0.03;
 const COLUMNS: &str = r#"
 name = "records"
@@ -78,7 +78,8 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     );
     assert!(said.out.contains("[springs.guide.effects.coulomb-friction]"), "{}", said.out);
     let answer: Value = serde_json::from_str(&bench.read("answer/diagnosis.json")).unwrap();
-    // Three short records may leave it open whether the friction falls with speed; then they say what to do.
+    // Three short records may not decide whether the friction falls with speed; the answer then gives the
+    // next step.
     let is_open = answer["verdict"] == "ambiguous";
     assert!(is_open || answer["verdict"] == "explained", "{}", answer["verdict"]);
     assert_eq!(exists(bench.path("answer/next-experiment.csv")), answer["next_experiment"].is_object());

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 
-/// A server under way, which ends with its test.
+/// A running server, which ends with its test.
 struct Served {
     child: Child,
     host: String,
@@ -49,7 +49,7 @@ impl Served {
         let (status, text) =
             self.ask("POST", &format!("/{}/{path}", self.secret), &self.host, &body.to_string());
         assert_eq!(status, 200, "{text}");
-        // An answer may come in pieces, each under its length.
+        // A response may come in pieces, each after its length.
         let text = text.find('{').zip(text.rfind('}')).map(|(from, to)| &text[from..=to]).unwrap();
         let whole: String =
             text.split("\r\n").filter(|line| usize::from_str_radix(line, 16).is_err()).collect();
@@ -78,7 +78,7 @@ fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
     for path in ["/", "/press.toml", guess.as_str(), other.as_str()] {
         assert_eq!(status(path, &served.host), 404, "{path}");
     }
-    // A name that someone else points at this computer.
+    // A host name that someone else points at this computer.
     assert_eq!(status(&own, "attacker.example"), 404);
 }
 
@@ -134,7 +134,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             said.out
         );
     }
-    // The same figures: a run is made again to the bit.
+    // The same figures: a run is repeated bit for bit.
     let figures = |text: &str| {
         let from = text.find("peak force").unwrap();
         text[from..text.find("wrote").unwrap()].split_whitespace().map(str::to_owned).collect::<Vec<_>>()

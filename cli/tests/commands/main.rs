@@ -1,4 +1,4 @@
-//! The binary as its users meet it: what it prints, what it writes, and how it exits.
+//! The binary as its users see it: its output, its files, and its exit codes.
 
 #[cfg(test)]
 mod arm;

@@ -1,4 +1,4 @@
-//! `feeler frf` on the records of datasets: which estimator is chosen, and what it finds.
+//! `feeler frf` on the records of datasets: the chosen estimator and its result.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::theory::{json, printed, refused};
 
-/// The machine of the synthetic records: one free mass behind a viscous guide, and what is read of it.
+/// The machine of the synthetic records: one free mass behind a viscous guide, and its sensors.
 const MACHINE: &str = r#"
 name = "free-mass"
 [bodies.motor]
@@ -39,8 +39,8 @@ const MASS_KG: f64 = 12.0;
 const DAMPING: f64 = 50.0;
 const ROW_S: f64 = 1e-3;
 
-/// A dataset with one record of the free mass under a command, solved exactly between rows, acceleration read
-/// before each row's command acts.
+/// A dataset with one record of the free mass under a command, solved exactly between rows. The acceleration
+/// is read before each row's command acts.
 fn record(command: impl Fn(usize) -> f64, rows: usize) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let keeps = (-DAMPING * ROW_S / MASS_KG).exp();
@@ -66,7 +66,7 @@ fn draw(k: usize) -> f64 {
     (((k as f64 + 1.0) * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0)
 }
 
-/// Frequencies with no common period within some seconds.
+/// Frequencies without a common period within some seconds.
 fn frequencies_hz() -> Vec<f64> {
     let mut all = vec![1.7];
     while all[all.len() - 1] < 150.0 {
@@ -106,9 +106,9 @@ fn notes(found: &Value) -> String {
         .join("; ")
 }
 
-/// The mass starts at rest: a transient of tau = 0.24 s, which Hann's window over T = 4 s leaves with 2 tau^3
-/// (pi / T)^2 / (1 + (w tau)^2)^1.5 over T / 4 of its size at the start: 6e-4 at the lowest line of 1.7 Hz,
-/// and some ten sines start it.
+/// The mass starts at rest: a transient of tau = 0.24 s. Hann's window over T = 4 s leaves 2 tau^3 (pi / T)^2
+/// / (1 + (w tau)^2)^1.5 over T / 4 of its initial size: 6e-4 at the lowest line of 1.7 Hz. About ten sines
+/// excite it.
 const TRANSIENT: f64 = 5e-3;
 
 #[test]
@@ -129,8 +129,8 @@ fn truth_a_record_of_sines_is_evaluated_at_its_sines() {
 
 #[test]
 fn truth_the_estimator_follows_from_the_command() {
-    // Local polynomials and smoothed lines leave a local remainder, segments leak: per cent of a response
-    // without resonances; whole periods leave the transient that has decayed over one of them.
+    // Local polynomials and smoothed lines leave a local remainder. Segments leak: per cent of a response
+    // without resonances. Whole periods leave the transient that has decayed over one of them.
     let lines: Vec<f64> = (2..150).map(f64::from).collect();
     let multisine = record(sum_of_sines(&lines), 5000);
     let noise = record(|k| draw(k) + draw(k + 100_000) + draw(k + 200_000) - 1.5, 8000);
@@ -176,9 +176,9 @@ fn truth_frequencies_of_which_a_record_says_nothing_are_left_out() {
     assert!(said.contains("help:"), "{said}");
 }
 
-/// The bench's commands arrive 1.92 ms late, and its masses are up to a tenth from what is believed. Above 25
-/// Hz its dry friction of 7.5 N, at speeds of some 0.03 m/s a viscous damping of sqrt(2 / pi) 7.5 / 0.03 =
-/// 200 N s/m, adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
+/// The bench's commands arrive 1.92 ms late, and its masses differ by up to a tenth from the believed ones.
+/// Above 25 Hz its dry friction of 7.5 N, at speeds of about 0.03 m/s, is a viscous damping of sqrt(2 / pi)
+/// 7.5 / 0.03 = 200 N s/m. It adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
 const BELIEVED: f64 = 0.1;
 const FRICTION_AT_25_HZ: f64 = 0.1;
 
@@ -201,7 +201,7 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
         let off = (ratio - 1.0).norm();
         assert!(off < radius + BELIEVED + FRICTION_AT_25_HZ * 25.0 / f, "{f} Hz: {ratio}, band {radius}");
     }
-    // Friction holds the slow motion back.
+    // Friction opposes the slow motion.
     assert!(ratios.iter().filter(|(f, ..)| *f < 6.5).all(|(_, ratio, _)| ratio.norm() < 0.9));
     assert!(printed(&["frf", path(&bench)]).contains("fitted together"));
 }
@@ -226,7 +226,7 @@ fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
         let said = crate::theory::refused(&["check", path(folder.path())]);
         assert!(said.contains(expected), "{expected}: {said}");
     }
-    // What interpolation mends is a warning, with what was assumed.
+    // A gap that interpolation repairs is a warning, with the assumption.
     fs::write(&file, sound.replacen(lines[200], "0.1990,0.1,nan", 1)).unwrap();
     let said = printed(&["check", path(folder.path())]);
     assert!(said.starts_with("ok ") && said.contains("record.csv:201: `acceleration_mps2`"), "{said}");
@@ -266,7 +266,7 @@ fn regress_what_the_check_warns_of_is_said_with_the_response() {
         "{notes:?}"
     );
     assert!(printed(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv"]).contains(said));
-    // Of an experiment that is not looked at it is only counted.
+    // An experiment that is not requested is only counted.
     let other = printed(&["frf", path(folder.path()), "--experiment", "free-sines-2.csv"]);
     assert!(!other.contains(said) && other.contains("warns of the other experiments"), "{other}");
 }

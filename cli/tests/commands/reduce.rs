@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::bench::{BAD_INPUT, Bench, DONE};
 
-/// The axis's phase crossover in contact from that of the whole arm, the other directions held.
+/// Tolerance of the axis's phase crossover in contact against the whole arm, with the other directions held.
 const HELD_CROSSOVER: f64 = 0.05;
 
 #[test]
@@ -110,7 +110,8 @@ fn regress_a_hard_contact_has_a_force_bandwidth_and_says_its_stable_gains() {
     assert!(found["force_bandwidth_hz"].as_f64().unwrap() > 1.0, "{found}");
 }
 
-/// The axis's crossover where two modes share the tool: 36 % off the arm's when one of them was the tool.
+/// Tolerance of the axis's crossover if two modes share the tool: the error was 36 % with one of them as the
+/// tool.
 const SHARED_CROSSOVER: f64 = 0.05;
 
 #[test]

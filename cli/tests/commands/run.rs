@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 
-/// Times and roundings depend on the machine; the lines that quote them are taken out.
+/// Times and roundings depend on the machine; the lines with them are removed.
 fn without_times(text: &str) -> String {
     let keep = |line: &&str| !line.contains(" steps in ") && !line.contains("energy balance");
     text.lines().filter(keep).collect::<Vec<_>>().join("\n")
@@ -49,7 +49,7 @@ fn truth_the_summary_has_the_keys_of_the_contract() {
     let event = &summary["events"][0];
     assert_eq!((&event["what"], &event["on"]), (&Value::from("touch"), &Value::from("tool")));
     assert!(event["t_s"].as_f64().unwrap() > 0.0);
-    // The ledger is exact but for rounding.
+    // The ledger is exact up to rounding.
     assert!(summary["energy"]["relative_residual"].as_f64().unwrap() < 1e-9);
 }
 
@@ -249,7 +249,7 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     );
 }
 
-/// 5 N m on 1 g m² for 0.16 s: from there on a step of 1 ms turns it by more than an eighth of a circle.
+/// 5 N m on 1 g m² for 0.16 s: from there on a step of 1 ms rotates it by more than an eighth of a turn.
 #[test]
 fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
     let bench = Bench::new();

@@ -1,4 +1,4 @@
-//! The sample job script under a real Slurm, which a test starts for itself on this host.
+//! The sample job script under a real Slurm, which a test starts on this host.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,22 +13,22 @@ use assert_cmd::cargo::cargo_bin;
 
 use super::sweep::{JOB_SCRIPT, SWEEP, project, run};
 
-/// Until the one node of a Slurm has made itself known, and until a job of three short tasks has ended.
+/// Time until the one node of a Slurm has registered, and until a job of three short tasks has ended.
 const PATIENCE: Duration = Duration::from_secs(90);
-/// Where daemons are, besides the folders of the search path.
+/// Folders of daemons, in addition to the search path.
 const FOLDERS: [&str; 3] = ["/usr/sbin", "/usr/local/sbin", "/sbin"];
 /// What it takes.
 const PROGRAMS: [&str; 5] = ["munged", "slurmctld", "slurmd", "sinfo", "sbatch"];
 
-/// A Slurm of one host with its own folder, ports, keys and configuration: it neither meets one that serves
-/// this host nor needs its rights.
+/// A Slurm of one host with its own folder, ports, keys and configuration: it does not interfere with one
+/// that serves this host, and does not need its rights.
 struct Slurm {
     folder: tempfile::TempDir,
     daemons: Vec<(&'static str, Child)>,
 }
 
 impl Slurm {
-    /// Starts the daemons, or says why they do not run here.
+    /// Starts the daemons, or reports why they do not run here.
     fn start() -> Result<Self, String> {
         let missing: Vec<&str> = PROGRAMS.into_iter().filter(|name| program(name).is_none()).collect();
         if !missing.is_empty() {
@@ -64,7 +64,7 @@ impl Slurm {
     }
 
     fn configure(&self) -> std::io::Result<()> {
-        // Munge wants a socket that all may reach, and a key that nobody else may read.
+        // Munge requires a socket that all can access, and a key that nobody else can read.
         fs::set_permissions(self.folder.path(), fs::Permissions::from_mode(0o755))?;
         let mut key = [0; 1024];
         fs::File::open("/dev/urandom")?.read_exact(&mut key)?;
@@ -73,7 +73,7 @@ impl Slurm {
         for name in ["state", "spool", "cgroup"] {
             fs::create_dir(self.at(name))?;
         }
-        // A mount point of no meaning: nothing of the host's control groups is touched.
+        // An unused mount point: the host's control groups stay unchanged.
         fs::write(
             self.at("cgroup.conf"),
             format!(
@@ -110,7 +110,7 @@ impl Slurm {
         Ok(())
     }
 
-    /// A program that talks to this Slurm and to no other.
+    /// A program that connects only to this Slurm.
     fn command(&self, name: &str) -> Command {
         let mut command = Command::new(program(name).unwrap_or_else(|| name.into()));
         command.env("SLURM_CONF", self.at("slurm.conf")).current_dir(self.folder.path());
@@ -171,7 +171,7 @@ impl Slurm {
 impl Drop for Slurm {
     fn drop(&mut self) {
         for (_, child) in self.daemons.iter_mut().rev() {
-            // One that has ended by itself is as good.
+            // The process may have ended already.
             let _ = child.kill().and_then(|()| child.wait());
         }
     }
@@ -206,7 +206,7 @@ fn prop_an_array_job_of_slurm_gives_the_same_bytes() {
     let slurm = match Slurm::start() {
         Ok(slurm) => slurm,
         Err(why) => {
-            // Not by the macro for errors, whose words a passing test keeps to itself.
+            // Not by the error macro, whose output a passing test hides.
             let _ = writeln!(
                 std::io::stderr(),
                 "skipped: no Slurm can be started on this host, {why}; the job script was not run by one"

@@ -68,7 +68,7 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
     run(&["merge", &shards[0], &shards[1], &shards[2], "--out", &text(&out("merged"))]);
     assert!(bytes("merged") == expected, "merged shards give other bytes than one run");
 
-    // Killed as soon as it has written another chunk or two.
+    // Killed after it has written another chunk or two.
     let killed = out("killed");
     let mut kills = 0;
     while kills < 5 {
@@ -87,7 +87,7 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
         assert!(!killed.join("sweep.parquet").exists());
         kills += 1;
     }
-    // As one that is killed while it puts the results together leaves it.
+    // The leftover of a process that is killed while it assembles the results.
     fs::write(killed.join("sweep.parquet.0123456789abcdef.tmp"), "PAR1").unwrap();
     run(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]);
     let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().path());
@@ -111,7 +111,8 @@ fn truth_a_folder_of_another_sweep_is_refused() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("another sweep"));
 }
 
-/// The sample job script with what Slurm tells each task of an array that begins at 5, all tasks at once.
+/// The sample job script with Slurm's variables for each task of an array that begins at 5, all tasks at
+/// once.
 #[test]
 #[cfg(unix)]
 fn prop_the_job_script_runs_each_part_once() {
@@ -154,7 +155,7 @@ fn truth_the_verdict_is_printed_and_written() {
     assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("What to do"));
 }
 
-/// The figures of a run of its own that the command under the pointer asks for are those of the row.
+/// The command under the pointer runs a variant with the figures of its row.
 #[test]
 fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_gives_the_row() {
     let bench = Bench::new();
@@ -201,8 +202,8 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");
 }
 
-/// Of two gains one settles: its diagram is said to be empty, and not left out in silence; and over two axes
-/// of numbers it is said where diagrams are.
+/// One of two gains settles: its diagram is reported as empty, and not omitted silently. Over two axes of
+/// numbers the page says where diagrams are.
 #[test]
 fn regress_what_is_not_drawn_is_said() {
     let bench = Bench::new();

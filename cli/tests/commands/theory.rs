@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// Closed and simulated responses of a linear machine under noise: leakage left by local polynomials next to
-/// a resonance of 2 % damping.
+/// Closed and simulated responses of a linear machine under noise: leakage of local polynomials near a
+/// resonance of 2 % damping.
 const LEAKAGE_DB: f64 = 0.05;
 
-/// A line within 0.1 Hz of the corner of a first-order filter, 1 % of it in modulus at most.
+/// A line within 0.1 Hz of the corner of a first-order filter, at most 1 % of it in modulus.
 const FILTERED: f64 = 0.01;
 
-/// At 0.1 N rms about 30 N, what the tangent and the transient to 30 N leave is half a decibel at the
-/// resonance of the stiffest law; a tangent at another force puts the resonance elsewhere, tens of decibels
-/// off.
+/// With 0.1 N rms about 30 N, the error of the tangent and the transient to 30 N is half a decibel at the
+/// resonance of the stiffest law. A tangent at another force moves the resonance, with an error of tens of
+/// decibels.
 const SMALL_SIGNAL_DB: f64 = 1.0;
 
 fn feeler() -> Command {
@@ -87,7 +87,7 @@ fn truth_an_analysis_says_of_which_loop_it_speaks() {
     assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are of the loop of"));
 }
 
-/// Poles of two ways to one machine: Newton's method leaves 1e-10 of the forces at the operating point.
+/// Poles of one machine by two methods: Newton's method leaves 1e-10 of the forces at the operating point.
 const SAME_MACHINE: f64 = 1e-8;
 
 #[test]
@@ -117,7 +117,7 @@ fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
         d -= (k * d + cubic * d.powi(3) - 30.0) / (k + 3.0 * cubic * d * d);
     }
     same("effects/hardening-stiffness.toml", &format!("contacts.tool.stiffness={}", k + 3.0 * cubic * d * d));
-    // k d (1 + alpha v) damps by alpha times the force more: 6 s/m times 30 N beside 120 N s/m.
+    // k d (1 + alpha v) adds a damping of alpha times the force: 6 s/m times 30 N, in addition to 120 N s/m.
     same("effects/hunt-crossley-contact.toml", "contacts.tool.damping=300");
     let hardening = json(&["analyze", "effects/hardening-stiffness.toml", "--json"]);
     assert_eq!(hardening["preload_n"], 30.0);
@@ -271,7 +271,7 @@ fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
     };
     assert_eq!(with_limit("1"), "saturation");
     assert_eq!(with_limit("1e6"), "rigid-body");
-    // The advice is of what limits.
+    // The advice refers to the limit.
     let said = printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=9.5"]);
     let parts =
         ["at which the drive saturates, first: ", "saturation frequency (%)", "actuators.drive.limit"];
@@ -395,7 +395,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
 fn truth_records_of_a_dataset_give_a_response() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice/case-00");
     let Some(folder) = folder.canonicalize().ok().and_then(|f| f.to_str().map(str::to_owned)) else {
-        // Not by the macro for errors, whose words a passing test keeps to itself.
+        // Not by the error macro, whose output a passing test hides.
         let _ = writeln!(std::io::stderr(), "skipped: no practice datasets");
         return;
     };
@@ -457,7 +457,7 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
             "{text}"
         );
     }
-    // A linear machine is all there.
+    // Linear theory covers a linear machine completely.
     assert_eq!(json(&["analyze", "paper/flexible.toml", "--json"])["assumptions"], serde_json::json!([]));
     let folder = tempfile::tempdir().unwrap();
     printed(&["analyze", "effects/backlash.toml", "--out", folder.path().to_str().unwrap()]);
@@ -503,7 +503,7 @@ fn regress_a_row_of_the_account_says_why_it_differs_from_the_one_above() {
 
 #[test]
 fn regress_a_number_of_tiny_effect_is_not_recommended() {
-    // An integrator so late that the machine below it does not matter.
+    // An integrator so late that the machine behind it does not matter.
     let settings = [
         "controllers.force.kp=0",
         "controllers.force.ki=2",
@@ -558,8 +558,8 @@ fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
     );
 }
 
-/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; where both controllers are as fast,
-/// nothing is folded.
+/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; if both controllers are equally
+/// fast, there is no aliasing.
 #[test]
 fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
     let asked = [

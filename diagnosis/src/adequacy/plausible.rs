@@ -40,7 +40,7 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
             if (theta[u] - low).min(high - theta[u]) < AT_END {
                 found.push(format!("{name} sits at the end of what it can be"));
             }
-            // The first parameter is what the effect is made of, unless another alone makes it differ from none.
+            // The first parameter is the size of the effect, unless another one alone makes a difference.
             let is_unknown = k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN;
             if is_unknown && !departs_otherwise(accepted, i, &values) {
                 found.push(format!("the interval of {name} holds nothing at all as well"));

@@ -1,4 +1,4 @@
-//! What the search found, as an answer.
+//! Composes the answer from the results of the search.
 
 use feeler_plant::description::Machine;
 use feeler_plant::effects::{Kind, Place};
@@ -23,29 +23,29 @@ use crate::gap::unknown;
 use crate::kinds::dossier;
 use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
 
-/// Probability from which on a cause is told without its rivals.
+/// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
 /// Softening of the odds.
 const TEMPERATURE: f64 = 4.0;
-/// The same where only positions are measured: there, model errors and noise are harder to separate.
+/// The same if only positions are measured: model errors and noise are then harder to separate.
 const SLOW_TEMPERATURE: f64 = 12.0;
-/// Probability that the set of rivals listed holds.
+/// Total probability of the listed rivals.
 const CREDIBLE: f64 = 0.99;
 /// 90 % of a normal distribution, in standard deviations.
 pub(crate) const NINETY_PERCENT: f64 = 1.645;
 /// Points of the portrait.
 const PORTRAIT_POINTS: usize = 4000;
-/// Places among causes that look alike from which on the records cannot tell where.
+/// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
 /// Kinds that are declared alike.
 const MOST_ALIKE: usize = 2;
-/// Variation over noise that the best experiment of a channel must show.
+/// Smallest ratio of variation to noise in the best experiment of a channel.
 const ENOUGH_EXCITATION: f64 = 5.0;
-/// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
+/// The same if other channels do not reach it: an encoder alone is enough if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
 
-/// Whether the first is two causes that together do the same as the one of the second, so that either may be
-/// meant whichever fits a little better.
+/// Whether the first is two causes with the same combined effect as the single one of the second. Either may
+/// then be the true one, whichever fits slightly better.
 fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
     let [whole] = rival.causes[..] else { return false };
     let has = |kind: &Kind| {
@@ -69,8 +69,8 @@ impl Judge<'_> {
         let floor = size::square_floors(task, &noise, &checks);
         let figures = size::gap(&before, &refit, &after, &floor);
 
-        // Odds among models that differ in their last cause; those of earlier causes are settled by
-        // acceptance. A rival that needs more parameters must bring more, as in the choice itself.
+        // Odds among models that differ in their last cause; acceptance has settled the earlier causes. A
+        // rival with more parameters must improve the prediction more, as in the selection itself.
         let mut rivals: Vec<Scored> =
             rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
         if !rivals.is_empty() && !rivals.iter().any(|rival| same(rival, accepted)) {
@@ -120,7 +120,7 @@ impl Judge<'_> {
             let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let alike = best - self.all(rival) < LOOK_ALIKE;
             if is_split_of(accepted, rival) {
-                // Either half is part of what the whole does.
+                // Either half is part of the whole effect.
                 let whole = rival.causes[last].definition.kind;
                 look_alikes = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
             }
@@ -135,7 +135,7 @@ impl Judge<'_> {
                 effects.push(self.cause(rival, last, known * p, false));
             }
         }
-        // What balances the forces as well looks alike, however much better its prediction.
+        // A cause that balances the forces equally well is a look-alike, however much better its prediction.
         for rival in balanced {
             let theirs = rival.causes.iter().map(|cause| cause.definition.kind);
             let Some(other) =
@@ -173,7 +173,7 @@ impl Judge<'_> {
         let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
-        // Where neither cause holds there is nothing to tell apart.
+        // If neither cause holds there is nothing to separate.
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
         let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
@@ -201,13 +201,13 @@ impl Judge<'_> {
         }
     }
 
-    /// The machine that is proposed: with what was accepted, or the calibrated or the believed one where it
-    /// runs freely over the check experiments farther off than the believed one, by so much.
+    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if the
+    /// other departs farther in free runs over the check experiments; the errors are returned.
     fn proposed(&self, accepted: &Scored) -> (Machine, Option<[f64; 2]>) {
         let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
         let error = |machine: &Machine| free_run(self.dataset, machine);
         let (repaired, believed) = (of(accepted), &self.dataset.machine);
-        // Where impacts have lost the motion, by how far is chance.
+        // After impacts have lost the motion, the size of the error is chance.
         let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
         let Some(given) = error(believed).filter(|given| !is_chance(*given)) else { return (repaired, None) };
         match error(&repaired) {
@@ -223,7 +223,7 @@ impl Judge<'_> {
         }
     }
 
-    /// The answer where a force over position is missing that is no effect of the library.
+    /// The answer if a position-dependent force is missing that no effect of the library explains.
     pub(crate) fn position_force(&self, force: f64, attempts: &Attempts) -> Diagnosis {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
@@ -265,8 +265,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether channels vary so far beyond their noise that silence says something: most of them in their
-    /// best experiment, or one by far.
+    /// Whether channels vary far enough above their noise to draw conclusions: most of them in their best
+    /// experiment, or a single one by far.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
         let channels = self.dataset.channels.len();
@@ -279,7 +279,7 @@ impl Judge<'_> {
         2 * enough >= channels || ratios.iter().any(|ratio| *ratio > ENOUGH_ALONE)
     }
 
-    /// Everything that was tried, the best first, and what became of it.
+    /// All trials, the best first, with their results.
     fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
         let mut tried: Vec<Attempt> =
             attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
@@ -340,7 +340,7 @@ impl Judge<'_> {
         let fitted = &scored.fitted;
         let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
         let values = fitted.model.parameters(i, &fitted.theta);
-        // Residuals of slow motion under friction last: what the fit says is the least.
+        // Residuals of slow motion under friction are correlated: the fit's uncertainty is a lower bound.
         let lasting =
             (accepted && self.weight > 0.0).then(|| sandwich::deviations(&self.search.task, fitted));
         let sigma = |u: usize| match &lasting {
@@ -375,7 +375,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders
+    /// Shapley value of each accepted effect in the closing of all of them: its gain averaged over all orders
     /// of adding them. `removed` are the accepted effects without each in turn.
     fn credit(
         &self,
@@ -393,7 +393,7 @@ impl Judge<'_> {
         if n == 0 || whole <= 0.0 {
             return;
         }
-        // What each subset closes; bit `i` of its number is effect `i`.
+        // Closing of each subset; bit `i` of its number is effect `i`.
         let closes: Vec<f64> = (0..1_usize << n)
             .map(|subset| {
                 if subset == 0 {
@@ -421,8 +421,7 @@ impl Judge<'_> {
         }
     }
 
-    /// Where, each place with what speaks for it: what is worse without its effect, or where the residual
-    /// points.
+    /// The places, each with its evidence: the error without its effect, or the residual that points there.
     fn places(
         &self,
         accepted: &Scored,
@@ -510,8 +509,8 @@ fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
 }
 
-/// Whether a rival's last cause is the accepted one under another element of the same place: a joint that
-/// bends may be told of as a spring or as a body.
+/// Whether a rival's last cause is the accepted one on another element of the same place: a flexible joint
+/// may be reported as a spring or as a body.
 fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
     let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
     accepted.causes.len() == rival.causes.len()
@@ -520,7 +519,7 @@ fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
         && a.site != b.site
 }
 
-/// Rivals that these records can hardly tell from the accepted set.
+/// Rivals that these records can hardly separate from the accepted set.
 fn alike<'b>(accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
     let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near =

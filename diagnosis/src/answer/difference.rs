@@ -1,4 +1,4 @@
-//! What is different between two machines, as a person would write it.
+//! Differences between two machines, as a person would write them.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::fit::model::Model;
 
-/// Changes below this, as a fraction, are rounding.
+/// Smaller relative changes are rounding.
 const ROUNDING: f64 = 1e-9;
 /// Changes below this are quoted without a percentage.
 const LEAST_PERCENT: f64 = 0.05;
@@ -28,11 +28,11 @@ pub struct Changed {
     pub new: f64,
     /// SI unit.
     pub unit: String,
-    /// Whether calibration stopped there because it may not be farther off: the real value may be.
+    /// Whether calibration stopped at the tolerance; the real value may be farther off.
     pub is_at_end: bool,
 }
 
-/// An effect that one machine has and the other has not.
+/// An effect that one machine has and the other does not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Added {
     /// Its table, as in `springs.guide.effects.coulomb-friction`.
@@ -41,19 +41,19 @@ pub struct Added {
     pub parameters: Vec<(&'static str, f64, String)>,
 }
 
-/// What turns one machine into the other.
+/// The changes from one machine to the other.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Difference {
-    /// Values that are others, in the order of the file.
+    /// Changed values, in the order of the file.
     pub changed: Vec<Changed>,
     /// Effects that are added.
     pub added: Vec<Added>,
-    /// Tables of believed effects that others take the place of.
+    /// Tables of believed effects that others replace.
     pub removed: Vec<String>,
 }
 
 impl Difference {
-    /// What turns `old` into `new`, a machine of the same elements.
+    /// The changes from `old` to `new`, a machine with the same elements.
     pub fn between(old: &Machine, new: &Machine) -> Self {
         let rotational = old.axis == Axis::Rotational;
         let unit = |dimension: Dimension| dimension.si_unit(rotational).into_owned();
@@ -92,8 +92,8 @@ impl Difference {
         found
     }
 
-    /// The same with what is known of the values that calibration could move no farther: `old` is the
-    /// believed machine, `tolerance` what its file states.
+    /// Adds which values calibration moved to the end of their tolerance. `old` is the believed machine,
+    /// `tolerance` the values in its file.
     #[must_use]
     pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
         if let Ok(model) = Model::calibration(old, tolerance) {
@@ -110,7 +110,7 @@ impl Difference {
     }
 }
 
-/// Elements that both machines have, with their keys.
+/// Elements of both machines, with their keys.
 fn pairs<'a>(
     old: &'a Machine,
     new: &'a Machine,
@@ -123,7 +123,7 @@ fn pairs<'a>(
     })
 }
 
-/// Few digits, and no more noughts than needed.
+/// A number with few digits and no unnecessary zeros.
 fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
@@ -202,7 +202,7 @@ mod tests {
         );
     }
 
-    /// A mass may be off by a tenth where its file states nothing, in ratio: up to `5 exp(0.1) = 5.526`.
+    /// By default a mass has a tolerance of a tenth, in ratio: up to `5 exp(0.1) = 5.526`.
     #[test]
     fn truth_a_value_that_calibration_stopped_at_says_so() {
         let parse = |text: &str| Document::parse(text, "machine.toml").unwrap().scenario.machine;

@@ -1,22 +1,22 @@
-//! How far fitted values may be off beyond what their residuals say.
+//! Additional uncertainty of fitted values beyond that from their residuals.
 //!
-//! A fit knows its parameters as well as its model is right. For most laws that is so, and the intervals of
-//! the fit hold (on blind cases of `docs/diagnosis.md` 9 of 10 values were within them). Dry friction is
-//! another matter: what real friction does before it slides, and how it falls with speed, no law of the
-//! library has, so that its levels, and whatever is fitted beside it, are shifted by more than residuals
-//! show. By how much was measured on the same cases, and is added.
+//! The uncertainty of a fit is as valid as its model. For most laws the intervals of the fit hold: in blind
+//! cases of `docs/diagnosis.md`, 9 of 10 values were within them. Dry friction is different. No law of the
+//! library describes real friction before sliding, or exactly how it falls with speed. Its levels, and other
+//! values fitted with them, have larger errors than the residuals show. These errors were measured on the
+//! same cases, and are added.
 
 use feeler_plant::effects::Trait;
 
 use crate::fit::candidates::Candidate;
 use crate::kinds::dossier;
 
-/// By what the deviations of values beside dry friction are larger than their fit says: of 8 delays and modes
-/// the middle one was off by 4.
+/// Factor on the deviations of values fitted together with dry friction: of 8 delays and modes the median
+/// error was 4 times the fit's.
 const BESIDE_FRICTION: f64 = 4.0;
 
-/// One deviation of a value of cause `i`, the parameter in this position, of which the fit says `deviation`,
-/// on rows `spacing_s` apart.
+/// Standard deviation of a value of cause `i`, the parameter in this position, from the fit's `deviation`, on
+/// rows `spacing_s` apart.
 pub(super) fn widened(
     causes: &[Candidate],
     i: usize,

@@ -1,4 +1,4 @@
-//! What the search found, as an answer, and the experiment that should follow.
+//! The answer from the results of the search, and the recommended next experiment.
 
 pub(crate) mod compose;
 pub mod difference;

@@ -1,7 +1,7 @@
-//! The next experiment: among templates, the one after which two causes that look alike would differ most
-//! (Box and Hill 1967; Atkinson and Fedorov's T-optimality 1975). Each template is run on one cause's
-//! machine; the other's is then fitted to it, so that only what calibration cannot absorb counts. A template
-//! that would move farther or faster than the records did is made smaller, or left.
+//! The next experiment: the template after which two look-alike causes would differ most (Box and Hill 1967;
+//! Atkinson and Fedorov's T-optimality 1975). Each template is run on one cause's machine. The other's is
+//! then fitted to it, so that only differences beyond calibration count. A template that would exceed the
+//! travel or speed of the records is reduced, or skipped.
 
 use feeler_plant::description::Engagement;
 
@@ -14,19 +14,19 @@ use crate::fit::search::{Scored, score};
 use crate::predict::{Prediction, Predictor};
 use crate::report::{MOST_ODDS, NextExperiment};
 
-/// Share of the stroke of the records below which a template out of contact moves nothing.
+/// Share of the records' stroke below which a template without contact moves too little.
 const LEAST_STROKE: f64 = 0.02;
 /// Fitting steps of the rival on a template.
 const STEPS: usize = 3;
-/// Odds below which a template separates nothing.
+/// Smallest odds of a template that separates the causes.
 const LEAST_ODDS: f64 = 3.0;
-/// How often a template that moves too far is made smaller before it is left.
+/// Largest number of reductions of a template that moves too far.
 const TRIES: usize = 6;
-/// Share of the command that would just do by proportion which the next try takes: friction and ends of
-/// travel are not proportional.
+/// Safety factor on a proportional reduction of the command: friction and ends of travel are not
+/// proportional.
 const STEP_BELOW: f64 = 0.95;
 
-/// The template that best tells `rival` from `accepted`; none where none does.
+/// The template that best separates `rival` from `accepted`; `None` if there is none.
 pub(crate) fn next_experiment(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -83,7 +83,7 @@ pub(crate) fn next_experiment(
     })
 }
 
-/// How far and how fast the records of an engagement went, by the accepted machine on the measured motion.
+/// Travel and speed of the records with an engagement, by the accepted machine on the measured motion.
 fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Reach> {
     let records = &judge.dataset.records;
     let of_place = (0..records.len()).filter(|&r| place_of(judge.dataset, &records[r]) == place);
@@ -92,8 +92,8 @@ fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Re
     predictions.map(|prediction| Reach::of(&prediction)).reduce(Reach::with)
 }
 
-/// The template, made so small that neither machine goes beyond what was reached before, and how far and fast
-/// it goes; none where that leaves nothing of it.
+/// The template, reduced until neither machine exceeds the previous travel and speed, and its own travel and
+/// speed; `None` if nothing of it is left.
 fn within(
     judge: &Judge<'_>,
     machines: [&Scored; 2],
@@ -111,7 +111,7 @@ fn within(
             return Some((template, reach));
         }
         template.peak_n *= STEP_BELOW / excess;
-        // Nothing is left to command, or a smaller template does it.
+        // No command is left, or a smaller template has the same effect.
         if template.peak_n <= template.least_n {
             return None;
         }
@@ -119,7 +119,7 @@ fn within(
     None
 }
 
-/// A template as a record that starts at rest where the records of its engagement did.
+/// A template as a record that starts at the initial state of the records with its engagement.
 fn record(template: &Template, spacing_s: f64) -> Record {
     let command = template.command(spacing_s);
     Record {
@@ -136,7 +136,7 @@ fn record(template: &Template, spacing_s: f64) -> Record {
     }
 }
 
-/// What a machine would do on a template; none where that is not finite.
+/// Predicted response of a machine to a template; `None` if it is not finite.
 fn run(dataset: &Dataset, scored: &Scored, template: &Template, spacing_s: f64) -> Option<Prediction> {
     let rest = record(template, spacing_s);
     let Fitted { model, theta, .. } = &scored.fitted;
@@ -146,7 +146,7 @@ fn run(dataset: &Dataset, scored: &Scored, template: &Template, spacing_s: f64) 
     is_finite.then_some(seen)
 }
 
-/// Evidence for `truth` over `other` that a record of the template would bring, nats.
+/// Expected evidence for `truth` over `other` from a record of the template, nats.
 fn expected(
     judge: &Judge<'_>,
     truth: &Scored,
@@ -175,7 +175,7 @@ fn expected(
     let own = score(&task, truth.causes.clone(), truth.fitted.clone());
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);
     let others = score(&task, other.causes.clone(), fitted);
-    // What noise alone leaves is one; the imagined record has none.
+    // Noise alone leaves a residual of one; the predicted record has none.
     let looks = task.weights.looks[0];
     Some(
         own.misfits[0]

@@ -1,5 +1,5 @@
-//! Commands that a next experiment may have, and how far they may move the machine: no farther and no faster
-//! than the records did.
+//! Commands of possible next experiments, and the travel and speed that they may cause: at most those of the
+//! records.
 
 use std::f64::consts::TAU;
 
@@ -11,12 +11,12 @@ use crate::predict::Prediction;
 
 /// Length of a template, s.
 pub(crate) const SECONDS: f64 = 2.0;
-/// Share of the largest command seen so far that templates use, from small to large.
+/// Commands of templates, as shares of the largest recorded one.
 const LEVELS: [f64; 3] = [0.05, 0.3, 0.9];
 /// Lines of a multisine.
 const LINES: usize = 24;
-/// Share of the travel and speed of the records that is allowed, so that a prediction that is wrong by a
-/// quarter stays within them.
+/// Permitted share of the records' travel and speed, so that a prediction with an error of a quarter stays
+/// within them.
 const ALLOWED: f64 = 0.8;
 
 /// Shape of a command.
@@ -26,23 +26,23 @@ enum Shape {
     SlowStrokes,
 }
 
-/// An experiment that could be made.
+/// A possible experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
-    /// As the records have it: none is the machine file's own.
+    /// As in the records: `None` for that of the machine file.
     pub(crate) engagement: Option<Engagement>,
     /// The same, resolved.
     pub(crate) place: Engagement,
     shape: Shape,
     /// Largest command, N.
     pub(crate) peak_n: f64,
-    /// Largest command below which another template does the same, N.
+    /// Largest command at which another template has the same effect, N.
     pub(crate) least_n: f64,
-    /// What each channel read at the first row of the records of this engagement: where the template starts.
+    /// Reading of each channel at the first row of the records with this engagement: the template's start.
     pub(crate) start: Vec<f64>,
 }
 
-/// How far and how fast the first drive's body moves.
+/// Travel and speed of the first drive's body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reach {
     /// Farthest back and farthest ahead of the start, m.
@@ -73,7 +73,7 @@ impl Reach {
         }
     }
 
-    /// By what factor it is too much against what was seen; up to one it is allowed.
+    /// Factor by which it exceeds the records; up to one it is permitted.
     pub(crate) fn excess(self, seen: Self) -> f64 {
         let over = |own: f64, seen: f64| if own == 0.0 { 0.0 } else { own / (ALLOWED * seen) };
         over(self.travel_m[0], seen.travel_m[0])
@@ -94,7 +94,7 @@ impl Template {
         unit.into_iter().map(|x| mean + swing * x).collect()
     }
 
-    /// Pressing takes a mean force that the excitation never takes away.
+    /// Pressing needs a mean force larger than the excitation.
     fn mean_and_swing(&self) -> (f64, f64) {
         if self.place == Engagement::Unilateral {
             (0.6 * self.peak_n, 0.4 * self.peak_n)
@@ -103,7 +103,7 @@ impl Template {
         }
     }
 
-    /// What to do and what to expect, in a sentence.
+    /// Instructions and expected result, in a sentence.
     pub(crate) fn what(&self, machine: &Machine, reach: Reach, seen: Reach) -> String {
         let unit = |dimension: Dimension| dimension.si_unit(machine.axis == Axis::Rotational);
         let (force, length, speed) =
@@ -145,7 +145,7 @@ impl Template {
     }
 }
 
-/// A factor that brings a size to between one and a thousand, and its prefix.
+/// A factor that brings a magnitude between one and a thousand, and its prefix.
 fn prefix(size: f64) -> (f64, &'static str) {
     match size {
         size if size >= 1.0 => (1.0, ""),
@@ -169,8 +169,8 @@ pub(crate) fn place_of(dataset: &Dataset, record: &Record) -> Engagement {
     record.engagement.or_else(own).unwrap_or(Engagement::Free)
 }
 
-/// Multisines of three levels in two bands and slow strokes, free; clamped and in contact where the records
-/// have that.
+/// Multisines of three levels in two bands and slow strokes, in free motion; also clamped and in contact if
+/// the records have these.
 pub(crate) fn templates(dataset: &Dataset, spacing_s: f64) -> Vec<Template> {
     let largest = dataset
         .records
@@ -224,7 +224,7 @@ mod tests {
 
     const SEEN: Reach = Reach { travel_m: [-0.05, 0.04], top_speed_m_per_s: 0.2 };
 
-    /// What is allowed is [`ALLOWED`] of what was seen, each way by itself.
+    /// The limit is [`ALLOWED`] of the records, in each direction separately.
     #[test]
     fn truth_the_side_that_is_too_far_or_the_speed_decides() {
         let excess = |back: f64, ahead: f64, speed: f64| {
@@ -233,7 +233,7 @@ mod tests {
         assert!((excess(-0.01, 0.064, 0.1) - 2.0).abs() < 1e-12);
         assert!((excess(-0.04, 0.0, 0.1) - 1.0).abs() < 1e-12);
         assert!((excess(-0.01, 0.01, 0.48) - 3.0).abs() < 1e-12);
-        // What never went ahead tells nothing of what stands there.
+        // Without forward motion in the records, nothing is known about obstacles there.
         let back_only = Reach { travel_m: [-0.05, 0.0], ..SEEN };
         assert!(Reach { travel_m: [0.0, 1e-3], top_speed_m_per_s: 0.0 }.excess(back_only).is_infinite());
         assert!(Reach::NONE.excess(SEEN) <= 0.0);

@@ -1,12 +1,11 @@
-//! Rows that a recorder lost: counted, and bridged where they are few.
+//! Rows that a recorder lost: counted, and bridged if there are few.
 
-/// Most rows missing one after the other that are bridged.
+/// Largest number of consecutive missing rows that is bridged.
 const MOST_TOGETHER: usize = 20;
 /// Largest share of missing rows that is bridged.
 const MOST_SHARE: f64 = 0.05;
 
-/// Whether so many rows, up to `longest` one after the other, are few enough among all for interpolation to
-/// stand for them.
+/// Whether this number of missing rows, with at most `longest` in a row, is small enough for interpolation.
 pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
     longest <= MOST_TOGETHER && missing as f64 <= MOST_SHARE * rows as f64
 }
@@ -14,7 +13,7 @@ pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
 /// Rows this many times their usual distance apart have lost one between them.
 pub(super) const FIRST_LOST: f64 = 1.5;
 
-/// Rows that are missing between those of a record.
+/// Missing rows of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lost {
     /// How many.
@@ -23,13 +22,13 @@ pub(super) struct Lost {
     pub(super) stretches: usize,
     /// The longest stretch, s.
     pub(super) longest_s: f64,
-    /// Index of the row before which the longest is missing.
+    /// Index of the row after the longest gap.
     pub(super) longest_at: usize,
 }
 
 impl Lost {
-    /// What is missing, where it is little enough for interpolation to stand for it; `None` where nothing or
-    /// too much is missing, or where the stamps do not advance.
+    /// The missing rows, if interpolation can replace them. `None` if nothing or too much is missing, or if
+    /// the stamps do not advance.
     pub(super) fn bridged(time: &[f64]) -> Option<Self> {
         let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let mut sorted = steps.clone();
@@ -39,8 +38,7 @@ impl Lost {
         (lost.rows > 0 && lost.is_few(spacing_s, time.len())).then_some(lost)
     }
 
-    /// What is missing where neighbouring rows are these steps apart, s, of which `spacing_s` is the usual
-    /// one.
+    /// The missing rows for these distances of neighbouring rows, s, of which `spacing_s` is the usual one.
     fn between(steps: &[f64], spacing_s: f64) -> Self {
         let mut lost = Self { rows: 0, stretches: 0, longest_s: 0.0, longest_at: 0 };
         for (i, step) in steps.iter().enumerate() {
@@ -75,7 +73,7 @@ mod tests {
         assert_eq!((lost.rows, lost.stretches, lost.longest_at), (6, 2, 91));
         assert!((lost.longest_s - 0.05).abs() < 1e-12);
         assert!(lost.is_few(0.01, 201));
-        // Six of a hundred are too many, and so are 21 together.
+        // Six of a hundred are too many, and so are 21 in a row.
         assert!(!lost.is_few(0.01, 101));
         steps[90] = 0.22;
         assert!(!Lost::between(&steps, 0.01).is_few(0.01, 10_000));

@@ -1,4 +1,4 @@
-//! Looks for faults of measured series, and makes records of those that are sound.
+//! Detects faults of measured series, and makes records of the sound ones.
 
 use feeler_files::Experiment;
 use feeler_plant::description::{Engagement, Quantity};
@@ -10,26 +10,25 @@ use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
 /// Rows that a prediction needs.
 const FEWEST_ROWS: usize = 50;
-/// A spacing this many times the median is a gap, where the rows that are missing are too many to be bridged.
+/// A spacing of this many medians is a gap, if there are too many missing rows to bridge.
 const GAP_FACTOR: f64 = 4.0;
-/// Rows this many holds of a command apart are seconds that were taken for something else: what was commanded
-/// in between is unknown.
+/// Rows this many holds of a command apart have a wrong unit of time: the commands in between are unknown.
 const MOST_HOLDS: f64 = 100.0;
-/// Departure from even spacing, in fractions of it, above which series are interpolated.
+/// Largest relative departure from even spacing without interpolation.
 const UNEVEN_SHARE: f64 = 0.01;
-/// Rows at an extreme value, and how many of them one after the other, that are taken for clipping: noise
-/// hits the same value hardly twice.
+/// Smallest number of rows at an extreme value, and of those in succession, that counts as clipping: noise
+/// rarely gives the same value twice.
 const CLIPPED_ROWS: usize = 8;
 const CLIPPED_RUN: usize = 3;
-/// Difference of spacings, as a fraction, that is taken for a clock that runs fast or slow: more is another
-/// rate, less is rounding.
+/// Relative difference of spacings that counts as a fast or slow clock: more is another rate, less is
+/// rounding.
 const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
-/// Variation over noise below which a series can tell little.
+/// Smallest useful ratio of variation to noise.
 const WEAK_RATIO: f64 = 3.0;
-/// The same below which not even the stated noise is in it.
+/// Ratio below which even the stated noise is missing.
 const BELOW_NOISE: f64 = 0.8;
 
-/// Turns tables into records and gives every fault found on the way.
+/// Converts tables to records, and returns every fault.
 pub(super) fn assemble(
     dataset: &mut Dataset,
     experiments: &[Experiment],
@@ -63,13 +62,13 @@ pub(super) fn assemble(
     faults
 }
 
-/// Takes a fault with its column and row.
+/// Records a fault with its column and row.
 type Note<'a> = dyn FnMut(Option<&str>, Option<usize>, FaultKind) + 'a;
 
-/// What one experiment's file holds.
+/// Contents of one experiment's file.
 struct Series {
     times_s: Vec<f64>,
-    /// Rows with those that were lost and are bridged.
+    /// Rows, including lost ones that are bridged.
     rows: usize,
     spacing_s: f64,
     /// Commands, then channels.
@@ -82,14 +81,14 @@ struct Series {
 struct Reader<'a> {
     dataset: &'a Dataset,
     experiment: &'a Experiment,
-    /// For how long each command is held, s.
+    /// Hold time of each command, s.
     holds: &'a [Option<f64>],
     /// Step of each channel's values over all experiments; zero for none.
     grains: &'a [f64],
 }
 
 impl Reader<'_> {
-    /// The series of a table; none where it is not to be used, for a fault that is noted.
+    /// The series of a table; `None` if a recorded fault makes it useless.
     fn series(&self, table: &Table, note: &mut Note<'_>) -> Option<Series> {
         let names: Vec<&str> = (self.dataset.drives.iter().map(|(_, name)| name.as_str()))
             .chain(self.dataset.channels.iter().map(|channel| channel.column.as_str()))
@@ -144,8 +143,8 @@ impl Reader<'_> {
         Some(Series { times_s, rows, spacing_s, columns, silent })
     }
 
-    /// Looks through every column. Gives the channels that do not count; none where nothing tells where the
-    /// machine was.
+    /// Checks every column. Returns the channels that do not count; `None` if no channel shows the position
+    /// of the machine.
     fn column_faults(
         &self,
         names: &[&str],
@@ -169,8 +168,8 @@ impl Reader<'_> {
         (!is_lost).then_some(silent)
     }
 
-    /// Looks through one channel. Gives whether it does not count, and whether with it goes where the machine
-    /// was.
+    /// Checks one channel. Returns whether it does not count, and whether the machine's position is lost with
+    /// it.
     fn channel_faults(
         &self,
         i: usize,
@@ -179,20 +178,20 @@ impl Reader<'_> {
         first_row: usize,
         note: &mut Note<'_>,
     ) -> (bool, bool) {
-        // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
+        // Rounding has removed noise and motion alike; the finding is the step, which other experiments show.
         if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
             return (false, false);
         }
         let channel = &self.dataset.channels[i];
         let tells_place = channel.quantity(&self.dataset.machine) == Quantity::Position;
         if is_constant(column) {
-            // Held by the wall an encoder may well stand still.
+            // An encoder that the wall holds may be constant.
             let is_held = tells_place && self.experiment.engagement == Some(Engagement::Clamped);
             let loses_place = tells_place && !is_held;
             note(Some(name), None, FaultKind::Constant { tells_place: loses_place });
             return (!is_held, loses_place);
         }
-        // A force out of contact is nothing but noise, and must be.
+        // A force without contact must be pure noise.
         let is_idle = self.experiment.engagement == Some(Engagement::Free)
             && channel.is_of_contact(&self.dataset.machine);
         let mut is_clipped = false;
@@ -205,7 +204,7 @@ impl Reader<'_> {
         (is_clipped, is_clipped && tells_place)
     }
 
-    /// The record of series that are sound, at even spacing.
+    /// The record of sound series, at even spacing.
     fn record(&self, series: Series, is_uneven: bool) -> Record {
         let Series { mut times_s, rows, spacing_s, columns: mut commands, silent } = series;
         let drives = self.dataset.drives.len();
@@ -231,8 +230,8 @@ impl Reader<'_> {
     }
 }
 
-/// Interpolates over empty cells where they are few, or gives them as a fault that nothing mends; with the
-/// index of the first.
+/// Interpolates over empty cells if there are few, otherwise reports a fatal fault; returns the index of the
+/// first.
 fn empty_cells(
     column: &mut [f64],
     unreadable: Option<(usize, usize)>,
@@ -268,7 +267,7 @@ fn is_constant(column: &[f64]) -> bool {
     column.iter().all(|x| x.to_bits() == column[0].to_bits())
 }
 
-/// Names experiments whose rows are spaced a little differently than those of most.
+/// Names experiments whose row spacing differs slightly from that of most.
 fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let mut spacings: Vec<f64> = dataset.records.iter().map(|record| record.spacing_s).collect();
     spacings.sort_by(f64::total_cmp);
@@ -314,7 +313,7 @@ fn time_faults(time: &[f64], first_row: usize, note: &mut impl FnMut(Option<usiz
     }
 }
 
-/// The coarsest step, beyond what is believed, that a channel shows in any experiment; 0 if none.
+/// The coarsest step of a channel in any experiment, if coarser than believed; 0 if none.
 fn grain(channel: &Channel, tables: &[Table]) -> f64 {
     let steps = tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
@@ -352,8 +351,7 @@ fn series_faults(
             .map(<[f64]>::len)
             .max()
             .unwrap_or(0);
-        // A coarse channel at rest repeats its extreme as well; a clipped one has left its noise behind on
-        // one side only.
+        // A coarse channel at rest repeats its extreme as well; a clipped one has noise on one side only.
         let rows = column.iter().filter(|&&x| at(x)).count();
         let share = rows as f64 / column.len() as f64;
         if longest >= CLIPPED_RUN
@@ -379,15 +377,15 @@ fn series_faults(
     }
 }
 
-/// The step of which all values are multiples, if there are few enough different values for it to show: the
-/// smallest distance of different values, refined over all of them.
+/// The step of which all values are multiples, if there are few enough distinct values: the smallest distance
+/// of distinct values, refined over all of them.
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     let mut values = column.to_vec();
     values.sort_by(f64::total_cmp);
     let range = values[values.len() - 1] - values[0];
     let rounding = 1e-6 * range.max(f64::MIN_POSITIVE);
     values.dedup_by(|b, a| (*b - *a).abs() <= rounding);
-    // As many different values as a third of the rows: no step shows.
+    // With as many distinct values as a third of the rows no step is visible.
     if values.len() < 4 || values.len() > column.len() / 3 {
         return None;
     }
@@ -397,8 +395,8 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     if step <= 0.0 {
         return None;
     }
-    // Refined by least squares on ever longer distances: an early error of the step would otherwise miscount
-    // them.
+    // Refined by least squares on increasing distances: an early error of the step would otherwise give wrong
+    // counts.
     let first = values[0];
     for reach in [4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0] {
         let (mut xx, mut xy) = (0.0, 0.0);
@@ -445,7 +443,7 @@ mod tests {
         let column: Vec<f64> =
             (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
         let found = quantum(&column).unwrap();
-        // Least squares over levels that are multiples to rounding.
+        // Least squares over levels that are multiples up to rounding.
         assert!((found / step - 1.0).abs() < 1e-9);
         let smooth: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.01).sin()).collect();
         assert_eq!(quantum(&smooth), None);

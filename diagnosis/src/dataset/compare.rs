@@ -1,19 +1,19 @@
-//! Two series of one motion: by what factor, and how many rows apart.
+//! Comparison of two series of one motion: their ratio, and their shift in rows.
 
 use std::f64::consts::PI;
 
-/// How one series stands to another of the same motion.
+/// Relation of one series to another of the same motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison {
-    /// By how many rows the second is behind the first.
+    /// Delay of the second series in rows.
     pub(super) late_rows: f64,
-    /// Standard deviation of that; infinite where no shift within reach stands out.
+    /// Standard deviation of the delay; infinite if no shift within the range stands out.
     pub(super) late_sd: f64,
-    /// Mean frequency of what both have in common, rad per row.
+    /// Mean frequency of the common part, rad per row.
     pub(super) omega: f64,
-    /// The second over the first, negative where they go against each other.
+    /// The second over the first; negative for opposite signs.
     pub(super) factor: f64,
-    /// Correlation of the two without that shift.
+    /// Correlation of the two without a shift.
     pub(super) correlation: f64,
 }
 
@@ -29,10 +29,10 @@ impl Comparison {
     }
 }
 
-/// Standard deviations of a shift that it must stand out by.
+/// Standard deviations by which a shift must be significant.
 pub(super) const SURE: f64 = 6.0;
 
-/// The acceleration of a position, under a triangle of `2 span` rows.
+/// The acceleration of a position, smoothed by a triangle of `2 span` rows.
 pub(super) fn second_difference(series: &[f64], span: usize, spacing_s: f64) -> Vec<f64> {
     let scale = (span as f64 * spacing_s).powi(2);
     (span..series.len() - span)
@@ -40,15 +40,15 @@ pub(super) fn second_difference(series: &[f64], span: usize, spacing_s: f64) -> 
         .collect()
 }
 
-/// A series under the triangle that a second difference puts an acceleration under.
+/// A series smoothed by the same triangle as the acceleration of a second difference.
 pub(super) fn smoothed(series: &[f64], span: usize) -> Vec<f64> {
     let weight = |j: usize| 1.0 - (j as f64 - span as f64).abs() / span as f64;
     let at = |k: usize| (0..=2 * span).map(|j| weight(j) * series[k + j - span]).sum::<f64>() / span as f64;
     (span..series.len() - span).map(at).collect()
 }
 
-/// Compares two series, the second shifted by up to `most` rows either way; `None` if they correlate by less
-/// than `same`: they are not of one motion.
+/// Compares two series, with the second shifted by up to `most` rows either way; `None` if they correlate by
+/// less than `same`, since they are then not of one motion.
 pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> Option<Comparison> {
     if first.len() <= 2 * most {
         return None;
@@ -65,7 +65,7 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
     let best = (0..heights.len()).max_by(|&i, &j| heights[i].total_cmp(&heights[j]))?;
     let factor = |i: usize| (energy(shifted(i)) / xx.max(f64::MIN_POSITIVE)).sqrt();
     if heights[best] < same {
-        // The other way round: a sign.
+        // With opposite sign.
         let turned = -heights[most];
         return (turned >= same).then(|| Comparison {
             late_rows: 0.0,
@@ -75,13 +75,15 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
             correlation: turned,
         });
     }
-    // The top of a parabola through the best shift and its neighbours; at the end of the reach there is none.
+    // The vertex of a parabola through the best shift and its neighbours; at the end of the range there is
+    // none.
     let (mut part, mut late_sd, mut omega) = (0.0, f64::INFINITY, 0.0);
     if best > 0 && best < 2 * most {
         let [before, top, after] = [heights[best - 1], heights[best], heights[best + 1]];
         let bend = (2.0 * top - before - after).max(f64::MIN_POSITIVE);
         part = 0.5 * (after - before) / bend;
-        // What does not match shifts the top by itself over the slope of what does, once in every half wave.
+        // The uncorrelated part shifts the vertex by its own size over the slope of the common part, once per
+        // half wave.
         omega = (bend / top).sqrt();
         let half_waves = inner.len() as f64 * omega / PI;
         late_sd = ((top.powi(-2) - 1.0).max(0.0) / half_waves).sqrt() / omega;
@@ -109,7 +111,7 @@ mod tests {
         let second: Vec<f64> = (0..800).map(|k| 9.81 * wave(f64::from(k) - 7.4)).collect();
         let found = compare(&first, &second, 20, 0.85).unwrap();
         assert!((found.late_rows - 7.4).abs() < PART_OF_A_ROW, "{found:?}");
-        // Its energy over the shifted stretch differs by what is cut off at the ends.
+        // Its energy over the shifted stretch differs by the parts cut off at the ends.
         assert!((found.factor / 9.81 - 1.0).abs() < 0.01, "{found:?}");
         assert!(found.is_off_by(6.0) && !found.is_off_by(7.8), "{found:?}");
         let against: Vec<f64> = first.iter().map(|x| -x).collect();
@@ -127,7 +129,7 @@ mod tests {
         let first: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
         let second: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
         let [first, second] = [first, second].map(|series| smoothed(&series, 8));
-        // Whatever shift fits best is not told, nor one at the end of the reach.
+        // The best shift is not reported, nor one at the end of the range.
         let found = compare(&first, &second, 100, 0.85).unwrap();
         assert!(!found.is_off_by(1.0), "{found:?}");
         let late: Vec<f64> = (0..4000).map(|k| wave(k - 200)).collect();

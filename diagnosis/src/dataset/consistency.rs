@@ -1,11 +1,10 @@
-//! Columns that tell of one motion, held against each other: units that were mixed up, and clocks that
-//! differ.
+//! Consistency of columns that measure one motion: mixed-up units and different clocks.
 //!
-//! Bodies that are believed rigid together move as one far below any resonance, so that every encoder and
-//! accelerometer on them tells of one acceleration; in free motion the command over the mass does too, if
-//! roughly; and in contact the command less what accelerates the mass is the contact force. In every
-//! experiment the column that most others agree with is the yardstick, and who departs from it by a factor
-//! between units, or by a shift in time, is named.
+//! Bodies believed rigid move as one far below any resonance, so every encoder and accelerometer on them
+//! gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
+//! contact, the command less the inertial force is the contact force. In every experiment the reference is
+//! the column that agrees with most others. A column that departs from it by a factor between units, or by a
+//! shift in time, is named.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -18,32 +17,31 @@ use super::{Channel, Dataset, Fault, FaultKind, Record, Yardstick};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
-/// Time within which rises of what pushes are taken, s.
+/// Time within which rises of pushing forces are measured, s.
 const RISE_S: f64 = 10e-3;
-/// Largest shift that is looked for, s.
+/// Largest shift of the search, s.
 const MOST_SHIFT_S: f64 = 0.05;
-/// Shift in rows from which on it is stated between columns of one body.
+/// Smallest shift in rows that is reported between columns of one body.
 const STATED_ROWS: f64 = 1.0;
-/// The same between bodies that may give way a little.
+/// The same between bodies with some flexibility in between.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Shift from which on it is stated of a force or a command between experiments, s: delays and lags of a
-/// drive shift it by some milliseconds.
+/// Smallest shift of a force or a command between experiments that is reported, s: delays and lags of a drive
+/// shift it by some milliseconds.
 const STATED_OF_FORCE_S: f64 = 6e-3;
-/// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or
-/// a force.
+/// Smallest correlation of two readings of the same motion, and of a push with its motion or force.
 const SAME_MOTION: f64 = 0.85;
 const SAME_PUSH: f64 = 0.7;
-/// Correlation from which on a shift between different bodies is believed: a joint that bends changes the
-/// shape of a motion as well.
+/// Smallest correlation at which a shift between different bodies is accepted: a flexible joint also changes
+/// the shape of a motion.
 const SAME_SHAPE: f64 = 0.95;
-/// How near a factor between units must be between readings of one motion, as a fraction.
+/// Relative tolerance of a factor between units, for readings of one motion.
 const NEAR: f64 = 0.15;
-/// The same where a mass and friction stand between.
+/// The same with a mass and friction in between.
 const NEAR_FORCE: f64 = 0.3;
-/// A motion is what the command makes of the believed mass if it is within this factor.
+/// Largest factor between a motion and the command over the believed mass.
 const PLAUSIBLE: f64 = 3.0;
 
-/// What one column says of the acceleration of a group of bodies.
+/// The acceleration of a group of bodies from one column.
 struct Stick {
     channel: usize,
     node: usize,
@@ -58,7 +56,7 @@ struct Odd {
     kind: FaultKind,
 }
 
-/// By how much a motion or a force is behind the command that makes it.
+/// Delay of a motion or a force behind its command.
 struct Late {
     record: usize,
     channel: usize,
@@ -73,23 +71,23 @@ impl Late {
     }
 }
 
-/// The machine as far as motions are shared in it.
+/// The machine, reduced to groups of bodies with one motion.
 struct Body<'a> {
     dataset: &'a Dataset,
     assembly: Assembly,
-    /// By node, the lowest node that it is rigidly joined to.
+    /// For each node, the lowest node rigidly joined to it.
     groups: Vec<usize>,
 }
 
-/// States factors between units and shifts of time, each with the first experiment that shows it and how many
-/// do.
+/// Reports factors between units and shifts of time, each with the first experiment that shows it and their
+/// number.
 pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
     let groups = groups(&assembly);
     let body = Body { dataset, assembly, groups };
     let sticks: Vec<Vec<Stick>> = dataset.records.iter().map(|record| body.sticks(record)).collect();
-    // How often a column agrees with another one, over all experiments: the better witness where one
-    // experiment leaves it open.
+    // Number of agreements of a column with another one, over all experiments: it decides if one experiment
+    // does not.
     let mut agreements = vec![0_usize; dataset.channels.len()];
     let pairs: Vec<Vec<(usize, usize, Comparison)>> =
         (0..dataset.records.len()).map(|r| body.pairs(r, &sticks[r])).collect();
@@ -150,7 +148,7 @@ fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
     faults
 }
 
-/// By node, the lowest node that it is rigidly joined to.
+/// For each node, the lowest node rigidly joined to it.
 fn groups(assembly: &Assembly) -> Vec<usize> {
     let mut groups: Vec<usize> = (0..assembly.nodes.len()).collect();
     for _ in 0..assembly.links.len() {
@@ -175,7 +173,7 @@ fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<
     }
 }
 
-/// By how much a series rises within [`RISE_S`].
+/// Rise of a series within [`RISE_S`].
 fn rises(series: &[f64], record: &Record) -> Vec<f64> {
     let span = ((RISE_S / record.spacing_s).round() as usize).max(1);
     (span..series.len()).map(|k| series[k] - series[k - span]).collect()
@@ -190,7 +188,7 @@ impl Body<'_> {
         (MOST_SHIFT_S / record.spacing_s) as usize
     }
 
-    /// Every column of motion as an acceleration, averaged alike.
+    /// Every column of motion as an acceleration, with equal averaging.
     fn sticks(&self, record: &Record) -> Vec<Stick> {
         let span = Self::span(record);
         if record.len() < 4 * (span + Self::most(record)) {
@@ -209,7 +207,7 @@ impl Body<'_> {
         self.dataset.channels.iter().zip(&record.series).enumerate().filter_map(of).collect()
     }
 
-    /// Sticks of one group that show the same motion.
+    /// Pairs of one group with the same motion.
     fn pairs(&self, r: usize, sticks: &[Stick]) -> Vec<(usize, usize, Comparison)> {
         let most = Self::most(&self.dataset.records[r]);
         let mut pairs = Vec::new();
@@ -225,7 +223,7 @@ impl Body<'_> {
         pairs
     }
 
-    /// Names the columns of motion that depart, and gives the yardstick of every group.
+    /// Names the columns of motion that depart, and returns the reference of every group.
     fn motion(
         &self,
         r: usize,
@@ -278,7 +276,7 @@ impl Body<'_> {
                     odd.push(Odd { record: r, column: name(i), kind });
                 }
             }
-            // A clock is judged by the columns of its own body first: between bodies a joint may bend.
+            // A clock is judged by the columns of its own body first: between bodies a joint may be flexible.
             let stated = |i: usize, j: usize, c: &Comparison| {
                 let rows = if sticks[i].node == sticks[j].node { STATED_ROWS } else { STATED_ROWS_ACROSS };
                 c.is_off_by(rows) && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
@@ -292,7 +290,7 @@ impl Body<'_> {
             let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else {
                 continue;
             };
-            // What is held against this motion needs a yardstick that is right in size and in time.
+            // A comparison with this motion needs a reference that is correct in size and in time.
             references.push(if between(clock, reference).is_some_and(|c| agrees(c.factor)) {
                 clock
             } else {
@@ -321,8 +319,8 @@ impl Body<'_> {
         references
     }
 
-    /// All columns of a motion against the command: of two that agree the command is the odd one, one alone
-    /// is odd itself.
+    /// All columns of a motion against the command: if two agree the command is wrong, a single one is wrong
+    /// itself.
     fn against_command(
         &self,
         r: usize,
@@ -348,8 +346,8 @@ impl Body<'_> {
         }
     }
 
-    /// The command of the drive that pushes a group, and the acceleration that it makes of the group's mass
-    /// in free motion.
+    /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in
+    /// free motion.
     fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
         let is_free = record
             .engagement
@@ -364,7 +362,7 @@ impl Body<'_> {
         (is_free && !held).then(|| (column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
     }
 
-    /// The command of the one force drive of a group, its column, and the group's mass.
+    /// The command of the only force drive of a group, its column, and the group's mass.
     fn drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<(&'r Vec<f64>, String, f64)> {
         let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|((drive, _), _)| {
             let drive = &self.assembly.drives[*drive];
@@ -375,7 +373,7 @@ impl Body<'_> {
         (mass.is_finite() && mass > 0.0).then(|| (command, column.clone(), mass))
     }
 
-    /// Names forces in other units, and gives by how many rows each is late.
+    /// Names forces in other units, and returns the delay of each in rows.
     fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<Late> {
         let record = &self.dataset.records[r];
         if record.engagement.is_none_or(|engagement| engagement == Engagement::Free) {
@@ -410,7 +408,7 @@ impl Body<'_> {
                 };
                 odd.push(Odd { record: r, column, kind });
             }
-            // What stays tells little of time: rises do.
+            // Constant parts hardly show time; rises do.
             let [pushed, felt] = [pushed, felt].map(|series| rises(&series, record));
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             late.push(Late { record: r, channel: c, command: other, comparison });
@@ -418,7 +416,7 @@ impl Body<'_> {
         late
     }
 
-    /// By how many rows each motion is behind the command that makes it.
+    /// Delay of each motion behind its command, in rows.
     fn commands(&self, r: usize, sticks: &[Stick], references: &[usize]) -> Vec<Late> {
         let record = &self.dataset.records[r];
         let of = |&i: &usize| {
@@ -430,7 +428,7 @@ impl Body<'_> {
         references.iter().filter_map(of).collect()
     }
 
-    /// Those of which it is known when they come.
+    /// Those with a known delay.
     fn known<'l>(&self, late: impl Iterator<Item = &'l Late>) -> Vec<&'l Late> {
         late.filter(|late| {
             SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S
@@ -438,22 +436,22 @@ impl Body<'_> {
         .collect()
     }
 
-    /// By how much `late` is behind more than `best` is, s, where that is enough to be stated.
+    /// Delay of `late` beyond that of `best`, s, if it is large enough to be reported.
     fn behind_s(&self, late: &Late, best: &Late) -> Option<f64> {
         let late_s = |late: &Late| late.rows() * self.dataset.records[late.record].spacing_s;
         let behind_s = late_s(late) - late_s(best);
         (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
     }
 
-    /// A motion that is late behind its command in every experiment may be an effect of the machine; in some
-    /// alone it is the command's clock.
+    /// A motion that is delayed behind its command in every experiment may be an effect of the machine; in
+    /// some experiments only, it is the command's clock.
     fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
         let known = self.known(motions.iter());
         let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
             return;
         };
         for motion in &known {
-            // Friction and damping turn a motion against its command, too, but by less than a quarter of its
+            // Friction and damping also shift a motion against its command, but by less than a quarter of its
             // wave.
             let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
             if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
@@ -464,7 +462,7 @@ impl Body<'_> {
         }
     }
 
-    /// The group of bodies that presses where a channel reads a contact force.
+    /// The group of bodies that presses on the contact of a force channel.
     fn pushed_by(&self, channel: &Channel) -> Option<usize> {
         let source = match channel.source {
             Source::Sensor(i) => self.assembly.sensors.get(i)?.source,
@@ -478,8 +476,8 @@ impl Body<'_> {
         }
     }
 
-    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock.
-    /// A force that comes before what pushes it is no yardstick: there the command is late.
+    /// A force that is delayed in every experiment may be an effect of the machine; in some only, it is a
+    /// clock. A force that precedes its push is not a reference: there the command is delayed.
     fn force_clocks(&self, forces: &[Late], odd: &mut Vec<Odd>) {
         for c in 0..self.dataset.channels.len() {
             let known = self.known(forces.iter().filter(|force| force.channel == c));

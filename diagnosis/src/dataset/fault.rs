@@ -6,30 +6,30 @@ use std::fmt;
 use feeler_plant::names::list;
 use feeler_problem::Problem;
 
-/// What is wrong with a series.
+/// The kind of a fault of a series.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FaultKind {
     /// The file has no such column.
     MissingColumn {
-        /// A header that is alike and no other column.
+        /// A similar header that is not another column.
         near: Option<String>,
-        /// Every header that is no other column.
+        /// Every header that is not another column.
         known: Vec<String>,
     },
-    /// The dataset names no command of any drive.
+    /// The dataset has no command of any drive.
     NoCommand,
     /// There are fewer rows than a prediction needs.
     TooShort {
         /// Rows there are.
         rows: usize,
     },
-    /// A cell is empty or no number.
+    /// A cell is empty or not a number.
     NotANumber {
-        /// How many such cells the column has.
+        /// Number of such cells in the column.
         cells: usize,
     },
-    /// A few cells are empty, and interpolation stands for them.
+    /// A few cells are empty; interpolation replaces them.
     EmptyCells {
         /// How many.
         cells: usize,
@@ -38,17 +38,17 @@ pub enum FaultKind {
     },
     /// Columns were recorded at several rates.
     OtherRate {
-        /// The column, its rate, and how it was brought to the others.
+        /// The column, its rate, and how it was resampled.
         note: String,
     },
-    /// The time stamp is not after the one before.
+    /// The time stamp is not later than the previous one.
     TimeGoesBack,
     /// Rows are missing.
     Gap {
         /// Length, s.
         seconds: f64,
     },
-    /// The recorder lost a few rows, which interpolation stands for.
+    /// The recorder lost a few rows; interpolation replaces them.
     LostRows {
         /// How many.
         rows: usize,
@@ -69,14 +69,14 @@ pub enum FaultKind {
         /// Largest departure from the mean spacing, as a fraction of it.
         share: f64,
     },
-    /// Rows are much further apart than commands are held.
+    /// Rows are much farther apart than the hold time of commands.
     SlowRows {
         /// Spacing of the rows, s.
         spacing_s: f64,
-        /// How long a command is held, s.
+        /// Hold time of a command, s.
         hold_s: f64,
     },
-    /// Rows are spaced a little differently than in other experiments, as by a clock that runs fast or slow.
+    /// Row spacing differs slightly from that of other experiments, as with a fast or slow clock.
     OtherSpacing {
         /// Spacing of the rows, s.
         spacing_s: f64,
@@ -85,7 +85,7 @@ pub enum FaultKind {
     },
     /// Every row has the same value.
     Constant {
-        /// Whether it is what tells where the machine is.
+        /// Whether it is the channel that shows the position of the machine.
         tells_place: bool,
     },
     /// The command never changes: nothing is excited.
@@ -96,7 +96,7 @@ pub enum FaultKind {
         value: f64,
         /// Share of rows there.
         share: f64,
-        /// Whether it is what tells where the machine is.
+        /// Whether it is the channel that shows the position of the machine.
         tells_place: bool,
     },
     /// All values are multiples of a step coarser than believed.
@@ -104,12 +104,12 @@ pub enum FaultKind {
         /// The step, signal units.
         step: f64,
     },
-    /// The series varies hardly more than its noise.
+    /// The variation of the series hardly exceeds its noise.
     WeakExcitation {
         /// Variation over noise.
         ratio: f64,
     },
-    /// The series varies less than noise alone would: its noise or its unit is another than stated.
+    /// The series varies less than noise alone would: its stated noise or unit is wrong.
     BelowNoise {
         /// Variation over noise.
         ratio: f64,
@@ -129,26 +129,26 @@ pub enum FaultKind {
     ClockOffset {
         /// What it was held against.
         against: Yardstick,
-        /// By how much this one is late, s.
+        /// Delay of this channel, s.
         late_s: f64,
         /// How many experiments show it.
         experiments: usize,
     },
     /// Neither the column nor its sensor states a noise.
     NoiseNotStated {
-        /// One sigma of the scatter of its readings, which is taken for it; signal units.
+        /// Standard deviation of its readings' scatter, which is used instead; signal units.
         scatter: f64,
     },
-    /// The experiment was to be fitted, as all others, so that none would have been left to score.
+    /// All experiments were to be fitted; this one was set aside for scoring.
     SetAside,
 }
 
-/// What the clock of a column was held against.
+/// The reference of a column's clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Yardstick {
     /// Another column of the same experiment.
     Column(String),
-    /// The same column in another experiment, each against the motion that it goes with.
+    /// The same column in another experiment, each relative to its own motion.
     Itself {
         /// The other experiment.
         file: String,
@@ -162,7 +162,7 @@ pub enum Yardstick {
     },
 }
 
-/// Remedy where an encoder is lost.
+/// Remedy for a lost encoder.
 const NOT_PLACED: &str = "nothing tells where the machine was, so that the experiment does not count; check the encoder, and record again";
 
 impl FaultKind {
@@ -181,8 +181,7 @@ impl FaultKind {
         )
     }
 
-    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of
-    /// a cause.
+    /// Whether the records contradict each other, so that a diagnosis may find the fault instead of a cause.
     pub fn is_contradiction(&self) -> bool {
         matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
     }
@@ -302,7 +301,7 @@ impl FaultKind {
     }
 }
 
-/// Four digits of a number of any size.
+/// A number with four digits, of any magnitude.
 fn short(factor: f64) -> String {
     if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
 }
@@ -320,9 +319,9 @@ fn as_in(experiments: usize) -> String {
 pub struct Fault {
     /// The file.
     pub file: String,
-    /// The column, where one is meant.
+    /// The column, if it applies.
     pub column: Option<String>,
-    /// The row in the file (the header is row 1), where one is meant.
+    /// The row in the file (the header is row 1), if it applies.
     pub row: Option<usize>,
     /// What is wrong.
     pub kind: FaultKind,
@@ -335,7 +334,7 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    /// File, row and column, as far as they are meant.
+    /// File, row and column, as far as they apply.
     pub fn place(&self) -> String {
         let row = self.row.map_or_else(String::new, |row| format!(":{row}"));
         let column = self.column.as_ref().map_or_else(String::new, |column| format!(": `{column}`"));
@@ -354,8 +353,8 @@ impl Fault {
     }
 }
 
-/// The problems that faults are: one that columns of several experiments share is told once, of the first of
-/// them.
+/// The problems of some faults. One that columns of several experiments share is reported once, for the first
+/// of them.
 pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     let mut told: Vec<(&Fault, usize)> = Vec::new();
     for fault in faults {
@@ -383,7 +382,7 @@ pub fn in_words(faults: &[Fault]) -> Vec<String> {
 }
 
 impl Fault {
-    /// Whether another experiment has the same fault in the same column, by more or less the same amount.
+    /// Whether another experiment has the same fault in the same column, by about the same amount.
     fn is_shared_by(&self, other: &Self) -> bool {
         let is_alike = match (&self.kind, &other.kind) {
             (FaultKind::MissingColumn { near: a, .. }, FaultKind::MissingColumn { near: b, .. }) => a == b,

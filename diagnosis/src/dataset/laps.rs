@@ -1,18 +1,17 @@
-//! Records that repeat themselves: a reference run lap after lap tells of what does not repeat, as
-//! experiments that repeat each other do.
+//! Records that repeat themselves: differences between laps of a reference show the part that does not
+//! repeat, as differences between repeated experiments do.
 
 use crate::dataset::Record;
 
-/// Rows that are compared for each length of a lap: enough to tell laps from what only resembles them.
+/// Number of compared rows for each length of a lap: enough to separate laps from similar motions.
 const PROBES: usize = 2000;
-/// Difference of laps, as a share of the variation, up to which they are the same motion. A loop that is
-/// closed repeats far better, one that is open drifts away.
+/// Largest difference of laps, as a share of the variation. A closed loop repeats far better, an open one
+/// drifts away.
 const SAME: f64 = 0.05;
-/// The same from which on the first lap has left its beginning.
+/// Smallest difference at which the first lap has left its start.
 const APART: f64 = 0.5;
 
-/// Rows of a lap, where all that was measured and commanded repeats itself at least once; `None` if it does
-/// not.
+/// Rows of a lap, if all measurements and commands repeat at least once; `None` if they do not.
 pub(crate) fn lap(record: &Record) -> Option<usize> {
     let all = || record.series.iter().chain(&record.commands);
     let leader = record.series.first()?;
@@ -23,8 +22,8 @@ pub(crate) fn lap(record: &Record) -> Option<usize> {
     all().all(|series| differs(series, best) < SAME).then_some(best)
 }
 
-/// Root mean square difference of a series to itself some rows later, over the same of unrelated rows; zero
-/// for a constant.
+/// Root mean square difference of a series from itself some rows later, over that of unrelated rows; zero for
+/// a constant.
 fn differs(series: &[f64], lag: usize) -> f64 {
     let rows = series.len() - lag;
     let step = rows.div_ceil(PROBES).max(1);

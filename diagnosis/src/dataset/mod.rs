@@ -1,4 +1,4 @@
-//! What was measured: series read from files, checked, and tied to the signals of the believed machine.
+//! Measured series: read from files, checked, and assigned to the signals of the believed machine.
 
 mod bridge;
 mod check;
@@ -25,17 +25,17 @@ use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
 
-/// A measured column and what it is in the machine.
+/// A measured column and its signal in the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Header of the column.
     pub column: String,
     /// The signal.
     pub source: Source,
-    /// One sigma of white noise, signal units: as stated, or that of the sensor, or else from the scatter of
-    /// its own readings ([`Dataset::is_noise_stated`]).
+    /// Standard deviation of white noise, signal units: as stated, or that of the sensor, or else from the
+    /// scatter of its own readings ([`Dataset::is_noise_stated`]).
     pub noise: f64,
-    /// Quantisation step believed, signal units; zero for none.
+    /// Believed quantisation step, signal units; zero for none.
     pub resolution: f64,
 }
 
@@ -53,7 +53,7 @@ impl Channel {
         step > 1.5 * self.resolution && step > self.noise
     }
 
-    /// Whether the signal is one of a contact, bare or through a sensor: zero where there is none.
+    /// Whether the signal is one of a contact, directly or through a sensor: zero without contact.
     pub fn is_of_contact(&self, machine: &Machine) -> bool {
         match self.source {
             Source::Sensor(i) => machine.contacts.contains_key(&machine.sensors[i].reads.element),
@@ -62,7 +62,7 @@ impl Channel {
     }
 }
 
-/// One experiment: commands in, readings out, on an even grid.
+/// One experiment: commands and readings on an even grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// File name, as a person would say it.
@@ -71,11 +71,11 @@ pub struct Record {
     pub engagement: Option<Engagement>,
     /// Scored, never fitted.
     pub is_check: bool,
-    /// Experiments that share this name repeat each other.
+    /// Experiments with this name are repetitions of each other.
     pub repeat: Option<String>,
     /// Time of the first row, s.
     pub start_s: f64,
-    /// Time stamps as they were read, s.
+    /// Time stamps as read, s.
     pub times_s: Vec<f64>,
     /// Spacing of rows, s.
     pub spacing_s: f64,
@@ -83,7 +83,7 @@ pub struct Record {
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
-    /// Per channel, whether its series says nothing here: it hangs or is clipped.
+    /// Per channel, whether its series carries no information here: it is constant or clipped.
     pub silent: Vec<bool>,
 }
 
@@ -99,23 +99,23 @@ impl Record {
     }
 }
 
-/// Everything measured, with what is believed of the machine.
+/// All measurements, with the believed machine.
 #[derive(Clone, Debug)]
 pub struct Dataset {
     /// Short name.
     pub name: String,
     /// The believed machine.
     pub machine: Machine,
-    /// How far believed values may be off, as fractions, by dotted key.
+    /// Tolerances of believed values, as fractions, by dotted key.
     pub tolerance: IndexMap<String, f64>,
-    /// Drives whose command was recorded: index of the actuator and its column, in the order of
+    /// Drives with recorded commands: index of the actuator and its column, in the order of
     /// [`Record::commands`].
     pub drives: Vec<(usize, String)>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
     /// The experiments.
     pub records: Vec<Record>,
-    /// What was assumed or noticed while reading.
+    /// Assumptions and remarks from reading.
     pub warnings: Vec<Fault>,
 }
 
@@ -135,7 +135,7 @@ impl Dataset {
     /// The same with another machine in place of the believed one.
     ///
     /// # Errors
-    /// As [`Dataset::load`], and a column whose signal this machine has not.
+    /// As [`Dataset::load`], and a column whose signal this machine does not have.
     pub fn load_for(path: &Path, machine: &Machine) -> Result<Self, DiagnosisError> {
         let file = DatasetFile::load(path)?;
         for (name, column) in &file.columns {
@@ -198,7 +198,7 @@ impl Dataset {
         dataset.warnings = warnings;
         dataset.estimate_noise(file);
         let contradictions = consistency::check(&dataset);
-        // What a wrong unit makes of noise and resolution is no news where the unit is named.
+        // If a wrong unit is named, its consequences for noise and resolution are not reported.
         dataset.warnings.retain(|fault| {
             let named = |other: &&Fault| {
                 other.column == fault.column && matches!(other.kind, FaultKind::Units { .. })
@@ -215,8 +215,8 @@ impl Dataset {
         Ok(dataset)
     }
 
-    /// Where neither a column nor its sensor states a noise, takes the scatter of the readings for it, and
-    /// says so.
+    /// Estimates the noise from the scatter of the readings if neither a column nor its sensor states it, and
+    /// reports that.
     fn estimate_noise(&mut self, file: &DatasetFile) {
         for c in 0..self.channels.len() {
             let channel = &self.channels[c];
@@ -226,7 +226,7 @@ impl Dataset {
                 continue;
             }
             let scatter = scatter::of_channel(self.records.iter().map(|record| &record.series[c]));
-            // Rounding to a stated resolution is part of the scatter, and counted by itself.
+            // Rounding to a stated resolution is part of the scatter, and counted separately.
             let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             self.channels[c].noise = noise;
             let (file, column) = (self.name.clone(), Some(self.channels[c].column.clone()));
@@ -239,7 +239,7 @@ impl Dataset {
         }
     }
 
-    /// Whether the noise of a channel is stated, and not taken from the scatter of its readings.
+    /// Whether the noise of a channel is stated, and not estimated from the scatter of its readings.
     pub fn is_noise_stated(&self, column: &str) -> bool {
         let is_of = |fault: &Fault| {
             matches!(fault.kind, FaultKind::NoiseNotStated { .. }) && fault.column.as_deref() == Some(column)
@@ -247,8 +247,8 @@ impl Dataset {
         !self.warnings.iter().any(is_of)
     }
 
-    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of
-    /// experiment is fitted and scored. Those that were not to be are named.
+    /// If no experiment is set aside for scoring, sets aside about every third, so that every kind of
+    /// experiment is fitted and scored. Reports those that were to be fitted.
     fn split(&mut self, roles: &[Option<Role>]) {
         if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
             return;
@@ -290,15 +290,15 @@ fn file_name(path: &Path) -> String {
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     pub(crate) file: PathBuf,
-    /// The clock, the columns of the dataset, then those that it does not use.
+    /// The clock, the columns of the dataset, then the unused columns.
     pub(crate) header: Vec<String>,
-    /// Empty for columns that are not used.
+    /// Empty for unused columns.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// For each column, the first cell that holds something other than a number, and how many do.
+    /// For each column, the first cell that is not a number, and the number of such cells.
     pub(crate) unreadable: Vec<Option<(usize, usize)>>,
     /// Rows of the file before the first one with data.
     pub(crate) rows_before: usize,
-    /// Columns that were brought from another rate, a sentence each.
+    /// Columns that were resampled, a sentence each.
     pub(crate) notes: Vec<String>,
 }
 

@@ -2,14 +2,14 @@
 
 use super::{Dataset, Fault, FaultKind, Record};
 
-/// Pieces of which every third is scored.
+/// Number of pieces, of which every third is scored.
 const PIECES: usize = 9;
-/// Rows that a piece must have.
+/// Smallest number of rows of a piece.
 const FEWEST_ROWS: usize = 100;
 
 impl Dataset {
-    /// The same where there are several experiments; a single one is cut into pieces, of which the second of
-    /// every three is scored and never fitted, whatever its role was.
+    /// Cuts a single experiment into pieces; several experiments stay unchanged. The second of every three
+    /// pieces is scored and never fitted, whatever the role was.
     #[must_use]
     pub fn in_pieces(mut self) -> Self {
         let [whole] = self.records.as_slice() else { return self };

@@ -1,22 +1,22 @@
-//! Bodies that hit each other: free play shows in the accelerations on either side of a joint, whatever the
-//! model.
+//! Bodies that hit each other: free play appears in the accelerations on both sides of a joint, in any model.
 //!
-//! Between flanks nothing acts, at a flank everything does: the difference of the two accelerations is small
-//! for most of the time and large for moments. Its kurtosis tells (3 for noise and for sums of many sines,
-//! less for few; far more for rare impacts), and a joint that bends linearly has that of what drives it.
+//! Between flanks no force acts, at a flank a large one does. The difference of the two accelerations is
+//! therefore small most of the time and large briefly. Its kurtosis shows this: it is 3 for noise and for
+//! sums of many sines, less for few sines, and far more for rare impacts. For a linearly flexible joint it is
+//! that of the excitation.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
 
 use crate::dataset::Dataset;
 
-/// Kurtosis from which on a difference of accelerations is one of impacts: more than twice that of noise.
+/// Smallest kurtosis of a difference of accelerations with impacts: more than twice that of noise.
 const IMPACTS: f64 = 7.0;
-/// Deviation of the difference, over that of its noise, below which it shows nothing.
+/// Smallest deviation of the difference, over that of its noise, at which it is meaningful.
 const OVER_NOISE: f64 = 5.0;
 
-/// What says that two bodies with accelerometers hit each other; `None` if they do not, or where nothing
-/// tells. Records in which a tool touches and leaves have impacts anyway, and are left aside.
+/// Evidence that two bodies with accelerometers hit each other; `None` without evidence. Records in which a
+/// tool touches and leaves contain impacts anyway, and are ignored.
 pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
     let accelerations: Vec<usize> = (0..dataset.channels.len())
         .filter(|&c| dataset.channels[c].quantity(&dataset.machine) == Quantity::Acceleration)

@@ -1,4 +1,4 @@
-//! Columns of one experiment's file on common instants, whatever the format of the file.
+//! Columns of one experiment's file on common instants, for any format of the file.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use indexmap::IndexMap;
 use super::Table;
 use crate::error::DiagnosisError;
 
-/// Name of the time where the rows of a file have only a rate.
+/// Name of the time if the rows of a file have only a rate.
 const TIME: &str = "t_s";
 
-/// Reads the columns of a dataset from a file; `held` names those that keep their value between readings.
+/// Reads the columns of a dataset from a file; `held` names those that hold their value between readings.
 pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
     let mut runs = read_file(path, dataset.clock.and_then(|clock| ClockUnit::named(clock.name())))?;
     if runs.len() > 1 {
@@ -57,7 +57,7 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
     Ok(table)
 }
 
-/// By what a column is found in a file: its number where that is stated, else its name.
+/// Identification of a column in a file: its number if stated, else its name.
 fn in_file(name: &str, column: &Column) -> String {
     column.number.map_or_else(|| name.to_owned(), |number| number.to_string())
 }

@@ -1,21 +1,20 @@
-//! The noise of a channel of which nothing is stated, from the scatter of its own readings.
+//! The noise of a channel without a stated one, from the scatter of its own readings.
 //!
-//! Differences of a high order take a motion out and leave white noise, whose variance they multiply by a
+//! Differences of a high order remove a motion and leave white noise, with the variance multiplied by a
 //! binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise
-//! that a filter has taken out of the upper band is not seen: the figure is the least that the channel can
-//! have.
+//! that a filter has removed from the upper band is not visible, so the result is a lower bound.
 
-/// Order of the differences: at an eighth of the sampling rate a motion is down to a thousandth, so that only
-/// noise and impacts are left.
+/// Order of the differences: at an eighth of the sampling rate a motion is reduced to a thousandth, so that
+/// only noise and impacts remain.
 const ORDER: usize = 8;
-/// Binomial coefficient of twice the order over the order: by what a difference multiplies the variance of
+/// Binomial coefficient of twice the order over the order: the factor of a difference on the variance of
 /// white noise.
 const GAIN: f64 = 12870.0;
-/// One sigma of a normal distribution over its median absolute value. A median does not see the few rows of
-/// an impact.
+/// Standard deviation of a normal distribution over its median absolute value. A median ignores the few rows
+/// of an impact.
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
-/// One sigma of white noise in a series.
+/// Standard deviation of white noise in a series.
 pub(crate) fn of_series(series: &[f64]) -> f64 {
     let mut differences = series.to_vec();
     for _ in 0..ORDER {
@@ -26,8 +25,8 @@ pub(crate) fn of_series(series: &[f64]) -> f64 {
     sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / GAIN.sqrt())
 }
 
-/// One sigma of white noise in a channel, from its series in all experiments: the middle one, so that neither
-/// an experiment that was filtered nor one of impacts decides.
+/// Standard deviation of white noise in a channel, from its series in all experiments. It is the median, so
+/// that neither a filtered experiment nor one with impacts decides.
 pub(super) fn of_channel<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
     let mut found: Vec<f64> = series.map(|series| of_series(series)).collect();
     found.sort_by(f64::total_cmp);
@@ -57,10 +56,10 @@ mod tests {
 
     #[test]
     fn truth_scatter_is_the_noise_and_not_the_motion() {
-        // Neighbouring differences share rows, so that 4000 of them tell the median to about four percent.
+        // Neighbouring differences share rows, so 4000 of them give the median to about four per cent.
         assert!((of_series(&noisy(SIGMA)) / SIGMA - 1.0).abs() < 0.1);
-        // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): what a motion in the upper band
-        // passes for.
+        // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): the apparent noise of a motion in
+        // the upper band.
         assert!(of_series(&noisy(0.0)) < 1e-4);
         let [a, b, c] = [SIGMA, 0.0, 2.0 * SIGMA].map(noisy);
         assert!((of_channel([a, b, c].iter()) / SIGMA - 1.0).abs() < 0.1);

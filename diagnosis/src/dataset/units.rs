@@ -1,4 +1,4 @@
-//! Factors between units that are mixed up.
+//! Factors between units that are often confused.
 
 use feeler_plant::description::Quantity;
 
@@ -9,7 +9,7 @@ const DEGREES: f64 = 57.295_779_5;
 /// Newtons in a pound-force.
 const POUND_N: f64 = 4.448_221_6;
 
-/// What a reading in a wrong unit is too large by, and the units.
+/// Factors by which a reading in a wrong unit is too large, and the units.
 fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     match quantity {
         Quantity::Position => &[
@@ -37,7 +37,7 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     }
 }
 
-/// The units that a factor speaks of, in words; `near` is how near it must be, as a fraction.
+/// The units that a factor suggests, in words; `near` is its relative tolerance.
 pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'static str> {
     if factor < 0.0 {
         return ((-factor).ln().abs() < near.ln_1p()).then_some("-1 (a sign?)");

@@ -1,6 +1,7 @@
-//! The disturbance ladder: an unknown force (or an unknown error of a reading) allowed at one place after the
-//! other, what it would explain, and what it goes with. Its shape against position, speed, drive force and
-//! time is the portrait of what the machine lacks.
+//! The disturbance ladder: an unknown force (or an unknown error of a reading) is allowed at one place after
+//! the other. The ladder gives the improvement at each place, and the variables that the force depends on.
+//! The shape of the force against position, speed, drive force and time is the portrait of the missing
+//! effect.
 
 use std::f64::consts::TAU;
 
@@ -19,15 +20,15 @@ use crate::report::{PortraitPoint, Rung};
 const AVERAGE: usize = 8;
 /// Points handed on for drawing.
 const POINTS: usize = 800;
-/// Share of the missing force's variance from which a wave over position is named, on fitted and on check
+/// Smallest share of the missing force's variance for a named wave over position, on fitted and on check
 /// experiments alike.
 const LEAST_WAVE: f64 = 0.02;
-/// Periods of a wave that the travel must show.
+/// Smallest number of periods of a wave within the travel.
 const LEAST_PERIODS: f64 = 2.0;
 /// Mean square residuals below this are noise.
 const QUIET: f64 = 1.0;
 
-/// The rungs for a fitted model, the one that explains most first.
+/// The rungs for a fitted model, the one with the largest improvement first.
 pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     let dataset = task.dataset;
     let mass = moving_mass(dataset, scored);
@@ -53,8 +54,8 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     let common =
         |r: usize, p: &Prediction| missing_acceleration(dataset, r, p).iter().map(|a| mass * a).collect();
     let nothing = |r: usize, _: &Prediction, _: usize| vec![0.0; records[r].len()];
-    // A force on all that moves takes away what accelerometers have in common, one between them what they
-    // have not.
+    // A force on all moving bodies removes the common part of accelerometers, one between them the
+    // difference.
     let apart = |r: usize, p: &Prediction, c: usize| -> Vec<f64> {
         residual(r, p, c)
             .iter()
@@ -84,15 +85,15 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
         add(Place::Base, None, &positions, &under, &nothing);
     }
     add(Place::ForceSensor, None, &forces, &|r, p| residual(r, p, forces[0]), &nothing);
-    // A place of which the records show nothing has no rung.
+    // A place without data in the records has no rung.
     rungs.retain(|rung| !rung.portrait.is_empty());
     rungs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     rungs
 }
 
-/// The force, or error, that is let in along a record.
+/// The admitted force, or error, along a record.
 type Freed<'a> = dyn Fn(usize, &Prediction) -> Vec<f64> + 'a;
-/// What it leaves of the residual of a channel.
+/// The remaining residual of a channel.
 type Left<'a> = dyn Fn(usize, &Prediction, usize) -> Vec<f64> + 'a;
 
 fn rung(
@@ -157,7 +158,7 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// The part of it that noise alone makes.
+/// The part of it that comes from noise alone.
 pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -> f64 {
     let mass = moving_mass(task.dataset, scored);
     let (mut sum, mut rows) = (0.0, 0.0);
@@ -170,9 +171,9 @@ pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, said in words: drag that differs by
-/// direction, and waves over position of which the travel shows two periods. Both must take as much out of
-/// the check experiments, where they were not looked for.
+/// Shapes in the force that is missing even with the accepted effects, in words: drag that differs by
+/// direction, and waves over position with two periods within the travel. Both must explain as much of the
+/// check experiments, which did not select them.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let checks: Vec<usize> =
         (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
@@ -180,7 +181,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         [task.fitted.as_slice(), checks.as_slice()].map(|records| in_free_motion(task, scored, records));
     let is_rotational = task.dataset.machine.axis == Axis::Rotational;
     let mut said = Vec::new();
-    // Looked at first: over a motion that repeats itself it would pass for something periodic in position.
+    // Checked first: in a motion that repeats it would look periodic in position.
     let by_direction = slope(&seen);
     let share = [&seen, &unseen]
         .map(|points| taken_out(points, |p| by_direction * p.speed))
@@ -201,7 +202,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     for ForceRipple { amplitude, pitch, phase, .. } in ripples(&over_position) {
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
-        // Where a drive is homed anew the wave begins elsewhere.
+        // After a drive is homed again the wave has another phase.
         let share = taken_out(&seen, at).min(share_at(&unseen, pitch));
         if share > LEAST_WAVE && pitch * LEAST_PERIODS <= high - low {
             said.push(format!(
@@ -219,10 +220,10 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     said
 }
 
-/// The missing force at one instant, less the means of a record's motion.
+/// The missing force at one instant, without the means of a record's motion.
 struct Missing {
     position: f64,
-    /// Size of the velocity, less its mean.
+    /// Magnitude of the velocity, without its mean.
     speed: f64,
     force_n: f64,
 }
@@ -239,28 +240,28 @@ fn in_free_motion(task: &Task<'_>, scored: &Scored, records: &[usize]) -> Vec<Mi
         .collect()
 }
 
-/// The missing force over the size of the velocity, by least squares; zero where nothing moves.
+/// Slope of the missing force over the magnitude of the velocity, by least squares; zero without motion.
 fn slope(points: &[Missing]) -> f64 {
     let sum = |of: &dyn Fn(&Missing) -> f64| points.iter().map(of).sum::<f64>();
     let square = sum(&|p| p.speed * p.speed);
     if square > 0.0 { sum(&|p| p.speed * p.force_n) / square } else { 0.0 }
 }
 
-/// Share of the variance of the missing force that `shape` as it is takes out.
+/// Share of the variance of the missing force that the fixed `shape` explains.
 fn taken_out(points: &[Missing], shape: impl Fn(&Missing) -> f64) -> f64 {
     let before: f64 = points.iter().map(|p| p.force_n.powi(2)).sum();
     let after: f64 = points.iter().map(|p| (p.force_n - shape(p)).powi(2)).sum();
     if before > 0.0 { 1.0 - after / before } else { 0.0 }
 }
 
-/// Share of the variance of the missing force that a wave of this pitch takes out, wherever it begins.
+/// Share of the variance of the missing force that a wave of this pitch explains, with any phase.
 fn share_at(points: &[Missing], pitch: f64) -> f64 {
     let waves = [f64::sin, f64::cos]
         .map(|wave| points.iter().map(|p| wave(TAU * p.position / pitch)).collect::<Vec<f64>>());
     explained(&waves, &points.iter().map(|p| p.force_n).collect::<Vec<f64>>())
 }
 
-/// Share of the missing force's variance that goes with position, velocity, drive force and time.
+/// Share of the missing force's variance that depends on position, velocity, drive force and time.
 fn shares(points: &[PortraitPoint]) -> [(&'static str, f64); 4] {
     let column = |f: &dyn Fn(&PortraitPoint) -> f64| points.iter().map(f).collect::<Vec<f64>>();
     let largest = |f: &dyn Fn(&PortraitPoint) -> f64| points.iter().map(|p| f(p).abs()).fold(1e-12, f64::max);

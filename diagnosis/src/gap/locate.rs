@@ -1,4 +1,4 @@
-//! Where the gap shows: by channel, frequency band, phase of the motion and amplitude.
+//! Location of the gap: by channel, frequency band, phase of the motion and amplitude.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -14,11 +14,11 @@ use crate::report::Cell;
 
 /// Edges of the bands, Hz; the last band ends at half the sampling rate.
 const EDGES_HZ: [f64; 4] = [5.0, 20.0, 80.0, 320.0];
-/// How long before touch-down a motion is an approach, s.
+/// Time before touch-down that counts as approach, s.
 const APPROACH_S: f64 = 0.1;
-/// How long after touch-down it is an impact, and after lift-off a release, s.
+/// Time after touch-down that counts as impact, and after lift-off as release, s.
 const IMPACT_S: f64 = 0.02;
-/// An experiment whose command is this much below or above its peers' median is of low or high amplitude.
+/// Limits of low and high amplitude: the command of an experiment over its peers' median.
 const AMPLITUDE_SHARES: [f64; 2] = [0.8, 1.25];
 
 const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
@@ -36,7 +36,7 @@ struct Sums {
 }
 
 /// The table of the gap before, after calibration and after the accepted effects, over all experiments;
-/// `noise` is one sigma of every channel.
+/// `noise` is the standard deviation of every channel.
 pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<Cell> {
     let dataset = task.dataset;
     let levels: Vec<f64> = dataset.records.iter().map(level).collect();
@@ -79,8 +79,8 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
         .collect()
 }
 
-/// The bands of all records: their edges lie below half the slowest sampling rate, and the last band ends at
-/// half the fastest. Spacings differ from record to record in their last digits at least.
+/// The bands of all records. Their edges lie below half the slowest sampling rate, and the last band ends at
+/// half the fastest. Spacings of records differ at least in their last digits.
 fn bands(records: &[Record]) -> Vec<[f64; 2]> {
     let half_rate = |record: &Record| 0.5 / record.spacing_s;
     let slowest = records.iter().map(half_rate).fold(f64::INFINITY, f64::min);
@@ -130,7 +130,7 @@ fn of_record(
     sums
 }
 
-/// A series split into bands that add up to it, without phase.
+/// Splits a series into bands that add up to it, with zero phase.
 fn split(series: &[f64], bands: &[[f64; 2]], spacing_s: f64) -> Vec<Vec<f64>> {
     let mut below = vec![0.0; series.len()];
     let mut parts = Vec::new();
@@ -142,7 +142,7 @@ fn split(series: &[f64], bands: &[[f64; 2]], spacing_s: f64) -> Vec<Vec<f64>> {
     parts
 }
 
-/// First order forward and backward: second order without phase.
+/// First order forward and backward: second order with zero phase.
 pub(crate) fn low_pass(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {
     let keep = (-TAU * corner_hz * spacing_s).exp();
     let mut out = series.to_vec();
@@ -192,7 +192,7 @@ fn amplitude(task: &Task<'_>, r: usize, levels: &[f64]) -> usize {
     AMPLITUDE_SHARES.iter().filter(|&&edge| share > edge).count()
 }
 
-/// Band and phase in which a channel's gap after calibration lies most.
+/// Band and phase with the largest part of a channel's gap after calibration.
 pub(crate) fn heart(cells: &[Cell], channel: &str) -> Option<([f64; 2], &'static str)> {
     let mut bands: Vec<([f64; 2], f64)> = Vec::new();
     let mut phases = [0.0; PHASES.len()];
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// At 200 Hz the last edge lies at 0.8 times half the rate, so that the last digits of the spacing decide
+    /// At 200 Hz the last edge is at 0.8 times half the rate, so that the last digits of the spacing decide
     /// whether it counts.
     #[test]
     fn regress_records_whose_spacings_differ_in_their_last_digits_share_their_bands() {
@@ -250,7 +250,7 @@ mod tests {
             assert!((parts.iter().map(|part| part[k]).sum::<f64>() - x).abs() < ROUNDING);
         }
         let power = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>();
-        // Twice first order at 5 Hz takes 1 Hz down by 1 / (1 + 1/25): 92 % of the power stays.
+        // Twice first order at 5 Hz reduces 1 Hz by 1 / (1 + 1/25): 92 % of the power stays.
         assert!(power(&parts[0]) > 0.9 * power(&series));
     }
 }

@@ -1,4 +1,4 @@
-//! How large the gap between model and records is, where it shows, and what is left of it.
+//! The gap between model and records: its size, its location, and the remaining part.
 
 pub(crate) mod ladder;
 pub(crate) mod locate;

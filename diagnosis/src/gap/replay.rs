@@ -1,4 +1,4 @@
-//! A machine driven with what a dataset commanded: predictions of every column, and how far they are off.
+//! A machine driven with a dataset's recorded commands: predictions of every column, and their errors.
 
 use feeler_plant::description::Machine;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use crate::predict::{Anchoring, Predictor, Start};
 /// Length of the short predictions, s: the same as in the gap of a diagnosis.
 pub const WINDOW_S: f64 = 0.05;
 
-/// How far a prediction of one column is off.
+/// Error of a prediction of one column.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnError {
     /// The column.
@@ -21,12 +21,12 @@ pub struct ColumnError {
     pub scale: f64,
     /// Root mean square error of the free prediction from the first row, signal units.
     pub rms: f64,
-    /// The same over the scale; infinite (`null` in JSON) where the column never changes.
+    /// The same over the scale; infinite (`null` in JSON) if the column never changes.
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
-    /// Root mean square error over the scale where the prediction starts again every [`WINDOW_S`] from the
-    /// measured motion.
+    /// Root mean square error over the scale if the prediction restarts every [`WINDOW_S`] from the measured
+    /// motion.
     pub relative_in_windows: f64,
 }
 
@@ -39,7 +39,7 @@ pub struct Replay {
     pub is_check: bool,
     /// Errors by column.
     pub errors: Vec<ColumnError>,
-    /// Position of the experiment in the dataset.
+    /// Index of the experiment in the dataset.
     #[serde(skip)]
     pub record: usize,
     /// Free prediction from the first row, one series per channel.
@@ -51,7 +51,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Name of the file of its predictions: CSV, whatever the experiment was.
+    /// Name of the file of its predictions: CSV, whatever the format of the experiment.
     pub fn csv_name(&self) -> String {
         let stem = self.experiment.rsplit_once('.').map_or(self.experiment.as_str(), |(stem, _)| stem);
         format!("{stem}.csv")
@@ -76,19 +76,19 @@ impl Replay {
 /// Drives a machine with a dataset's recorded commands: freely from the first row, and in short windows from
 /// the measured motion.
 ///
-/// The machine's elements must be those that the dataset's channels refer to: take the dataset's own machine,
-/// one that came of its diagnosis, or load the dataset for the machine with [`Dataset::load_for`].
+/// The machine's elements must be those of the dataset's channels. Use the dataset's own machine, one from
+/// its diagnosis, or load the dataset for the machine with [`Dataset::load_for`].
 ///
 /// # Errors
-/// Where the machine has no motion.
+/// If the machine has no motion.
 pub fn replay(machine: &Machine, dataset: &Dataset) -> Result<Vec<Replay>, DiagnosisError> {
     (0..dataset.records.len()).into_par_iter().map(|r| replay_record(machine, dataset, r)).collect()
 }
 
-/// The same for one experiment, by its position.
+/// The same for one experiment, by its index.
 ///
 /// # Errors
-/// Where the machine has no motion.
+/// If the machine has no motion.
 pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Result<Replay, DiagnosisError> {
     let record = &dataset.records[index];
     let assembly = assemble_for(machine.clone(), record.engagement)
@@ -109,16 +109,16 @@ pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Resu
     })
 }
 
-/// Relative error that stands for all larger ones, and for runs that diverge.
+/// Largest relative error; larger ones and runs that diverge count as this.
 const MOST_ERROR: f64 = 1e6;
 
-/// Error of free runs from the first row over the scale of each column, by the machine as believed and as
-/// repaired: root mean square over the check experiments; `None` where the believed machine does not run.
+/// Error of free runs from the first row over the scale of each column, by the believed and the repaired
+/// machine: root mean square over the check experiments. `None` if the believed machine does not run.
 pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
     Some([free_run(dataset, &dataset.machine)?, free_run(dataset, repaired).unwrap_or(MOST_ERROR)])
 }
 
-/// The same of one machine; `None` where it does not run.
+/// The same for one machine; `None` if it does not run.
 pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
     let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
     let of = |r: usize| -> Option<Vec<f64>> {

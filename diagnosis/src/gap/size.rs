@@ -1,4 +1,4 @@
-//! How large the gap is: short free predictions from the anchored state, against what was measured.
+//! Size of the gap: short free predictions from the corrected state, compared with the measurement.
 
 use feeler_plant::description::Machine;
 use indexmap::IndexMap;
@@ -16,7 +16,7 @@ use crate::report::Gap;
 const WINDOW_S: f64 = 0.05;
 /// Draws of the bootstrap.
 const DRAWS: usize = 400;
-/// Below this a gap counts as closed to the floor, so that a quotient of nothings is not quoted.
+/// A smaller gap counts as closed to the floor, so that no ratio of tiny numbers is printed.
 const TINY: f64 = 1e-4;
 
 /// Rows of a free window.
@@ -28,8 +28,8 @@ fn rows_of(record: &Record, seconds: f64) -> usize {
     ((seconds / record.spacing_s).round() as usize).max(1)
 }
 
-/// The length nearest to that of a free window that a lap holds a whole number of times, so that windows of
-/// all laps begin alike; none where there is none between half and twice that length.
+/// The length nearest to that of a free window of which a lap holds a whole number, so that windows of all
+/// laps start alike. `None` if there is none between half and twice that length.
 fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
     let rows = window_rows(record);
     (rows / 2..=2 * rows)
@@ -37,7 +37,7 @@ fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
         .min_by_key(|own| own.abs_diff(rows))
 }
 
-/// Errors of free windows of some rows, one series per channel; none where the model has no prediction.
+/// Errors of free windows of some rows, one series per channel; `None` if the model has no prediction.
 fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
     let assembly = model.assembly(theta, record.engagement)?;
@@ -49,7 +49,7 @@ fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) 
     Some(record.series.iter().zip(&prediction.series).map(of).collect())
 }
 
-/// Mean square error over scale of each record in `records`, over all channels; none where the model has no
+/// Mean square error over scale of each record in `records`, over all channels; `None` if the model has no
 /// prediction.
 pub(crate) fn square_errors(
     task: &Task<'_>,
@@ -60,7 +60,7 @@ pub(crate) fn square_errors(
     square_errors_over(task, model, theta, records, Some(WINDOW_S))
 }
 
-/// The same where free predictions reach so far ahead, s, or over the whole record.
+/// The same for free predictions over this horizon, s, or over the whole record.
 pub(crate) fn square_errors_over(
     task: &Task<'_>,
     model: &Model,
@@ -86,11 +86,10 @@ fn mean_square(series: &[f64]) -> f64 {
     series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64
 }
 
-/// One sigma of every channel's noise: as stated, or more where experiments that repeat each other differ by
-/// more. What a model gets wrong is wrong in all of them alike and cancels in the difference of its errors;
-/// what does not repeat no model can explain. The middle stretch of motion counts, so that an impact that
-/// comes a row later in one of them does not. Where no noise is stated, laps within a record count as
-/// repeats.
+/// Standard deviation of every channel's noise: as stated, or more if repeated experiments differ by more. A
+/// model error is equal in all repetitions and cancels in the difference of their errors. No model can
+/// explain the part that does not repeat. The median stretch of motion counts, so that an impact one row
+/// later in one repetition has no effect. If no noise is stated, laps within a record count as repetitions.
 pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
     let stated = task.weights.noise.first().cloned().unwrap_or_default();
     let records = &task.dataset.records;
@@ -132,7 +131,7 @@ pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
     stated.iter().zip(&mut stretches).map(of).collect()
 }
 
-/// Mean square, stretch by stretch, of what each of two repeats has for itself.
+/// Mean square, stretch by stretch, of the part of each of two repetitions that the other lacks.
 fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
@@ -147,9 +146,9 @@ pub(crate) fn square_floors(task: &Task<'_>, noise: &[f64], records: &[usize]) -
         .collect()
 }
 
-/// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset that
-/// neither was made with: the true closing, to be held against the claimed one. `noise` is one sigma of every
-/// column, as that dataset showed it; none where a machine does not predict.
+/// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset used for
+/// neither: the true closing, for comparison with the claimed one. `noise` is the standard deviation of every
+/// column in that dataset; `None` if a machine has no prediction.
 pub fn closing(
     dataset: &Dataset,
     calibrated: &Machine,
@@ -188,7 +187,7 @@ pub fn closing(
 }
 
 fn closed(refit: f64, after: f64, floor: f64) -> f64 {
-    // Noise is no more than the best model leaves, whatever the stretches say that repeat each other.
+    // Noise is at most the error of the best model, whatever the difference of repeated stretches.
     let floor = floor.min(after);
     let closable = refit - floor;
     if closable <= TINY * TINY {
@@ -204,7 +203,7 @@ pub(crate) fn gap(before: &[f64], refit: &[f64], after: &[f64], floor: &[f64]) -
         pick.iter().map(|&i| values[i]).sum::<f64>() / pick.len().max(1) as f64
     };
     let all: Vec<usize> = (0..refit.len()).collect();
-    // A small generator is enough for a bootstrap, and makes it repeatable.
+    // A simple generator is enough for a bootstrap, and makes it repeatable.
     let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|_| {

@@ -1,4 +1,4 @@
-//! What is left when the library does not explain it: where it shows, and what shape it has.
+//! The part that the library does not explain: its location and its shape.
 
 use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::effects::Place;
@@ -10,7 +10,7 @@ use crate::fit::search::{Scored, missing_acceleration, moving_mass};
 /// Mean square residual, in sigmas, above which a channel is not explained.
 pub(crate) const ADEQUATE: f64 = 1.8;
 
-/// Where the residual of a model points, and why.
+/// The place that the residual of a model points to, and why.
 #[derive(Clone, Debug)]
 pub(crate) struct Pointer {
     pub(crate) place: Place,
@@ -19,13 +19,13 @@ pub(crate) struct Pointer {
     pub(crate) evidence: String,
 }
 
-/// Mean square residual, over that of noise, that noise alone may leave in a channel over the experiments of
-/// one engagement.
+/// Largest mean square residual, over that of noise, that noise alone may leave in a channel over the
+/// experiments of one engagement.
 const NOISE_ALONE: f64 = 1.25;
 
-/// Whether no channel shows more than noise (one sigma per channel) in the experiments of any engagement:
-/// what a weak cause leaves in one kind of experiment is lost in the mean over all, and below the share that
-/// no model is expected to explain.
+/// Whether no channel shows more than noise (standard deviation per channel) in the experiments of any
+/// engagement. The effect of a weak cause in one kind of experiment is lost in the mean over all, and below
+/// the share that no model is expected to explain.
 pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
     let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
     for (r, record) in task.dataset.records.iter().enumerate() {
@@ -49,13 +49,12 @@ pub(crate) fn channel_misfits(scored: &Scored) -> Vec<f64> {
     (0..scored.misfits[0].len()).map(|c| scored.misfits.iter().map(|m| m[c]).sum::<f64>() / n).collect()
 }
 
-/// Share of a channel's misfit after calibration that may stay when a cause is said to explain it: real
-/// friction and real contacts differ a little from every law of the library, mostly near reversals and
-/// touch-down.
+/// Share of a channel's misfit after calibration that may remain for an explained channel. Real friction and
+/// contacts differ slightly from every law of the library, mostly near reversals and touch-down.
 const DISCREPANCY: f64 = 0.12;
 
-/// Channels that a model does not explain, and of which it leaves more of what calibration left than laws of
-/// nature differ from those of a library, each with its residual in sigmas.
+/// Channels that a model does not explain, each with its residual in standard deviations. More remains of
+/// their misfit after calibration than the usual difference between real effects and library laws.
 pub(crate) fn unexplained(calibrated: &Scored, scored: &Scored) -> Vec<(usize, f64)> {
     let excess = |m: f64| (m - 1.0).max(0.0);
     let before = channel_misfits(calibrated);
@@ -119,10 +118,10 @@ pub(crate) fn portrait(
     points
 }
 
-/// Mean square residuals of two encoders along one chain that are this far apart say that it is not rigid.
+/// Ratio of mean square residuals of two encoders along one chain above which the chain is not rigid.
 const APART: f64 = 3.0;
 
-/// Where the residuals of a model point.
+/// The place that the residuals of a model point to.
 pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let dataset = task.dataset;
     let misfits = channel_misfits(scored);
@@ -193,7 +192,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
             }
         }
         Quantity::Force | Quantity::SpringForce => {
-            // The same departure in the motion would be a force that acts; here only the reading departs.
+            // The same departure in the motion would be an acting force; here only the reading departs.
             (Place::ForceSensor, says("the force reading departs while the motion is explained"))
         }
         _ => (Place::Guide, says("it is not explained")),

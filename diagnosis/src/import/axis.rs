@@ -1,4 +1,4 @@
-//! What is believed of one joint: from a URDF or MJCF, or nothing but what its motion shows.
+//! The believed machine of one joint: from a URDF or MJCF, or only from its motion.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,7 +15,7 @@ use crate::error::DiagnosisError;
 /// Where beliefs come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Model {
-    /// A machine file, taken as it is.
+    /// A machine file, used unchanged.
     Machine(PathBuf),
     /// A URDF.
     Urdf(PathBuf),
@@ -30,9 +30,9 @@ const SERVO: &str = "servo";
 const ENCODER: &str = "encoder";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
 const LAG_OMEGA: f64 = 2.0;
-/// The lag that is assumed where none shows, s.
+/// Lag that is assumed if none is visible, s.
 const USUAL_LAG_S: f64 = 0.05;
-/// Armature that is assumed of a joint whose model moves no mass, kg m2.
+/// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
 /// Every joint of a model.
@@ -40,14 +40,14 @@ pub(super) struct Beliefs {
     joints: Vec<AxisBelief>,
 }
 
-/// What is believed of one joint.
+/// The believed parameters of one joint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AxisBelief {
     /// The joint and its loop.
     pub joint: JointBelief,
     /// Whether it slides.
     pub is_straight: bool,
-    /// Inertia (or mass) of all that it moves, at the pose where all joints are zero.
+    /// Inertia (or mass) of the bodies that it moves, at the pose with all joints at zero.
     pub inertia: f64,
 }
 
@@ -83,7 +83,7 @@ impl Beliefs {
         Ok(Self { joints })
     }
 
-    /// The joint that the log calls so: by its name, else by its place where both have as many.
+    /// The joint with this name in the log: by its name, else by its index if both have the same number.
     pub(super) fn find(&self, name: &str, among: &[String]) -> Option<(&AxisBelief, String)> {
         let plain = |text: &str| text.to_lowercase().replace(['_', '-', ' '], "");
         let named = self.joints.iter().find(|belief| plain(&belief.joint.name) == plain(name));
@@ -122,7 +122,7 @@ fn wrong(path: &Path, error: &feeler_arm::ArmError) -> DiagnosisError {
     }
 }
 
-/// A machine file, the names of its signals, and what was assumed.
+/// A machine file, the names of its signals, and the assumptions.
 pub(super) struct First {
     pub(super) text: String,
     /// Signal of the target or command.
@@ -164,7 +164,7 @@ impl First {
         })
     }
 
-    /// States the step of the encoder of a first machine.
+    /// Adds the step of the encoder to a first machine.
     pub(super) fn note_step(&mut self, step: Option<f64>) {
         let Some(step) = step.filter(|_| self.is_own) else { return };
         let _ = writeln!(self.text, "resolution = {step:?}");

@@ -1,12 +1,12 @@
-//! How a position follows its target: later, by how much, and how truly.
+//! How a position follows its target: its lag, and the accuracy.
 
 use feeler_logs::{Column, Table};
 
-/// Instants at which the two are compared.
+/// Number of compared instants.
 const INSTANTS: usize = 4000;
-/// Longest lag that is looked for, s.
+/// Longest lag of the search, s.
 const LONGEST_S: f64 = 0.5;
-/// Steps in which lags are tried.
+/// Number of trial lags.
 const LAGS: usize = 200;
 
 /// How one column follows another.
@@ -18,7 +18,7 @@ pub struct Follow {
     pub correlation: f64,
 }
 
-/// The lag at which a position goes best with a target; `None` where either stands still.
+/// The lag at which a position matches a target best; `None` if either is constant.
 pub(super) fn follow(target: (&Table, &Column), position: (&Table, &Column)) -> Option<Follow> {
     let (target, position) = (Readings::of(target)?, Readings::of(position)?);
     let begin = target.times_s[0].max(position.times_s[0]) + LONGEST_S;
@@ -46,7 +46,7 @@ impl Readings {
     fn of((table, column): (&Table, &Column)) -> Option<Self> {
         let origin_s = table.clock.as_ref()?.origin_s;
         let both = table.times_s.iter().zip(&column.values).filter(|(t, x)| t.is_finite() && x.is_finite());
-        // Origins are far from zero on calendar clocks; both columns share the digits that are lost.
+        // Origins of calendar clocks are far from zero; both columns lose the same digits.
         let (times_s, values): (Vec<f64>, Vec<f64>) = both.map(|(t, x)| (t + origin_s, *x)).unzip();
         (times_s.len() > 1).then_some(Self { times_s, values })
     }

@@ -1,7 +1,7 @@
-//! From logs as they lie to a dataset: what is in them, which column is what, and why that is believed.
+//! From existing logs to a dataset: their contents, the role of each column, and the reason for it.
 //!
 //! [`import`] reads every run, keeps a summary of its columns ([`Survey`]), and writes a dataset for each
-//! joint whose target and position it finds. Nothing that is guessed is silent: each guess has its reason.
+//! joint with a target and a position. Every guess is reported with its reason.
 
 mod axis;
 mod follow;
@@ -21,33 +21,33 @@ pub use summary::{ColumnSummary, RunSummary, TableSummary};
 
 use crate::error::DiagnosisError;
 
-/// What the user states, so that it is not guessed.
+/// Statements of the user, which replace guesses.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Unit of all clocks.
     pub clock: Option<ClockUnit>,
     /// Rate of rows without a clock, Hz.
     pub rate_hz: Option<f64>,
-    /// The only joint that is wanted, as the log or the model calls it.
+    /// The only requested joint, by its name in the log or the model.
     pub joint: Option<String>,
     /// Columns by role.
     pub columns: Vec<(Role, String)>,
-    /// Where to write; nothing is written where absent.
+    /// Output folder; nothing is written without it.
     pub out: Option<PathBuf>,
-    /// What is believed of the machine.
+    /// The believed machine.
     pub model: Option<Model>,
 }
 
-/// What logs hold, and what was made of it.
+/// Contents of logs, and the datasets made from them.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// The runs.
     pub runs: Vec<RunSummary>,
-    /// Joints, by the name that the log gives them.
+    /// Joints, by their names in the log.
     pub joints: IndexMap<String, Guess>,
     /// Datasets that were written.
     pub datasets: Vec<Written>,
-    /// What could not be done, a sentence each.
+    /// Failures, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -56,18 +56,18 @@ pub struct Survey {
 pub struct Written {
     /// Its folder.
     pub folder: PathBuf,
-    /// The joint, as the log calls it.
+    /// The joint, by its name in the log.
     pub joint: String,
-    /// What was assumed of the machine, a sentence each.
+    /// Assumptions about the machine, a sentence each.
     pub assumptions: Vec<String>,
     /// Files of experiments.
     pub experiments: Vec<String>,
 }
 
-/// Reads logs, and writes datasets where [`Options::out`] says so.
+/// Reads logs, and writes datasets to [`Options::out`], if given.
 ///
 /// # Errors
-/// A log or model that cannot be read, a joint that is not there, a folder that cannot be written.
+/// A log or model that cannot be read, a joint that does not exist, a folder that cannot be written.
 pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result<Survey, DiagnosisError> {
     let mut survey = Survey::default();
     let mut writer: Option<write::Writer> = None;
@@ -89,7 +89,7 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
     Ok(survey)
 }
 
-/// Said where no joint has both a target and a position.
+/// Text if no joint has both a target and a position.
 const NOTHING_PAIRED: &str = "nothing was written: no joint has both a target and a position; name them by \
      `--target COLUMN --position COLUMN`";
 

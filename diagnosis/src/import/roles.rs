@@ -1,4 +1,4 @@
-//! Which column is which: by the words of its name, and by what its numbers do.
+//! The role of each column: from the words of its name, and from its numbers.
 
 use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
@@ -8,7 +8,7 @@ use super::follow::{Follow, follow};
 /// What a column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// Where the joint is to go.
+    /// Desired position of the joint.
     Target,
     /// Where it is.
     Position,
@@ -40,7 +40,7 @@ pub struct Chosen {
     pub column: String,
     /// Why.
     pub why: String,
-    /// The unit that its numbers seem to have, and why; `None` for SI.
+    /// The apparent unit of its numbers, and the reason; `None` for SI.
     pub unit: Option<(UnitGuess, String)>,
 }
 
@@ -49,7 +49,7 @@ pub struct Chosen {
 pub enum UnitGuess {
     /// A symbol that files take.
     Symbol(&'static str),
-    /// Counts, with the radians of one.
+    /// Counts, with the radians per count.
     Counts(f64),
 }
 
@@ -65,12 +65,12 @@ impl UnitGuess {
     }
 }
 
-/// What was found of a joint.
+/// Findings on a joint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Guess {
     /// Columns by role.
     pub columns: IndexMap<Role, Chosen>,
-    /// How the position follows the target, where both are there.
+    /// How the position follows the target, if both exist.
     pub follow: Option<Follow>,
 }
 
@@ -116,7 +116,7 @@ const EFFORTS: [&str; 12] = [
     "effort", "efforts", "torque", "torques", "tau", "current", "currents", "curr", "load", "force", "amps",
     "trq",
 ];
-/// Words by which a column is none of these.
+/// Words by which a column has none of these roles.
 const OTHERS: [&str; 15] = [
     "error",
     "errors",
@@ -134,7 +134,7 @@ const OTHERS: [&str; 15] = [
     "orientation",
     "reward",
 ];
-/// Words that say nothing about which joint it is.
+/// Words that do not identify a joint.
 const PLAIN: [&str; 22] = [
     "data",
     "motor",
@@ -160,7 +160,7 @@ const PLAIN: [&str; 22] = [
     "n",
 ];
 
-/// Words of a name, in small letters; numbers are words of their own.
+/// Words of a name in lower case; numbers are separate words.
 fn words(name: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let mut last = ' ';
@@ -182,7 +182,7 @@ fn words(name: &str) -> Vec<String> {
     found
 }
 
-/// What a column is by its name: its role, the joint, and the word that tells.
+/// Role of a column by its name: its role, the joint, and the decisive word.
 fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     let (path, item) = match column.name.rsplit_once('[') {
         Some((path, item)) if item.ends_with(']') => (path, Some(item.trim_end_matches(']'))),
@@ -195,7 +195,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     let has = |list: &[&str]| all().find(|word| list.contains(&word.as_str())).cloned();
     let in_own =
         |list: &[&str]| of_path.iter().chain(&of_item).find(|word| list.contains(&word.as_str())).cloned();
-    // The last item of a trajectory's points is a plan, and its first one stands for what is to be done now.
+    // The last item of a trajectory's points is a plan, and its first one is the present target.
     if in_own(&OTHERS).is_some() || path.contains("points[") && !path.contains("points[0]") {
         return None;
     }
@@ -225,7 +225,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     Some((role, joint_of(item, &of_path, &of_item), why))
 }
 
-/// The joint that a column is of: the item in brackets without words of roles, or what is left of its name.
+/// The joint of a column: the item in brackets without words of roles, or the rest of its name.
 fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
     let is_role = |word: &String| {
         [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS].iter().any(|list| list.contains(&word.as_str()))
@@ -243,7 +243,7 @@ fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> Strin
     rest.join("_")
 }
 
-/// Finds columns by role for every joint of a run; those that the user states stand.
+/// Finds columns by role for every joint of a run; those stated by the user have priority.
 pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Guess> {
     let mut found: IndexMap<String, Guess> = IndexMap::new();
     let is_alone = run.tables.len() == 1;
@@ -267,7 +267,7 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
             };
             let chosen =
                 Chosen { column: name, why: format!("`{word}` in its name"), unit: unit(role, column) };
-            // The first of several stands, unless a later one has more readings.
+            // The first of several counts, unless a later one has more readings.
             let guess = found.entry(joint).or_default();
             let is_better = guess.columns.get(&role).is_none_or(|other| {
                 run.find(&other.column).is_some_and(|(_, other)| 2 * other.present() < column.present())
@@ -288,10 +288,10 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
 
 /// Counts of one turn of common encoders.
 const TURNS: [f64; 4] = [1024.0, 4096.0, 16_384.0, 65_536.0];
-/// No joint that turns in radians goes beyond this: more is degrees.
+/// No joint in radians exceeds this: larger values are degrees.
 const MOST_RADIANS: f64 = 7.0;
 
-/// The unit of a column of positions, as far as its numbers show that it is not SI.
+/// The unit of a column of positions, if its numbers show that it is not SI.
 fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
     if !matches!(role, Role::Target | Role::Position) {
         return None;
@@ -351,7 +351,7 @@ mod tests {
             ("log", "tau_cmd", Role::Command, ""),
             ("curr_data", "Joint_1", Role::Position, "1"),
         ] {
-            // A table of currents whose columns name joints shows its role by the table's name alone.
+            // The name of a table of currents gives the role of columns named by joints.
             let expected = if table == "curr_data" { Role::Effort } else { role };
             let found = told(table, column);
             assert!(

@@ -1,4 +1,4 @@
-//! What a run holds, in few numbers.
+//! Summary of a run.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ pub struct RunSummary {
     pub name: String,
     /// Its tables.
     pub tables: Vec<TableSummary>,
-    /// What was left out or assumed.
+    /// Omissions and assumptions.
     pub notes: Vec<String>,
 }
 
@@ -31,7 +31,7 @@ pub struct TableSummary {
     pub duration_s: f64,
     /// Rows per second.
     pub rate_hz: Option<f64>,
-    /// Rows that are missing between others, and the longest stretch, s.
+    /// Number of missing rows, and the longest stretch, s.
     pub lost: (usize, f64),
     /// The clock: column, unit, reason.
     pub clock: Option<(String, &'static str, String)>,
@@ -48,7 +48,7 @@ pub struct ColumnSummary {
     pub present: usize,
     /// Smallest and largest value.
     pub range: [f64; 2],
-    /// What it is taken for: the role, the joint, the reason.
+    /// Its assumed role: the role, the joint, the reason.
     pub role: Option<(Role, String, String)>,
 }
 
@@ -86,7 +86,7 @@ fn duration(table: &Table) -> f64 {
     table.times_s.first().zip(table.times_s.last()).map_or(0.0, |(first, last)| last - first)
 }
 
-/// Rows that are missing, by distances of rows that are whole multiples of the usual one.
+/// Missing rows, from row distances that are whole multiples of the usual one.
 fn lost(table: &Table) -> (usize, f64) {
     let Some(rate_hz) = table.rate_hz() else { return (0, 0.0) };
     let mut lost = (0, 0.0_f64);

@@ -14,10 +14,10 @@ use super::{Options, Survey, Written};
 use crate::dataset::quantum;
 use crate::error::DiagnosisError;
 
-/// Rows that a run needs to be an experiment.
+/// Smallest number of rows of an experiment.
 const FEWEST_ROWS: usize = 50;
 
-/// Datasets that are being written, one for each joint.
+/// Datasets in progress, one for each joint.
 pub(super) struct Writer {
     joints: Vec<Joint>,
 }
@@ -31,7 +31,7 @@ struct Joint {
 }
 
 impl Writer {
-    /// Chooses joints from what the first run shows. `None` where none has a target and a position yet.
+    /// Selects joints from the first run. `None` while none has a target and a position.
     pub(super) fn new(survey: &Survey, options: &Options) -> Result<Option<Self>, DiagnosisError> {
         let Some(out) = &options.out else { return Ok(None) };
         let is_whole = |guess: &Guess| {
@@ -95,7 +95,7 @@ impl Writer {
         Ok(Some(Self { joints }))
     }
 
-    /// Adds a run to every dataset that it has columns for.
+    /// Adds a run to every dataset with columns in it.
     pub(super) fn run(&mut self, run: &Run, notes: &mut Vec<String>) -> Result<(), DiagnosisError> {
         for joint in &mut self.joints {
             joint.run(run, notes)?;
@@ -103,7 +103,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes what the datasets say of their files.
+    /// Writes the description files of the datasets.
     pub(super) fn finish(self, survey: &mut Survey) -> Result<(), DiagnosisError> {
         for joint in self.joints {
             if joint.experiments.is_empty() {
@@ -132,7 +132,7 @@ impl Writer {
 }
 
 impl Joint {
-    /// The columns in the order of the file: the input, the position, and what is kept beside them.
+    /// The columns in the order of the file: the input, the position, and additional ones.
     fn columns(&self) -> Vec<(Role, &Chosen)> {
         let of = |role: Role| self.guess.columns.get(&role).map(|chosen| (role, chosen));
         let input = of(Role::Target).or_else(|| of(Role::Command));
@@ -171,7 +171,7 @@ impl Joint {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
         }
-        // The first column is what drives.
+        // The first column is the input.
         let mut asked = series.values[0].iter().filter(|x| x.is_finite());
         let held = asked.next();
         if asked.all(|x| Some(x) == held) {
@@ -245,7 +245,7 @@ impl Joint {
     }
 }
 
-/// A name without what file systems take for something else.
+/// A name without characters that are special in file systems.
 fn file_name(name: &str) -> String {
     let plain: String = name
         .chars()
@@ -277,7 +277,7 @@ fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
     fs::write(path, text).map_err(unwritable(path))
 }
 
-/// Writes a table; an empty cell stands for a value that is not known.
+/// Writes a table; an empty cell is an unknown value.
 fn table(path: &Path, header: &[&str], series: &Series) -> Result<(), DiagnosisError> {
     let write = || {
         let mut file = BufWriter::with_capacity(1 << 18, File::create(path)?);

@@ -1,4 +1,4 @@
-//! `asymmetric-friction`: dry friction that differs by direction.
+//! `asymmetric-friction`: dry friction that depends on the direction.
 
 use feeler_plant::effects::{AsymmetricFriction, CoulombFriction, Kind, Parameters};
 
@@ -22,7 +22,7 @@ impl Known for AsymmetricFriction {
         embed: |values| Self { level: CoulombFriction::of(values).level, asymmetry: 0.0 },
         nearest: |outer| vec![vec![outer.level]],
     }];
-    /// The same to a guide that always slides.
+    /// Equivalent for a guide that always slides.
     const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,
@@ -35,7 +35,7 @@ impl Known for AsymmetricFriction {
         levels(glance.command).into_iter().flat_map(at).collect()
     }
 
-    /// Levels that hardly differ are one level.
+    /// Nearly equal levels are one level.
     fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
         self.asymmetry.abs() < LEAST_ASYMMETRY
     }

@@ -5,12 +5,11 @@ use feeler_plant::effects::{Backlash, Host, Kind, Parameters};
 use super::start::mode;
 use super::{Element, Glance, Known, Seen};
 
-/// Frequencies of two bodies on their flanks that are tried.
+/// Trial frequencies of two bodies on their flanks.
 const FLANKS_HZ: [f64; 3] = [100.0, 250.0, 600.0];
-/// Largest command over the play and the stiffness of its flanks, at a start.
+/// Initial ratio of the largest command to the play times the stiffness of its flanks.
 const STIFF: f64 = 10.0;
-/// Free play that this share of the largest command would take up in a spring of the flanks' stiffness is
-/// none.
+/// A free play is zero if this share of the largest command would bend the flanks as far.
 const LEAST_PLAY: f64 = 0.01;
 
 impl Known for Backlash {
@@ -23,7 +22,7 @@ impl Known for Backlash {
         let [a, b] = [link.a, link.b].map(|node| assembly.nodes[node].mass_kg);
         let flanks = FLANKS_HZ.map(|frequency_hz| mode(a * b / (a + b), frequency_hz, 0.05));
         let at = |width: f64| flanks.map(|(stiffness, damping)| Self { width, stiffness, damping });
-        // Of an axis that moves far, in the records' own scale: flanks that the largest command takes up within a
+        // For an axis with long travel, in the records' own scale: the largest command bends the flanks by a
         // tenth of the play.
         let reduced = a * b / (a + b);
         let coarse = [0.003, 0.01, 0.03].map(|share| share * glance.stroke()).into_iter().map(|width| {

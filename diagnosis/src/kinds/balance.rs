@@ -1,6 +1,5 @@
-//! What a kind adds to the balance of forces of an axis that moves as one: the drive's command on one side,
-//! on the other what it takes to accelerate the mass, to move it through its damping, and what the kind
-//! adds.
+//! Contribution of a kind to the balance of forces of an axis that moves as one. One side is the drive's
+//! command, the other the inertial force, the damping force, and the contribution of the kind.
 
 /// Sizes of all experiments together.
 #[derive(Clone, Copy, Debug, Default)]
@@ -11,21 +10,21 @@ pub(crate) struct Extent {
     pub(crate) stroke: f64,
     /// Largest command, N.
     pub(crate) command: f64,
-    /// Shortest time that is resolved, s.
+    /// Shortest resolved time, s.
     pub(crate) resolved_s: f64,
 }
 
-/// A motion at one row, with the value of the one parameter that a force is not proportional to.
+/// A motion at one row, with the value of the single nonlinear parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct At {
     pub(crate) position: f64,
     pub(crate) speed: f64,
-    /// From -1 to 1: the direction of the motion, which turns as a guide gives way.
+    /// Direction of the motion from -1 to 1; it changes gradually as a guide gives way.
     pub(crate) direction: f64,
     pub(crate) shape: f64,
 }
 
-/// A force that resists, for a coefficient of one.
+/// A resisting force for a coefficient of one.
 #[derive(Clone, Copy)]
 pub(crate) struct Force {
     pub(crate) of: fn(At) -> f64,
@@ -43,30 +42,30 @@ impl Force {
     }
 }
 
-/// On which side of the balance a kind acts, and how.
+/// Side of the balance, and form, of a kind's contribution.
 #[derive(Clone, Copy)]
 pub(crate) enum Form {
     /// Forces of the motion.
     Forces(&'static [Force]),
-    /// A force that goes with acceleration.
+    /// A force proportional to acceleration.
     Mass,
     /// The force is this many times the command; its shape.
     Gain,
     /// The force follows the command with a time constant; its shape.
     Lag,
-    /// The force comes later than the command; its shape.
+    /// The force is delayed after the command; its shape.
     Delay,
-    /// The force lacks a part that has the sign of the command.
+    /// The force lacks a part with the sign of the command.
     Deadband,
     /// The force stays below a limit; its shape.
     Limit,
 }
 
-/// What a kind adds, and how its parameters follow.
+/// Contribution of a kind, and the conversion to its parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Balance<K> {
     pub(crate) form: Form,
-    /// Values of the shape that are tried.
+    /// Trial values of the shape.
     pub(crate) shapes: fn(&Extent) -> Vec<f64>,
     /// Parameters from the coefficients of the forces and the shape.
     pub(crate) values: fn(&[f64], f64) -> K,
@@ -84,7 +83,7 @@ impl<K> Balance<K> {
         Self { form: Form::Forces(forces), shapes: |_| vec![0.0], values, coefficients }
     }
 
-    /// A change whose one parameter is its shape.
+    /// A change with a single parameter, which is its shape.
     pub(crate) const fn shaped(
         form: Form,
         shapes: fn(&Extent) -> Vec<f64>,

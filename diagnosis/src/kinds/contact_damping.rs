@@ -1,4 +1,4 @@
-//! `contact-damping`: a contact of another damping.
+//! `contact-damping`: another damping of the contact.
 
 use feeler_plant::effects::ContactDamping;
 

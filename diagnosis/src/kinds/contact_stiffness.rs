@@ -1,4 +1,4 @@
-//! `contact-stiffness`: a contact of another stiffness.
+//! `contact-stiffness`: another stiffness of the contact.
 
 use feeler_plant::effects::{ContactStiffness, Kind};
 

@@ -1,4 +1,4 @@
-//! `directional-damping`: viscous friction that differs by direction.
+//! `directional-damping`: viscous friction that depends on the direction.
 
 use feeler_plant::effects::{DirectionalDamping, Kind, Parameters, ViscousFriction};
 

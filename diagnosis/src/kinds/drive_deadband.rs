@@ -1,4 +1,4 @@
-//! `drive-deadband`: small commands that do nothing.
+//! `drive-deadband`: small commands without effect.
 
 use feeler_plant::effects::DriveDeadband;
 

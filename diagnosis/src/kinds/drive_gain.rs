@@ -1,4 +1,4 @@
-//! `drive-gain`: a drive that gives more or less than it is asked.
+//! `drive-gain`: a drive with more or less force than commanded.
 
 use feeler_plant::effects::DriveGain;
 

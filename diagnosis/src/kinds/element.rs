@@ -1,21 +1,21 @@
-//! Where an effect is tried, and what the records show.
+//! The element for a trial effect, and the visible features of the records.
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Body, Contact, Machine, Site, Spring, Table};
 use feeler_plant::effects::Host;
 use indexmap::IndexMap;
 
-/// An element of the believed machine under which an effect is tried.
+/// An element of the believed machine with a trial effect.
 pub(crate) struct Element<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) host: Host,
-    /// Its place in the file, as in `springs.guide`.
+    /// Its key in the file, as in `springs.guide`.
     pub(crate) key: String,
-    /// Tolerances that the file states, by key.
+    /// Tolerances in the file, by key.
     pub(crate) tolerance: &'a IndexMap<String, f64>,
 }
 
-/// What an element is to the library.
+/// The library's host for an element.
 pub(crate) fn host_of(site: Site) -> Host {
     match site.table {
         // Node 0 is ground.
@@ -28,7 +28,7 @@ pub(crate) fn host_of(site: Site) -> Host {
 }
 
 impl<'a> Element<'a> {
-    /// The element of a machine at a place, with the tolerances that its file states.
+    /// The element of a machine at a place, with the tolerances in its file.
     pub(crate) fn at(site: Site, machine: &'a Machine, tolerance: &'a IndexMap<String, f64>) -> Self {
         Element { machine, host: host_of(site), key: site.key(machine), tolerance }
     }
@@ -69,7 +69,7 @@ pub(crate) struct Seen {
     pub(crate) stroke_m: f64,
     /// The largest command, N.
     pub(crate) command_n: f64,
-    /// The finest step of an encoder where nothing but encoders tells of the motion, m; zero elsewhere.
+    /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
     pub(crate) step_m: f64,
 }
 
@@ -80,10 +80,10 @@ impl Seen {
     }
 }
 
-/// What the records show at a glance.
+/// Visible features of the records.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
-    /// Largest command that is a force, or force that the first drive makes of another, N.
+    /// Largest command that is a force, or force of the first drive from another command, N.
     pub(crate) command: f64,
     /// Largest command, in its unit.
     pub(crate) asked: f64,
@@ -95,11 +95,11 @@ pub(crate) struct Glance {
     pub(crate) force: f64,
     /// Fastest motion, m/s.
     pub(crate) speed: f64,
-    /// Steps found in the values of channels, by sensor.
+    /// Steps in the values of channels, by sensor.
     pub(crate) quanta: Vec<(usize, f64)>,
     /// Missing force against position, `(x, F)`.
     pub(crate) missing: Vec<(f64, f64)>,
-    /// How much farther away surfaces seem to be, by contact: from where the bodies stand when a force is
+    /// Apparent additional distance of surfaces, by contact: from the positions of the bodies when a force is
     /// measured.
     pub(crate) surfaces: Vec<(usize, f64)>,
 }

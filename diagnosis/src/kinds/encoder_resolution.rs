@@ -6,7 +6,7 @@ use super::start::quanta;
 use super::{Element, Glance, Known, STEP_SPREAD};
 
 impl Known for EncoderResolution {
-    /// A step is read off the values themselves; residuals know it far less well.
+    /// A step is read from the values themselves; residuals determine it far less well.
     const READ_OFF: Option<f64> = Some(STEP_SPREAD);
 
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {

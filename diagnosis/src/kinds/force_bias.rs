@@ -1,4 +1,4 @@
-//! `force-bias`: a force that is read where there is none.
+//! `force-bias`: a force reading without a force.
 
 use feeler_plant::effects::ForceBias;
 

@@ -1,4 +1,4 @@
-//! `force-delay`: forces that are read late.
+//! `force-delay`: delayed force readings.
 
 use feeler_plant::effects::{ForceDelay, Kind};
 

@@ -1,4 +1,4 @@
-//! `force-gain`: a force sensor that reads more or less than there is.
+//! `force-gain`: a force sensor that reads too much or too little.
 
 use feeler_plant::effects::ForceGain;
 

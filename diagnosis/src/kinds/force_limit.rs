@@ -1,4 +1,4 @@
-//! `force-limit`: a drive that is clipped.
+//! `force-limit`: a drive with a force limit.
 
 use feeler_plant::effects::ForceLimit;
 

@@ -6,18 +6,18 @@ use feeler_plant::effects::ForceRipple;
 
 use super::{Balance, Element, Force, Form, Glance, Known, Seen, spread};
 
-/// Waves per stroke tried for a ripple: from half a wave on in quarters, so that the phase over the stroke
-/// moves by less than half a turn from one to the next.
+/// Step of the trial waves per stroke, from half a wave on, so that the phase over the stroke changes by less
+/// than half a turn per step.
 const WAVES_STEP: f64 = 0.25;
 /// Steps tried.
 const PITCHES: usize = 400;
-/// Pitches handed on to the fit.
+/// Number of pitches passed on to the fit.
 const BEST_PITCHES: usize = 4;
-/// Pitches that are tried in a balance of forces.
+/// Number of trial pitches in a balance of forces.
 const BALANCED_PITCHES: usize = 120;
-/// Points of the missing force that are looked at per record.
+/// Number of evaluated points of the missing force per record.
 const POINTS: usize = 1500;
-/// Periods of a ripple within the stroke that make it one.
+/// Smallest number of periods of a ripple within the stroke.
 const PERIODS: f64 = 1.6;
 
 impl Known for ForceRipple {
@@ -42,7 +42,8 @@ impl Known for ForceRipple {
         ripples(&glance.missing)
     }
 
-    /// A sine of which the stroke shows hardly more than one period is some force over position, not a ripple.
+    /// A sine with hardly more than one period within the stroke is a general position-dependent force, not a
+    /// ripple.
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
         seen.stroke_m < PERIODS * self.pitch
     }
@@ -52,7 +53,7 @@ impl Known for ForceRipple {
     }
 }
 
-/// The sines in position that take most out of the missing force.
+/// The sines in position that explain most of the missing force.
 pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
     let (low, high) =
         missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
@@ -83,8 +84,8 @@ pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
     best
 }
 
-/// The sine and cosine of a period that take most out of a force over position, and how much they take;
-/// `None` where the positions do not tell them.
+/// The sine and cosine of a period that explain most of a force over position, and the explained amount.
+/// `None` if the positions do not determine them.
 pub(super) fn wave(points: &[(f64, f64)], period: f64) -> Option<(f64, [f64; 2])> {
     let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (x, f) in points {

@@ -8,7 +8,7 @@ use feeler_plant::effects::{Gravity, Kind};
 use super::force_ripple::wave;
 use super::{Balance, Element, Force, Form, Glance, Known};
 
-/// Largest torques tried, as shares of the largest command.
+/// Trial values of the largest torque, as shares of the largest command.
 const SHARES: [f64; 3] = [0.05, 0.25, 0.7];
 
 impl Known for Gravity {
@@ -35,7 +35,7 @@ impl Known for Gravity {
         ),
     ];
 
-    /// Only an axis that turns has an angle.
+    /// Only a rotational axis has an angle.
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         if element.machine.axis != Axis::Rotational {
             return Vec::new();

@@ -1,12 +1,12 @@
-//! `hard-stop`: an end of travel that nobody believed.
+//! `hard-stop`: an unexpected end of travel.
 
 use feeler_plant::effects::{HardStop, Kind};
 
 use super::{Element, Glance, Known};
 
-/// Where stops are tried, as shares of the way from the middle of the travel to its ends.
+/// Trial positions of stops, as shares of the way from the middle of the travel to its ends.
 const PLACES: [f64; 4] = [0.3, 0.6, 0.85, 0.97];
-/// Travel over the depth at which the largest command is held.
+/// Travel over the depth at which a stop holds the largest command.
 const HARDNESS: [f64; 2] = [4.0, 40.0];
 
 impl Known for HardStop {

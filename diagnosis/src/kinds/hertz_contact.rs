@@ -6,7 +6,7 @@ use super::{Element, Glance, Inner, Known, Seen};
 
 /// The exponent of smooth spheres.
 const EXPONENT: f64 = 1.5;
-/// Exponents below this are a spring's, within its calibration.
+/// Smaller exponents are those of a spring, within its calibration.
 const LEAST_EXPONENT: f64 = 1.1;
 
 impl Known for HertzContact {
@@ -20,7 +20,7 @@ impl Known for HertzContact {
 
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let Some(contact) = element.contact() else { return Vec::new() };
-        // The same force at the depth of part of the largest one.
+        // Equal force at the depth of part of the largest one.
         let (k, force) = (contact.stiffness, glance.force.max(1e-9));
         let at = |share: f64| k * (share * force / k).powf(1.0 - EXPONENT);
         [0.15, 0.4, 1.0].map(|share| Self { exponent: EXPONENT, stiffness: at(share) }).to_vec()

@@ -4,9 +4,9 @@ use feeler_plant::effects::LoadFriction;
 
 use super::{Element, Glance, Known, Seen};
 
-/// Friction over contact force from which on a guide locks itself.
+/// Smallest ratio of friction to contact force at which a guide locks itself.
 const SELF_LOCKING: f64 = 1.0;
-/// One deviation of the ratio, as a fraction.
+/// Standard deviation of the ratio, as a fraction.
 const LOAD: f64 = 0.06;
 
 impl Known for LoadFriction {
@@ -16,8 +16,7 @@ impl Known for LoadFriction {
         [0.02, 0.08, 0.25].map(|ratio| Self { ratio }).to_vec()
     }
 
-    /// A guide that its load holds harder than the load presses would keep the tool in contact without a
-    /// drive.
+    /// A guide whose friction exceeds its load would keep the tool in contact without a drive.
     fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
         self.ratio >= SELF_LOCKING
     }

@@ -7,17 +7,17 @@ use feeler_plant::effects::{CoulombFriction, Kind, LugreFriction, Parameters, St
 use super::start::levels;
 use super::{Element, Glance, Inner, Known};
 
-/// How far bristles bend that make dry friction of a level, m.
+/// Deflection of bristles that represent dry friction of a level, m.
 const SHORT_M: f64 = 1e-5;
 /// Damping over stiffness of such bristles, s.
 const SETTLES_S: f64 = 1e-3;
-/// Frequencies, Hz, of all that moves on its bristles, where fits start, and the damping ratio there.
+/// Initial frequencies, Hz, of the moving mass on its bristles, and the damping ratio there.
 const FREQUENCIES_HZ: [f64; 2] = [25.0, 90.0];
 const RATIO: f64 = 0.5;
 /// Share of the fastest motion over which the level falls.
 const FALLS: f64 = 0.05;
 
-/// Bristles so short that they are dry friction of these levels.
+/// Bristles so short that they represent dry friction of these levels.
 fn stiff(coulomb: f64, static_level: f64, velocity: f64) -> LugreFriction {
     let stiffness = static_level / SHORT_M;
     LugreFriction { stiffness, damping: SETTLES_S * stiffness, coulomb, static_level, velocity }

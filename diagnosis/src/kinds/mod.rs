@@ -1,7 +1,8 @@
-//! What a diagnosis must know of each kind of effect, one file each: where its fit starts, when its values are
-//! no finding, what it contains, how far its values may be off, and what tells it from look-alikes.
+//! What a diagnosis needs about each kind of effect, one file each. This includes the start of its fit, when
+//! its values are not a finding, the laws that it contains, the uncertainty of its values, and how to
+//! separate it from look-alikes.
 //!
-//! A file whose kind needs nothing of this says no more than that: the defaults of [`Known`] serve.
+//! A file without special needs uses the defaults of [`Known`].
 
 mod balance;
 mod element;
@@ -13,59 +14,61 @@ pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
 pub(crate) use element::{Element, Glance, Seen, host_of};
 pub(crate) use force_ripple::ripples;
 
-/// How far a step that was read off the values may move, as a logarithm.
+/// Largest change of a step that was read from the values, as a logarithm.
 const STEP_SPREAD: f64 = 5e-4;
-/// One deviation of a dry friction's level, as a fraction: on 17 blind cases of `docs/diagnosis.md` the root
-/// mean square error was 4.7 %.
+/// Standard deviation of a dry friction's level, as a fraction: on 17 blind cases of `docs/diagnosis.md` the
+/// root mean square error was 4.7 %.
 const LEVEL: f64 = 0.045;
-/// One deviation of a delay, in rows: a command that is logged in one row may have come at any instant since
-/// the last, and samples jitter.
+/// Standard deviation of a delay, in rows: a command in one row may have come at any instant since the
+/// previous row, and samples jitter.
 const DELAY_ROWS: f64 = 0.05;
 
-/// What is known of a kind, by its parameters.
+/// Properties of a kind, by its parameters.
 pub(crate) trait Known: Parameters + 'static {
-    /// How far values that are read off the records may move, as a logarithm; none where residuals decide.
+    /// Largest change of values that are read from the records, as a logarithm; `None` if residuals decide.
     const READ_OFF: Option<f64> = None;
-    /// One deviation of its values beyond what residuals say, in rows.
+    /// Standard deviation of its values in addition to the residuals', in rows.
     const OFF_ROWS: f64 = 0.0;
     /// Laws that it contains.
     const CONTAINS: &'static [Inner<Self>] = &[];
-    /// Whether it does nothing on a machine without contacts.
+    /// Whether it has no effect on a machine without contacts.
     const NEEDS_CONTACT: bool = false;
-    /// Whether only an axis that turns can have it.
+    /// Whether only a rotational axis can have it.
     const ONLY_TURNING: bool = false;
-    /// Two kinds under one element that together do the same.
+    /// Two kinds on one element with the same combined effect.
     const SAME_AS: Option<[Kind; 2]> = None;
-    /// What it is where bodies hit each other.
+    /// The actual kind if bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
-    /// Kinds that may look like it, with what tells them apart where no command does.
+    /// Kinds that may look like it, with the means to separate them if no command does.
     const APART: &'static [(Kind, &'static str)] = &[];
 
-    /// What it adds to the balance of forces of an axis that moves as one; `None` where such a balance does
+    /// Its contribution to the balance of forces of an axis that moves as one; `None` if such a balance does
     /// not show it.
     const BALANCE: Option<Balance<Self>> = None;
 
-    /// Where its fit starts: its cost is often far from quadratic, so that it is started from several places,
-    /// spread over what the records can show.
+    /// Starting points of its fit. The cost is often far from quadratic, so there are several, spread over
+    /// the range that the records can show.
     fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
         start::about_typical()
     }
 
-    /// Whether these values only move a believed one within its tolerance, or make it no instance of its kind.
+    /// Whether these values only move a believed one within its tolerance, or reduce the effect to nearly
+    /// zero.
     fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
         false
     }
 
-    /// One deviation of each value beyond what residuals say, as a fraction; none where the law is right.
+    /// Standard deviation of each value in addition to the residuals', as a fraction; `None` if the law is
+    /// right.
     ///
-    /// What real friction does before it slides, and how it falls with speed, no law of the library has.
+    /// No law of the library describes real friction before sliding, or exactly how it falls with speed.
     fn fractions_off() -> Option<Self> {
         let of_all = || Self::of(&vec![LEVEL; Self::PARAMETERS.len()]);
         Self::KIND.definition().has(Trait::DryFriction).then(of_all)
     }
 
-    /// Size of the force over position that it describes even where it is no instance of its kind; none where
-    /// it describes none.
+    /// Magnitude of the position-dependent force that it describes even if the effect itself is nearly zero;
+    /// `None` if there is none.
     fn force_over_position(self) -> Option<f64> {
         None
     }
@@ -74,13 +77,13 @@ pub(crate) trait Known: Parameters + 'static {
 /// A law that another contains.
 pub(crate) struct Inner<Outer> {
     kind: Kind,
-    /// Parameters with which the outer law is the inner one with these.
+    /// Parameters with which the outer law equals the inner one with these.
     embed: fn(&[f64]) -> Outer,
-    /// Parameters of the inner law that come nearest to the outer one: several where either may.
+    /// Parameters of the inner law nearest to the outer one: several if there are several candidates.
     nearest: fn(Outer) -> Vec<Vec<f64>>,
 }
 
-/// What is known of a kind, for values in the order of its definition; see [`Known`].
+/// Properties of a kind, for values in the order of its definition; see [`Known`].
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
     pub(crate) off_rows: f64,
@@ -108,7 +111,7 @@ pub(crate) struct Shown {
     pub(crate) coefficients: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
-/// The balance of a kind that has one.
+/// The balance of a kind, if it has one.
 fn shown<K: Known>() -> Option<Shown> {
     let of = |balance: &Balance<K>| (balance.form, balance.shapes);
     let (form, shapes) = K::BALANCE.as_ref().map(of)?;
@@ -156,7 +159,7 @@ macro_rules! dossiers {
     ($($file:ident $kind:ident,)*) => {
         $(mod $file;)*
 
-        /// What is known of a kind.
+        /// Properties of a kind.
         pub(crate) fn dossier(kind: Kind) -> Dossier {
             match kind {
                 $(Kind::$kind => Dossier::of::<feeler_plant::effects::$kind>(),)*
@@ -167,14 +170,14 @@ macro_rules! dossiers {
 
 feeler_plant::effects!(dossiers);
 
-/// Parameters with which the law `outer` is the law `inner` with parameters `values`; none where it does not
-/// contain it.
+/// Parameters with which the law `outer` equals the law `inner` with parameters `values`; `None` if it does
+/// not contain it.
 pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>> {
     (dossier(outer).embed)(inner, values)
 }
 
-/// Parameters of the law `inner` that come nearest to the law `outer` with parameters `values`: several where
-/// either may, and none where it does not contain it.
+/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`: several if there are
+/// several candidates, and empty if it does not contain it.
 pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
     (dossier(outer).nearest)(inner, values)
 }
@@ -184,13 +187,12 @@ pub(crate) fn contains(outer: Kind, inner: Kind) -> bool {
     (dossier(outer).contains)(inner)
 }
 
-/// Whether two laws under one element say the same thing, or one contains the other.
+/// Whether two laws on one element are equivalent, or one contains the other.
 pub(crate) fn overlaps(a: Kind, b: Kind) -> bool {
     a == b || contains(a, b) || contains(b, a)
 }
 
-/// What tells two kinds apart that look alike, in words, where it is not a command that does it; none where
-/// nothing is known.
+/// How to separate two look-alike kinds, in words, if no command does it; `None` if nothing is known.
 pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
     let of = |one: Kind, other: Kind| dossier(one).apart.iter().find(|(kind, _)| *kind == other);
     of(a, b).or_else(|| of(b, a)).map(|(_, what)| *what)

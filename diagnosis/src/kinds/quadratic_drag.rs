@@ -1,4 +1,4 @@
-//! `quadratic-drag`: a resistance that grows with the square of speed.
+//! `quadratic-drag`: a resistance that grows with the square of the speed.
 
 use feeler_plant::effects::{Kind, QuadraticDrag};
 

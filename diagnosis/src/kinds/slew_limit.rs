@@ -1,4 +1,4 @@
-//! `slew-limit`: a drive that cannot change faster.
+//! `slew-limit`: a drive with a limited rate of force.
 
 use feeler_plant::effects::SlewLimit;
 

@@ -1,4 +1,4 @@
-//! Where fits start, for kinds that start alike.
+//! Starting points of fits, for kinds with similar ones.
 
 use std::f64::consts::TAU;
 
@@ -6,15 +6,15 @@ use feeler_plant::effects::Parameters;
 
 use super::element::Glance;
 
-/// Damping ratio at which modes are started, and the ratio of one frequency to the next: a fit finds a
-/// resonance only from within its width, and the next start must be there.
+/// Initial damping ratio of modes, and the ratio between neighbouring initial frequencies. A fit finds a
+/// resonance only from within its width, so the next start must be there.
 pub(super) const NARROW: f64 = 0.05;
 const STEP: f64 = 1.08;
 
 /// Shares of a typical value.
 const ABOUT: [f64; 3] = [0.3, 1.0, 3.0];
 
-/// Every combination of values about the typical ones; what a file may leave out stays out.
+/// Every combination of values about the typical ones; optional parameters are omitted.
 pub(super) fn about_typical<P: Parameters>() -> Vec<P> {
     let axes = P::PARAMETERS
         .iter()
@@ -28,10 +28,10 @@ pub(super) fn about_typical<P: Parameters>() -> Vec<P> {
     every.iter().map(|values| P::of(values)).collect()
 }
 
-/// A gain that is too small or too large.
+/// Gains that are too small or too large.
 pub(super) const GAINS: [f64; 4] = [0.6, 0.8, 1.25, 1.6];
 
-/// Levels of a force, of the largest command: in slow drives friction takes most of it.
+/// Levels of a force, relative to the largest command: in slow drives friction needs most of it.
 pub(super) fn levels(largest: f64) -> [f64; 5] {
     [0.01, 0.04, 0.15, 0.4, 0.8].map(|f| f * largest)
 }
@@ -41,13 +41,13 @@ pub(super) fn times(glance: &Glance) -> [f64; 3] {
     [0.6, 2.0, 6.0].map(|f| f * glance.spacing_s)
 }
 
-/// Steps that were found in the values of a sensor.
+/// Steps in the values of a sensor.
 pub(super) fn quanta(sensor: feeler_plant::effects::Host, glance: &Glance) -> impl Iterator<Item = f64> {
     let of_it = move |(i, _): &&(usize, f64)| sensor == feeler_plant::effects::Host::Sensor(*i);
     glance.quanta.iter().filter(of_it).map(|(_, step)| *step)
 }
 
-/// Stiffness and damping of the spring on which a mass swings at a frequency, with a damping ratio.
+/// Stiffness and damping of the spring on which a mass oscillates at a frequency, with a damping ratio.
 pub(super) fn mode(mass: f64, frequency_hz: f64, ratio: f64) -> (f64, f64) {
     let omega = TAU * frequency_hz;
     (mass * omega * omega, 2.0 * ratio * mass * omega)
@@ -58,12 +58,12 @@ pub(super) fn every((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     std::iter::successors(Some(low), |f| Some(STEP * f)).take_while(move |f| *f <= high)
 }
 
-/// Whether a mode cannot swing: it is a damper.
+/// Whether a mode cannot oscillate: it is a damper.
 pub(super) fn is_overdamped(mass: f64, stiffness: f64, damping: f64) -> bool {
     damping > 2.0 * (mass * stiffness).sqrt()
 }
 
-/// How far a value is off another, as a fraction.
+/// Relative difference of a value from another.
 pub(super) fn off(value: f64, believed: f64) -> f64 {
     (value / believed - 1.0).abs()
 }

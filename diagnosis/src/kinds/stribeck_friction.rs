@@ -5,10 +5,10 @@ use feeler_plant::effects::{CoulombFriction, Kind, Parameters, StribeckFriction}
 use super::start::levels;
 use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, spread};
 
-/// Speed over which it falls when it starts as Coulomb's, m/s.
+/// Speed over which it falls when its fit starts from Coulomb friction, m/s.
 const SPEED_M_PER_S: f64 = 0.01;
-/// One deviation of the level that friction falls to with speed, and of that speed, as fractions: it hides
-/// behind viscous damping.
+/// Standard deviation of the level at high speed, and of the Stribeck speed, as fractions: viscous damping
+/// hides it.
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 

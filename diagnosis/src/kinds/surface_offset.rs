@@ -6,8 +6,8 @@ use super::{Element, Glance, Known, Seen};
 use crate::tolerance::GAP;
 
 impl Known for SurfaceOffset {
-    /// A surface believed beyond where the tool gets makes no force that could lead to it: where it stands is
-    /// read off.
+    /// A surface beyond the tool's travel gives no force that could lead a fit to it, so its position is read
+    /// from the records.
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let read = glance.surfaces.iter().filter(|(contact, _)| element.host == Host::Contact(*contact));
         [-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]

@@ -1,4 +1,4 @@
-//! `timing-jitter`: it disturbs the controller; records hold the commands that came of it, and it is not tried.
+//! `timing-jitter`: it changes the commands of the controller, which the records contain, so it is not tried.
 
 use feeler_plant::effects::TimingJitter;
 

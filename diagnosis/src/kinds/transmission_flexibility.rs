@@ -1,21 +1,21 @@
-//! `transmission-flexibility`: a joint that bends.
+//! `transmission-flexibility`: a flexible joint.
 
 use feeler_plant::effects::{Host, Kind, TransmissionFlexibility};
 
 use super::start::{NARROW, every, is_overdamped, mode};
 use super::{Element, Glance, Known, Seen};
 
-/// Range in which the mode of a joint is looked for.
+/// Range of the search for the mode of a joint.
 const RANGE_HZ: (f64, f64) = (10.0, 400.0);
 
 impl Known for TransmissionFlexibility {
-    /// A joint with play bends too, on the mean.
+    /// On average, a joint with play is flexible, too.
     const WHERE_IT_RATTLES: Option<Kind> = Some(Kind::Backlash);
 
     fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
         let Some(assembly) = element.assembly() else { return Vec::new() };
         let mass_of = |node: usize| assembly.nodes[node].mass_kg;
-        // A body that is split hides how: a third or two thirds may hang on the spring.
+        // The split of a body is unknown: a third or two thirds may be on the spring.
         let split = match element.host {
             Host::Spring(i) => vec![[mass_of(assembly.links[i].a), mass_of(assembly.links[i].b)]],
             Host::Body(node) => [1.0 / 3.0, 2.0 / 3.0]

@@ -1,4 +1,4 @@
-//! `workpiece-dynamics`: a workpiece that yields.
+//! `workpiece-dynamics`: a flexible workpiece.
 
 use std::f64::consts::TAU;
 
@@ -7,14 +7,14 @@ use feeler_plant::effects::{Parameters, WorkpieceDynamics};
 use super::start::is_overdamped;
 use super::{Element, Glance, Known, Seen};
 
-/// Frequencies and damping ratio of the workpiece alone that are tried.
+/// Trial frequencies and damping ratio of the workpiece alone.
 const FREQUENCIES_HZ: [f64; 5] = [40.0, 70.0, 110.0, 170.0, 260.0];
 const RATIO: f64 = 0.06;
 
 impl Known for WorkpieceDynamics {
     fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
-        // How much softer the contact looks is known well, so that a wrong stiffness hides a right frequency:
-        // both are spread, and the mass follows.
+        // The apparent stiffness of the contact is known well, so that a wrong stiffness hides a right
+        // frequency: both are spread, and the mass follows.
         let contacts = element.machine.contacts.values().map(|contact| contact.stiffness);
         let softest = contacts.fold(f64::INFINITY, f64::min);
         let contact = if softest.is_finite() { softest } else { Self::typical().stiffness };

@@ -1,4 +1,4 @@
-//! Controllers: their law and timing, and what they read, follow and drive.
+//! Controllers: law, timing, and the elements that they read, follow and drive.
 
 use std::collections::HashSet;
 
@@ -48,7 +48,7 @@ impl Builder<'_> {
         Some(found)
     }
 
-    /// What only the control crate knows to be wrong.
+    /// Checks that need the control crate.
     fn check(&mut self, item: Item<'_>, found: &ControllerUse) {
         let error =
             found.spec.check().and_then(|()| Reference::new(&found.spec.reference, 1, item.name).map(drop));
@@ -79,8 +79,8 @@ impl Builder<'_> {
         );
     }
 
-    /// What a controller reads and drives. A key that has a mistake of its own, and a sensor whose own signal
-    /// is wrong, have been noted already.
+    /// The sensors and drive of a controller. A key with its own mistake, and a sensor with a wrong signal,
+    /// have been recorded already.
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {
         for problem in found.wiring_problems(machine) {
             let sensor = match problem.key.as_str() {
@@ -100,8 +100,8 @@ impl Builder<'_> {
     }
 }
 
-/// What the drive moves: the driven body and all that hangs on it by springs, as far as ground and the body
-/// that carries the reaction.
+/// The mass that the drive moves: the driven body and everything attached to it by springs, up to ground and
+/// the body that carries the reaction.
 fn effective_mass_kg(machine: &Machine, actuator: &str) -> f64 {
     let Some(actuator) = machine.actuators.get(actuator) else { return 1.0 };
     let mut members = vec![actuator.on.as_str()];

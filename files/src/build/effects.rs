@@ -1,4 +1,4 @@
-//! Effects under an element, by the library.
+//! Effects on an element, from the library.
 
 use std::cmp::Ordering;
 
@@ -12,7 +12,7 @@ use crate::read::{Reader, join};
 use crate::tree::{Entry, Node, Table, Value};
 
 impl Builder<'_> {
-    /// The effects of an element that is a `host` to the library.
+    /// The effects of an element with the library's kind `host`.
     pub(super) fn effects(&mut self, item: Item<'_>, host: HostKind) -> Vec<EffectUse> {
         let Some(entry) = item.table.get(EFFECTS) else { return Vec::new() };
         let path = item.key(EFFECTS);
@@ -27,7 +27,7 @@ impl Builder<'_> {
             .collect()
     }
 
-    /// One effect under an element that is a `host` to the library.
+    /// One effect on an element with the library's kind `host`.
     pub(crate) fn effect(
         &mut self,
         kind: &str,
@@ -36,8 +36,8 @@ impl Builder<'_> {
         path: &str,
     ) -> Option<EffectUse> {
         let Some(definition) = find(kind) else {
-            // What fits here is suggested first; an effect of another element only where nothing here is
-            // alike.
+            // Suggestions start with effects of this kind of element; others follow only if none of these is
+            // similar.
             let fitting = LIBRARY
                 .iter()
                 .filter(|definition| definition.hosts.contains(&host))
@@ -91,7 +91,7 @@ impl Builder<'_> {
             }
             return parameter.default;
         };
-        // An effect that vanishes at infinity, such as a limit, may be written so.
+        // An effect that vanishes at infinity, such as a limit, accepts this value.
         if let (Value::Float(value), Some(null)) = (&entry.node.value, parameter.null)
             && value.is_infinite()
             && value.total_cmp(&null).is_eq()
@@ -108,7 +108,7 @@ impl Builder<'_> {
     }
 }
 
-/// The bounds of a parameter; its open ones are the next floats.
+/// The bounds of a parameter; open ones become the next floats.
 pub(crate) fn bound_of(parameter: &Parameter) -> Bound {
     let (least, most) = parameter.bounds;
     match (least.total_cmp(&0.0), least.total_cmp(&ABOVE_ZERO).is_eq(), most.is_finite()) {

@@ -44,8 +44,7 @@ impl Builder<'_> {
         let mut spring = Spring::read(&fields)?;
         let host = if spring.rigid { HostKind::RigidSpring } else { HostKind::Spring };
         if spring.rigid {
-            // What another file gives or a setting leaves behind is put out of force by `rigid`; written
-            // together they contradict.
+            // `rigid` overrides values from another file or a setting; in the same place they contradict.
             let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
             for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
                 let key = field.key.name;
@@ -88,7 +87,7 @@ impl Builder<'_> {
         Some((contact, self.gap(item, &fields, sound)))
     }
 
-    /// A pure number whose mistakes are noted elsewhere.
+    /// A pure number whose mistakes are recorded elsewhere.
     fn quietly(&self, node: &crate::tree::Node) -> f64 {
         let mut unheard = crate::problem::Problems::default();
         let mut reader = Reader { problems: &mut unheard, scope: self.scope() };
@@ -142,7 +141,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Dimension of a signal; that of a reading is that of what the sensor reads.
+    /// Dimension of a signal; for a reading, that of the signal that the sensor reads.
     pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dimension {
         let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"])
             .and_then(|node| node.as_text());

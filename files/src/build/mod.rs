@@ -30,7 +30,7 @@ pub(crate) struct Builder<'a> {
     axis: Axis,
 }
 
-/// One element of a table as it stands in the file.
+/// One element of a table as in the file.
 #[derive(Clone, Copy)]
 struct Item<'t> {
     element: &'static Element,
@@ -49,7 +49,7 @@ impl Item<'_> {
         format!("{}.{}.{key}", self.element.table, self.name)
     }
 
-    /// Place of one of its keys; its own where the key is absent.
+    /// Place of one of its keys; its own if the key is absent.
     fn place(&self, key: &str) -> &Origin {
         self.table.get(key).map_or(self.at, |entry| &entry.node.origin)
     }
@@ -68,7 +68,8 @@ impl<'a> Builder<'a> {
         Scope::new(self.rotational())
     }
 
-    /// Every element of a table through `read`. What is no table is noted, and left out.
+    /// Reads every element of a table with `read`. Elements that are not tables are recorded as mistakes and
+    /// skipped.
     fn each<T>(
         &mut self,
         element: &'static Element,

@@ -1,5 +1,4 @@
-//! Names of elements: what they are made of, and that no two elements share one where signals would be
-//! confused.
+//! Names of elements: valid characters, and no two elements with one name if signals would be ambiguous.
 
 use std::collections::HashMap;
 
@@ -29,7 +28,7 @@ pub(crate) fn check(root: &Table, problems: &mut Problems) {
             if name == GROUND {
                 problems.add(&entry.key, &path, "`ground` is the fixed body", "choose another name");
             }
-            // Other elements may share a name: the quantity says which is meant.
+            // Other elements may share a name: the quantity selects one.
             if !FORCEFUL.contains(&element.table) {
                 continue;
             }

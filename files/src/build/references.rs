@@ -10,9 +10,9 @@ use super::{Builder, Item};
 use crate::file::read_bytes;
 use crate::source::Origin;
 
-/// Most samples of a reference file.
+/// Largest number of samples of a reference file.
 const MOST_SAMPLES: usize = 20_000_000;
-/// Bytes of the largest one: 50 for each sample.
+/// Size of the largest one in bytes: 50 for each sample.
 const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {
@@ -48,7 +48,7 @@ impl Builder<'_> {
     }
 }
 
-/// Place of the file's name, against whose file it is relative.
+/// Place of the file's name; relative names refer to that file.
 fn file_origin(item: Item<'_>) -> Origin {
     let reference = item.table.get("reference").and_then(|entry| entry.node.as_table());
     reference
@@ -56,7 +56,7 @@ fn file_origin(item: Item<'_>) -> Origin {
         .map_or_else(|| item.at.clone(), |entry| entry.node.origin.clone())
 }
 
-/// Times and values of a CSV file; a message where it has none.
+/// Times and values of a CSV file; otherwise a message.
 fn read_samples(path: &Path) -> Result<(Vec<f64>, Vec<f64>), String> {
     let bytes = read_bytes(path, LARGEST_SAMPLES).map_err(|error| error.to_string())?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());

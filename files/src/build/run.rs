@@ -1,4 +1,4 @@
-//! `[run]`: what to record where nothing is said, and requests beyond reason.
+//! `[run]`: the default record, and limits on the size of a run.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -16,20 +16,21 @@ use crate::read::Reader;
 use crate::source::Origin;
 use crate::tree::{Table, Value, locate, node_at};
 
-/// Most steps of a fixed-step integrator.
+/// Largest number of steps of a fixed-step integrator.
 const MOST_STEPS: f64 = 1e8;
-/// Most samples of all controllers together: some minutes of work.
+/// Largest number of samples of all controllers together: some minutes of work.
 const MOST_SAMPLES: f64 = 2e8;
-/// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events
-/// is located.
+/// Largest number of cycles of the fastest vibration: contacts may open and close in each, and every such
+/// event is located.
 const MOST_CYCLES: f64 = 1e8;
-/// A period below this is a mistake of the period and not of the duration; so with vibrations.
+/// A shorter period is a mistake of the period and not of the duration; the same holds for vibrations.
 const ORDINARY_S: f64 = 1e-5;
-/// Most bodies: every mode has matrices of twice as many rows, and their exponentials cost the cube of that.
+/// Largest number of bodies: every mode has matrices of twice as many rows, and their exponentials cost the
+/// cube of that.
 const MOST_BODIES: usize = 256;
 /// Most rows of a record.
 const MOST_ROWS: f64 = 1e8;
-/// Most numbers of a record: 1.6 GB.
+/// Largest number of values in a record: 1.6 GB.
 const MOST_VALUES: f64 = 2e8;
 
 impl Builder<'_> {
@@ -116,14 +117,14 @@ impl Builder<'_> {
                     );
                 }
             } else if self.has_bad_surface(machine, &signal) {
-                // The surface is what is wrong, and has been said.
+                // The surface is the mistake, and has been reported.
             } else if let Err(problem) = resolve(machine, &signal) {
                 self.problems.add(&item.origin, "run.record", problem.message, problem.remedy);
             }
         }
     }
 
-    /// Whether a signal is one of shapes that the file names, and that could not be read.
+    /// Whether a signal belongs to shapes in the file that could not be read.
     fn has_bad_surface(&self, machine: &Machine, signal: &SignalName) -> bool {
         let written = locate(&self.draft.root, &format!("contacts.{}.surface", signal.element)).1;
         signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
@@ -178,7 +179,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Refuses bodies that begin faster than Rapier follows a turning body.
+    /// Rejects bodies that start faster than Rapier can follow.
     fn turns(&mut self, machine: &Machine, step_s: f64) {
         for (name, body) in &machine.bodies {
             let turn = body.velocity_m_per_s.abs() * step_s;
@@ -202,8 +203,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Refuses what would take hours, with the arithmetic: samples of the controllers, cycles of the fastest
-    /// vibration, bodies.
+    /// Rejects runs that would take hours, with the arithmetic: samples of the controllers, cycles of the
+    /// fastest vibration, bodies.
     fn work(
         &mut self,
         run: &RunSettings,
@@ -267,7 +268,7 @@ fn rounded(value: f64) -> String {
 }
 
 /// The largest `sqrt(k / m) / 2 pi` or `c / m / 2 pi` of a linear spring or contact with the lighter body at
-/// its ends: its key, the frequency, and how it comes about.
+/// its ends: its key, the frequency, and its derivation.
 fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
     let springs = springs.map(|(name, spring)| {

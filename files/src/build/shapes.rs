@@ -9,10 +9,10 @@ use feeler_problem::Remedy;
 use crate::file::{read_bytes, read_text};
 use crate::keys::surface::ShapeFile;
 
-/// Bytes of the largest shape: a scan of some millions of triangles.
+/// Size of the largest shape in bytes: a scan of a few million triangles.
 const LARGEST_SHAPE: u64 = 1 << 29;
 
-/// Why a file gives no shape or path.
+/// Why a file is not a valid shape or path.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FileError {
     #[error("{source}")]
@@ -39,7 +39,7 @@ impl Remedy for FileError {
 
 const MESH: &str = "an STL or OBJ file";
 
-/// The text of a file that should be what is `wanted`.
+/// The text of a file of the kind `wanted`.
 pub(crate) fn text_of(path: &Path, wanted: &'static str) -> Result<String, FileError> {
     read_text(path, LARGEST_SHAPE).map_err(|source| FileError::Read { wanted, source })
 }

@@ -1,4 +1,4 @@
-//! The gap of a contact over time: from shapes and a feed, or written out.
+//! The gap of a contact over time: from shapes and a feed, or as given points.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::keys::surface::{
 use crate::tree::{locate, node_at};
 
 impl Builder<'_> {
-    /// The gap of a contact over time; `None` if it has no such keys, or mistakes in them.
+    /// The gap of a contact over time; `None` if it has no such keys, or if they have mistakes.
     pub(super) fn gap(&mut self, item: Item<'_>, fields: &Contents, sound: bool) -> Option<Arc<Profile>> {
         let surface = fields.table(&SURFACE);
         let profile = fields.table(&PROFILE);
@@ -50,7 +50,7 @@ impl Builder<'_> {
         found.map_err(noted).ok()
     }
 
-    /// The stiffness of a contact that names none: Hertz's, between two materials.
+    /// The default stiffness of a contact: Hertz's, between two materials.
     pub(super) fn stiffness_of_materials(
         &mut self,
         item: Item<'_>,
@@ -149,7 +149,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Takes the gaps of contacts into a machine, and notes tips that start inside the workpiece.
+    /// Adds the gaps of contacts to a machine, and records tips that start inside the workpiece.
     pub(super) fn gaps(&mut self, machine: &mut Machine, found: Elements<(Contact, Option<Arc<Profile>>)>) {
         for (name, (contact, profile)) in found {
             if let Some(profile) = profile {
@@ -170,7 +170,7 @@ impl Builder<'_> {
     }
 }
 
-/// A profile that is written out.
+/// A profile given by points.
 fn written(fields: &Contents) -> Result<Arc<Profile>, Problem> {
     let [offset, rate] = [OFFSET, RATE].map(|key| fields.value::<Vec<(f64, f64)>>(&key).unwrap_or_default());
     let profile = if rate.is_empty() {

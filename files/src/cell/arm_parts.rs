@@ -1,4 +1,4 @@
-//! The arm of a scenario: from an arm file or a URDF, with the joints that the scenario lays over it.
+//! The arm of a scenario: from an arm file or a URDF, with the joints of the scenario on top.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use crate::read::join;
 use crate::source::Origin;
 use crate::tree::{Entry, Table, locate, node_at};
 
-/// An arm with its joints' drives, effects applied, and the space that it takes up.
+/// An arm with its joints' drives, effects applied, and its shapes.
 pub(super) struct ArmParts {
     pub(super) arm: Arm,
     pub(super) joints: Vec<JointPart>,
@@ -141,7 +141,7 @@ fn effects(
     found
 }
 
-/// The URDF's collision shapes; where it has none, capsules along the links.
+/// The URDF's collision shapes; without any, capsules along the links.
 fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<BodyShapes>> {
     let chain = read.arm.chain();
     if read.collisions.iter().all(Vec::is_empty) {
@@ -172,7 +172,7 @@ fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>)
         CollisionShape::Box { half_extents_m } => (Shape::Cuboid { half_extents_m: *half_extents_m }, place),
         CollisionShape::Sphere { radius_m } => (Shape::Ball { radius_m: *radius_m }, place),
         CollisionShape::Cylinder { radius_m, half_length_m } => {
-            // A URDF's cylinders are along z, ours along y.
+            // A URDF's cylinders are along z, those here along y.
             let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
             (Shape::Cylinder { half_length_m: *half_length_m, radius_m: *radius_m }, place * turn)
         }

@@ -1,5 +1,5 @@
-//! The axis along the normal, as a machine: what a scenario of a whole arm says of contact, sensors,
-//! controller and run, and the bodies and the drive between which these stand.
+//! The axis along the normal, as a machine: the contact, sensors, controller and run of a whole arm's
+//! scenario, with the bodies and the drive between them.
 
 use feeler_arm::Reduction;
 use feeler_plant::effects::{Kind, find};
@@ -16,7 +16,7 @@ const TIP: &str = "tip";
 const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
 
-/// Effects of a contact that hold for shapes in space.
+/// Effects of a contact that are valid for shapes in space.
 pub(crate) const OF_CONTACTS: [Kind; 6] = [
     Kind::ContactStiffness,
     Kind::ContactDamping,
@@ -25,10 +25,10 @@ pub(crate) const OF_CONTACTS: [Kind; 6] = [
     Kind::HardeningStiffness,
     Kind::SurfaceOffset,
 ];
-/// Effects of sensors that do not, with why.
+/// Effects of sensors that are not valid, with the reason.
 pub(crate) const NOT_OF_SENSORS: [(Kind, &str); 1] =
     [(Kind::ToolInertia, "the wrist sensor is taken as massless beyond it")];
-/// Keys that have no meaning for a whole arm: table, key, and what is there instead.
+/// Keys that are not valid for a whole arm: table, key, and the alternative.
 const NOT_HERE: [(&str, &str, &str); 10] = [
     ("contacts", "between", "the contact is between `[tip]` and `[workpiece]`"),
     ("contacts", "engagement", "the contact pushes only"),
@@ -82,7 +82,7 @@ pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut
     Some(Draft { sources: draft.sources.clone(), root, main: draft.main })
 }
 
-/// Makes nodes that no file holds.
+/// Creates nodes that are in no file.
 struct Maker {
     place: Origin,
 }
@@ -172,7 +172,7 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
         for (element, table) in elements(root, name) {
             let effects = table.get(EFFECTS).and_then(|entry| entry.node.as_table());
             for (kind, entry) in effects.into_iter().flatten() {
-                // A name that the library does not know is refused with the nearest that it does.
+                // An unknown name is rejected with the nearest known one.
                 let Some(definition) = find(kind) else { continue };
                 let why = match name {
                     "contacts" if !OF_CONTACTS.contains(&definition.kind) => {
@@ -192,7 +192,7 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
     }
 }
 
-/// Sensors read the contact's force, or the tool's way along the normal as the motors tell it.
+/// Sensors read the contact's force, or the tool's displacement along the normal from the motors.
 fn refuse_sources(root: &Table, problems: &mut Problems) {
     let contact = elements(root, "contacts").next().map_or("", |(name, _)| name.as_str());
     for (name, table) in elements(root, "sensors") {

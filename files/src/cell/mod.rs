@@ -27,14 +27,14 @@ use super::tree::{Table, Value, locate};
 use arm_parts::ArmParts;
 use feeler_catalogue::Shape as Keys;
 
-/// Rate of the record where the file names none, Hz.
+/// Default rate of the record, Hz.
 const RECORD_RATE_HZ: f64 = 1e3;
-/// Longest run: an arm takes about as long as it simulates.
+/// Longest run, s: the computation takes about as long as the simulated time.
 const LONGEST_S: f64 = 1e3;
-/// From this number of joints on, the tool's x axis can be turned along the normal.
+/// From this number of joints on, the tool's x axis can be aligned with the normal.
 const POINTING: usize = 5;
 
-/// A scenario of a whole arm that has been checked.
+/// A checked scenario of a whole arm.
 #[derive(Clone, Debug)]
 pub struct CellFile {
     /// Short name.
@@ -52,12 +52,12 @@ impl CellFile {
     /// Reads and checks a file, the arm and every shape that it names.
     ///
     /// # Errors
-    /// Every mistake at once; of the start and of a URDF the first.
+    /// Every mistake at once; for the start and a URDF only the first.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
         Self::build(Draft::load(path)?)
     }
 
-    /// Checks a file of which keys may have been set.
+    /// Checks a file in which keys may have been set.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -75,13 +75,13 @@ impl CellFile {
         }
     }
 
-    /// The file as it was written.
+    /// The original text of the file.
     pub fn text(&self) -> &str {
         &self.text
     }
 }
 
-/// The scenario, or `None` if there are problems; an error where the axis along the normal has mistakes.
+/// The scenario, or `None` if there are problems; an error if the axis along the normal has mistakes.
 fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>, FormatError> {
     let top = Origin { source: draft.main, span: 0..0 };
     let tables: Vec<&str> =
@@ -151,7 +151,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     }))
 }
 
-/// Notes a mistake at a key.
+/// Records a mistake at a key.
 fn refuse(
     draft: &Draft,
     problems: &mut Problems,
@@ -164,12 +164,12 @@ fn refuse(
     problems.add(&at, key, message, remedy);
 }
 
-/// Notes what an error says, at a key.
+/// Records an error at a key.
 fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn Remedy) {
     refuse(draft, problems, key, error.to_string(), error.remedy());
 }
 
-/// What only shows when arm, tip and workpiece stand together.
+/// Checks that need arm, tip and workpiece together.
 fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     let found = cell.check_start().and_then(|()| Simulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
     let Err(error) = found else { return };
@@ -181,7 +181,7 @@ fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     refuse_error(draft, problems, &key, &error);
 }
 
-/// The fields of a table; where it is absent and must not be, its required keys are missed.
+/// The fields of a table; if a required table is absent, its required keys are reported.
 fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems) -> Option<Contents> {
     let empty = Table::new();
     let top = Origin { source: draft.main, span: 0..0 };

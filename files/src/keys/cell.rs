@@ -55,7 +55,7 @@ pub(crate) static HOLD: Shape = Shape { keys: keys!(Hold::FIELDS), choice: None 
 /// `[tip]`, `[workpiece]`
 pub(crate) static PLACED: Shape = Shape { keys: keys!(Place::FIELDS), choice: Some(SHAPES) };
 
-/// Tables of such a file beside those of an axis, and what they are.
+/// Tables of such a file that an axis does not have, and their meaning.
 pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
     ("start", &START, "How the arm begins, at rest but for `speed`; its gears are relaxed."),
     (

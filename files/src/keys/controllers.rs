@@ -1,4 +1,4 @@
-//! Controllers: the keys of their wiring, of what every one has, and of each law.
+//! Controllers: the keys of their wiring, those of every controller, and those of each law.
 
 use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
 use feeler_control::reference::FOLLOWED;

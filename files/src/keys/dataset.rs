@@ -53,29 +53,29 @@ words!(LogClock {
 /// A column of every file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// What it is in the machine.
+    /// Its signal in the machine.
     pub signal: SignalName,
     /// Time for which a command is held between controller samples.
     pub hold_s: Option<f64>,
-    /// One sigma in the signal's own unit, where known.
+    /// Standard deviation in the signal's own unit, if known.
     pub noise: Option<f64>,
-    /// Smallest step of its values in the signal's own unit, where known.
+    /// Resolution in the signal's own unit, if known.
     pub resolution: Option<f64>,
     /// Its number in the files, from one, in place of its name.
     pub number: Option<usize>,
-    /// By what numbers of the files are multiplied, unit and all.
+    /// Factor on the numbers in the files, including their unit.
     pub scale: f64,
-    /// What is added after that, in the signal's own unit.
+    /// Offset added after that, in the signal's own unit.
     pub offset: f64,
 }
 
 impl Column {
-    /// A column under its own name whose numbers are those of the signal in SI.
+    /// A column under its own name, with values in SI.
     pub fn plain(signal: SignalName) -> Self {
         Self { signal, hold_s: None, noise: None, resolution: None, number: None, scale: 1.0, offset: 0.0 }
     }
 
-    /// Whether the numbers of the files are those of the signal.
+    /// Whether the numbers in the files are the signal in SI.
     pub fn is_si(&self) -> bool {
         self.scale.to_bits() == 1.0_f64.to_bits() && self.offset.to_bits() == 0
     }
@@ -84,17 +84,17 @@ impl Column {
 /// One experiment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Experiment {
-    /// The log, as found from the dataset.
+    /// The log, relative to the dataset.
     pub file: PathBuf,
     /// Overrides the engagement of the machine's contacts.
     pub engagement: Option<Engagement>,
-    /// What it is used for; where absent, the tool splits.
+    /// Its use; by default the diagnosis splits the experiments.
     pub role: Option<Role>,
-    /// Experiments with the same name repeat each other.
+    /// Experiments with the same name are repetitions of each other.
     pub repeat: Option<String>,
 }
 
-/// What an experiment is used for.
+/// Use of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// It is fitted.
@@ -115,7 +115,7 @@ pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "what it is in t
 pub(crate) const UNIT: Key =
     optional("unit", Kind::Text, "unit of the numbers in the file; that of the signal in SI if absent");
 
-/// All but the signal and the unit, on which the others depend.
+/// Everything except signal and unit, on which the others depend.
 impl Record for Column {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
@@ -171,7 +171,7 @@ pub(crate) static COLUMN: Shape =
 pub(crate) const FILE: Key =
     required("file", Kind::Text, "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy");
 
-/// All but the file, whose path is relative to the dataset.
+/// Everything except the file, whose path is relative to the dataset.
 impl Record for Experiment {
     const FIELDS: &'static [Field<Self>] = &[
         field!(

@@ -1,4 +1,4 @@
-//! Bodies, springs, contacts, actuators, sensors: their texts, and what is read into no struct.
+//! Bodies, springs, contacts, actuators, sensors: their texts, and keys that fill no struct.
 
 use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
 use feeler_plant::description::{Actuator, Body, Contact, Sensor, Spring};

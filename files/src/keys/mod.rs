@@ -28,7 +28,7 @@ pub(crate) struct Element {
     pub(crate) singular: &'static str,
     pub(crate) text: &'static str,
     pub(crate) shape: Shape,
-    /// What the effects library calls it: some depend on the element's own keys.
+    /// Its kinds in the effects library; some depend on the element's own keys.
     pub(crate) hosts: &'static [HostKind],
 }
 

@@ -5,7 +5,7 @@ use feeler_catalogue::{
     required, word, words,
 };
 
-/// Most points of an axis and samples of a sweep; more is refused.
+/// Largest number of points of an axis, and of samples of a sweep.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;
 
 pub(crate) const SCENARIO: Key = required("scenario", Kind::Text, "the scenario file, relative to this one");
@@ -25,7 +25,7 @@ pub(crate) const SEED: Key =
 pub(crate) static SWEEP: Shape =
     Shape { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
 
-/// How the points of a sweep are chosen.
+/// The sampling method of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Sampling {
@@ -34,20 +34,20 @@ pub enum Sampling {
     Grid,
     /// Independent draws.
     Random,
-    /// Each axis cut into slices, each of which is drawn from once.
+    /// Each axis divided into slices, with one draw from each.
     LatinHypercube,
     /// A low-discrepancy sequence.
     Sobol,
 }
 
-/// What is kept of each run.
+/// The data kept of each run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Keep {
     /// The outcome with its measures.
     pub outcome: bool,
     /// The recorded signals.
     pub traces: bool,
-    /// How many of the last impacts and strobes.
+    /// Number of last impacts and strobes to keep.
     pub tail: usize,
 }
 
@@ -69,7 +69,7 @@ pub(crate) const AXIS_TOLERANCE: Key = optional(
     "with [refine], how closely an edge is located, in the unit of the key",
 );
 
-/// The table form of an axis; the key that is present decides the variant.
+/// The table form of an axis; the present key decides the variant.
 pub(crate) static AXIS: Shape = Shape {
     keys: &[],
     choice: Some(Choice {

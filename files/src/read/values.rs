@@ -11,10 +11,10 @@ use super::Reader;
 use crate::tree::{Node, Value};
 use crate::units::{self, UnitError};
 
-/// Nothing that this software is for is larger than this in SI.
+/// Largest value in SI that this software accepts.
 const LARGEST: f64 = 1e15;
 
-/// Most entries of a list in a file.
+/// Largest number of entries of a list in a file.
 const MOST_ENTRIES: usize = 1_000_000;
 
 impl Reader<'_> {
@@ -41,7 +41,7 @@ impl Reader<'_> {
         self.quantity_of(node, dim, bound, path)
     }
 
-    /// A unit of the scope's signal: what one of it is in SI.
+    /// A unit of the scope's signal: its factor to SI.
     pub(crate) fn unit(&mut self, node: &Node, path: &str) -> Option<f64> {
         let dim = self.scope.dim(Unit::Signal);
         match units::parse(&format!("1 {}", node.as_text()?), dim, self.scope.rotational) {
@@ -160,7 +160,7 @@ impl Reader<'_> {
         let [low, high] = items else { return self.mistyped(node, "a list of two numbers", path) };
         let ends = (self.quantity(low, unit, Bound::Any, path), self.quantity(high, unit, Bound::Any, path));
         let (Some(low), Some(high)) = ends else { return None };
-        // A sweep may run downwards; a band may not, and has no negative frequencies.
+        // A sweep may run downwards; a band may not, and it has no negative frequencies.
         if unit != Unit::Swept && (low >= high || low < 0.0) {
             let remedy = "write the lower frequency first, from zero on";
             self.problems.add(&node.origin, path, format!("a band from {low} to {high} is empty"), remedy);
@@ -221,7 +221,7 @@ impl Reader<'_> {
     }
 }
 
-/// A text that is no quantity of the dimension that a key has.
+/// A text that is not a quantity with the key's dimension.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}, and this must be {}", dim.phrase(*rotational))]
 struct WrongQuantity {

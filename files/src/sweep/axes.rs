@@ -1,4 +1,4 @@
-//! The axes of a sweep: the values that a key takes.
+//! The axes of a sweep: the values of a key.
 
 use feeler_catalogue::{Contents, Slot};
 use indexmap::IndexMap;
@@ -11,7 +11,7 @@ use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::super::units;
 
-/// Values that an axis takes, in SI.
+/// Values of an axis, in SI.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Axis {
@@ -24,7 +24,7 @@ pub enum Axis {
         /// How many.
         points: u64,
     },
-    /// Of equal ratio, both ends included and of the same sign.
+    /// With a constant ratio; both ends are included and have the same sign.
     Log {
         /// First value.
         from: f64,
@@ -52,7 +52,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// How many values it has; none for a distribution.
+    /// Number of values; `None` for a distribution.
     pub fn count(&self) -> Option<u64> {
         match self {
             Self::Linear { points, .. } | Self::Log { points, .. } => Some(*points),
@@ -61,7 +61,7 @@ impl Axis {
         }
     }
 
-    /// The value at `share` of the way, from 0 to 1; that of a list is the one whose slice holds `share`.
+    /// The value at `share` of the way, from 0 to 1; for a list, the one whose slice contains `share`.
     pub fn at(&self, share: f64) -> Setting {
         let ratio = |from: f64, to: f64| from * (to / from).powf(share);
         match self {
@@ -75,8 +75,8 @@ impl Axis {
         }
     }
 
-    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are those
-    /// written, to the bit.
+    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are exactly
+    /// those in the file.
     pub fn point(&self, index: u64) -> Setting {
         match self {
             Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),
@@ -86,7 +86,7 @@ impl Axis {
                 Setting::Number(*to)
             }
             Self::Log { from, .. } if index == 0 => Setting::Number(*from),
-            // Weighed sums, so that whole steps between whole ends are whole.
+            // Weighted sums, so that whole steps between whole ends are whole.
             Self::Linear { from, to, points } => {
                 let (steps, after) = ((points.max(&2) - 1) as f64, index as f64);
                 Setting::Number((from * (steps - after) + to * after) / steps)
@@ -97,11 +97,11 @@ impl Axis {
     }
 }
 
-/// An axis as it was read, with what only refinement asks for.
+/// An axis as read, with its data for refinement.
 #[derive(Clone, Debug)]
 pub(super) struct ReadAxis {
     pub(super) axis: Axis,
-    /// How finely an edge is to be located, as a share of the axis, and where that is written.
+    /// Tolerance of an edge as a share of the axis, and its place in the file.
     pub(super) tolerance: Option<(f64, Origin)>,
 }
 
@@ -172,7 +172,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
             remedy,
         );
     }
-    // Where they are missing or wrong, that has been noted, and the ends are tried all the same.
+    // If they are missing or wrong, that has been recorded, and the ends are still tried.
     let points = fields.value(&POINTS).unwrap_or(1);
     let axis = match variant {
         "linear" => Axis::Linear { from, to, points },
@@ -183,7 +183,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
     Some(ReadAxis { axis, tolerance })
 }
 
-/// Whether a spacing or distribution is possible between two ends; otherwise notes why not.
+/// Whether a spacing or distribution is possible between two ends; otherwise records the reason.
 fn check_ends(
     reader: &mut Reader<'_>,
     node: &Node,
@@ -213,12 +213,12 @@ fn check_ends(
     Some(())
 }
 
-/// Whether values of a kind of axis have equal ratios.
+/// Whether the values of a kind of axis have a constant ratio.
 fn is_ratio(variant: &str) -> bool {
     variant.starts_with("log")
 }
 
-/// How closely edges are located on an axis, as a share of it, and where that is written.
+/// Tolerance of edges on an axis, as a share of it, and its place in the file.
 fn axis_tolerance(
     reader: &mut Reader<'_>,
     table: &Table,
@@ -265,7 +265,7 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
         reader.problems.add(&node.origin, path, "the list is empty", "give at least one value");
         return None;
     }
-    // All are looked at, and those that are values are tried, so that every mistake is reported.
+    // All items are checked, and the valid ones are tried, so that every mistake is reported.
     let values = items.iter().filter_map(|item| {
         let value = setting(item);
         if value.is_none() {
@@ -278,7 +278,7 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
     (!values.is_empty()).then_some(Axis::List(values))
 }
 
-/// Notes that a node must be a table.
+/// Records that a node must be a table.
 pub(super) fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Contents {
     reader.problems.add(
         &node.origin,
@@ -289,7 +289,7 @@ pub(super) fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Conten
     Contents::default()
 }
 
-/// A value as it was written.
+/// A value as written.
 pub(super) fn setting(item: &Node) -> Option<Setting> {
     match &item.value {
         Value::Float(value) => Some(Setting::Number(*value)),

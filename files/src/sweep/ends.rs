@@ -1,10 +1,11 @@
-//! Tries the ends of each axis on the scenario, so that wrong keys, units and values show before a thousand
+//! Tries the ends of each axis on the scenario, so that wrong keys, units and values appear before a thousand
 //! runs.
 //!
-//! A value that is wrong for the scenario as it is may be right together with those of other axes, as a level
-//! that has to stay below another: then it is no mistake of the file, and the combinations that are wrong are
-//! rows with their errors. So it is with the end of a range for which the others do not go far enough, as
-//! long as some combination of all is right; a value that is written in a list has to be right with some.
+//! A value that is wrong for the unchanged scenario may be right together with values of other axes; an
+//! example is a level that must stay below another. It is then not a mistake of the file, and wrong
+//! combinations become rows with their errors. The same holds for the end of a range that the ranges of other
+//! axes do not match, if some combination of all is right. A value in a list must be right in some
+//! combination.
 
 use std::path::Path;
 
@@ -21,11 +22,11 @@ use super::super::tree::{Entry, Node, Table, Value};
 use super::axes::{Axis, ReadAxis, setting};
 use super::unit::unit_of_key;
 
-/// Combinations of the axes' values that are tried at most for one of them.
+/// Largest number of combinations of values that are tried for one axis.
 const MOST_COMBINATIONS: usize = 1024;
 
-/// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives the
-/// unit of each key; `None` if it cannot be read.
+/// Builds the scenario with the ends of each axis, as written, and records mistakes. Returns the unit of each
+/// key; `None` if it cannot be read.
 pub(super) fn try_ends(
     axes: &IndexMap<String, ReadAxis>,
     scenario: &Path,
@@ -60,8 +61,8 @@ pub(super) fn try_ends(
     let trial = Trial { base: &base, axes: &tried };
     let noted = problems.count();
     let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
-    // What is wrong only beside the ends of other axes is a row with its error, but for a value that is
-    // written in a list; unless nothing is right.
+    // A value that is wrong only with the ends of other axes becomes a row with its error, unless it is in a
+    // list or no combination is right.
     if problems.count() > noted || doubtful.is_empty() {
         return Some(units);
     }
@@ -80,17 +81,17 @@ fn units(axes: &IndexMap<String, ReadAxis>, scenario: &Scenario) -> IndexMap<Str
     axes.keys().map(|key| (key.clone(), unit_of_key(key, scenario))).collect()
 }
 
-/// An axis and the values of it that are tried, as written.
+/// An axis and its values to try, as written.
 struct Tried<'a> {
     key: &'a str,
     entry: &'a Entry,
     ends: Vec<(Setting, Origin)>,
 }
 
-/// What is wrong, and what to do about it.
+/// A mistake and its remedy.
 type Said = (String, String);
 
-/// Something wrong, and where to say so.
+/// A mistake, and its place in the report.
 struct Mistake {
     origin: Origin,
     path: String,
@@ -104,7 +105,7 @@ impl Mistake {
     }
 }
 
-/// A value that is wrong with every end of the other axes, but may be right with what lies between.
+/// A value that is wrong with every end of the other axes, but may be right with values in between.
 struct Doubtful {
     is_listed: bool,
     mistake: Mistake,
@@ -120,11 +121,11 @@ impl Set {
     }
 }
 
-/// What is wrong with a value, by the kind of mistake.
+/// The kind of mistake of a value.
 enum Wrong {
-    /// With the value itself, whatever the others are.
+    /// Of the value itself, whatever the others are.
     Own(Vec<Located>),
-    /// With what the ends of other axes make of it.
+    /// Of the value together with the ends of other axes.
     BesideOthers(Vec<Located>),
 }
 
@@ -135,7 +136,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The scenario with every combination of the axes' ends, that of the axis `own` held at a setting.
+    /// The scenario with every combination of the axes' ends, with the axis `own` at a fixed setting.
     fn combinations<'b>(&'b self, own: Option<(usize, &'b Setting)>) -> impl Iterator<Item = Set> + 'b {
         let counts = move |i: usize| {
             if own.is_some_and(|(own, _)| own == i) { 1 } else { self.axes[i].ends.len().max(1) }
@@ -166,14 +167,14 @@ impl Trial<'_> {
         for set in self.combinations(Some((own, setting))) {
             match set.build() {
                 Ok(()) => return None,
-                // A value that cannot even be set is another axis's mistake.
+                // A value that cannot even be set is a mistake of another axis.
                 Err(found) if found.is_empty() => {}
                 Err(found) if best.as_ref().is_none_or(|best| found.len() < best.len()) => best = Some(found),
                 Err(_) => {}
             }
         }
         let best = best.unwrap_or(alone);
-        // What is said of a table is said of all of its keys together.
+        // A mistake of a table refers to all of its keys together.
         let is_of = |axis: &Tried<'_>, problem: &Located| {
             axis.key
                 .strip_prefix(problem.key.as_str())
@@ -186,7 +187,7 @@ impl Trial<'_> {
         Some(if of_own.is_empty() { Wrong::BesideOthers(beside_others) } else { Wrong::Own(of_own) })
     }
 
-    /// Notes the mistakes of an axis, and gives those that are `None` if other values beside it are right.
+    /// Records the mistakes of an axis, and returns its doubtful values.
     fn axis(&self, own: usize, problems: &mut Problems) -> Vec<Doubtful> {
         let Tried { key, entry, ends } = &self.axes[own];
         let path = join("axes", &format!("\"{key}\""));
@@ -216,7 +217,7 @@ impl Trial<'_> {
             };
             tried.push((setting, origin, found));
         }
-        // What is wrong with every value is wrong with the key, and reported once.
+        // A mistake with every value is one of the key, and reported once.
         let always =
             |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
         let of_key = tried

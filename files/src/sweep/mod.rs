@@ -25,23 +25,22 @@ use crate::kind::FileKind;
 use axes::{read_axes, refuse};
 use ends::try_ends;
 
-/// Most axes of a Sobol sequence: one more than the published polynomials that the sequence is built of.
+/// Largest number of axes of a Sobol sequence: one more than the polynomials that define it.
 pub const MOST_DIMENSIONS: usize = 21;
-/// Most runs of a sweep; more is refused with the arithmetic.
+/// Largest number of runs of a sweep; a larger one is rejected with the arithmetic.
 const MOST_RUNS: f64 = 1e8;
 
-/// Impacts and strobes that a bifurcation diagram over the only axis of numbers shows of each run unless the
-/// file says otherwise.
+/// Default number of impacts and strobes per run in a bifurcation diagram over a single numerical axis.
 const TAIL_OF_ONE_AXIS: usize = 64;
 
 /// A sweep file that has been checked.
 #[derive(Clone, Debug)]
 pub struct SweepFile {
-    /// Short name, empty where none is given.
+    /// Short name; empty if there is none.
     pub name: String,
     /// What it is for.
     pub about: String,
-    /// The scenario, as found from the sweep file.
+    /// The scenario, relative to the sweep file.
     pub scenario: PathBuf,
     /// Key paths and their values.
     pub axes: IndexMap<String, Axis>,
@@ -49,13 +48,13 @@ pub struct SweepFile {
     pub units: IndexMap<String, String>,
     /// How points are chosen.
     pub sampling: Sampling,
-    /// How many points are drawn; on a grid the product of the axes' counts.
+    /// Number of drawn points; for a grid the product of the axes' counts.
     pub samples: u64,
     /// Seed of the draws.
     pub seed: u64,
-    /// What is kept of each run.
+    /// Data kept of each run.
     pub keep: Keep,
-    /// Whether a grid is made finer along boundaries.
+    /// Whether a grid is refined along boundaries.
     pub refine: Option<Refine>,
 }
 
@@ -78,7 +77,7 @@ impl SweepFile {
         sheet.finish(file)
     }
 
-    /// What is read where there are mistakes is not to be used.
+    /// If there are mistakes, the result must not be used.
     fn read(root: &Table, sources: &Sources, problems: &mut Problems) -> Option<Self> {
         if let Some(entry) = root.get("arm") {
             super::document::refuse_arm(entry, problems);
@@ -142,7 +141,7 @@ impl SweepFile {
             if !samples {
                 add("samples", "`samples` is missing", "add `samples = 1000`: how many points to draw");
             }
-            // Lists are drawn from; a spacing is not.
+            // Lists can be drawn from; a spacing cannot.
             let spaced = |axis: &Axis| matches!(axis, Axis::Linear { .. } | Axis::Log { .. });
             for (key, axis) in self.axes.iter().filter(|(_, axis)| spaced(axis)) {
                 let way = if matches!(axis, Axis::Log { .. }) { "log_uniform" } else { "uniform" };
@@ -205,7 +204,7 @@ impl SweepFile {
     }
 }
 
-/// Where a key of the file stands; the start where it is absent.
+/// Place of a key in the file; the start if it is absent.
 fn place(root: &Table, key: &str) -> Origin {
     root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
 }

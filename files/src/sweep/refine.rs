@@ -1,4 +1,4 @@
-//! How a grid is made finer along boundaries.
+//! Refinement of a grid along boundaries.
 
 use feeler_catalogue::{Content, Contents};
 use indexmap::IndexMap;
@@ -8,18 +8,18 @@ use super::super::problem::Problems;
 use super::super::tree::Table;
 use super::axes::{Axis, ReadAxis};
 
-/// How often the spacing is halved where neither that nor a tolerance is given.
+/// Default number of bisections of the spacing, without a tolerance.
 const USUAL_LEVELS: u32 = 4;
-/// How often it is halved at most.
+/// Largest number of bisections.
 const MOST_LEVELS: u32 = 12;
 
-/// How a grid of one or two axes is made finer where neighbours differ.
+/// Refinement of a grid of one or two axes where neighbours differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refine {
-    /// How often the spacing of each axis is halved, in order of the file: as often as its own tolerance
-    /// takes.
+    /// Number of bisections of the spacing of each axis, in the order of the file, as its own tolerance
+    /// requires.
     pub levels: [u32; 2],
-    /// What changes across a boundary: the outcome itself, or only whether the force settles.
+    /// The property that defines a boundary: the outcome itself, or only whether the force settles.
     pub by_outcome: bool,
 }
 
@@ -88,20 +88,20 @@ impl Refine {
         Some(Self { levels, by_outcome: fields.get(BY.name) == Some(&Content::Word(BY_OUTCOME)) })
     }
 
-    /// Spacings of the finest grid within one of the axis at an index.
+    /// Number of finest spacings in one spacing of the axis at an index.
     pub fn stride(&self, axis: usize) -> u64 {
         self.levels.get(axis).map_or(1, |levels| 1 << levels)
     }
 
-    /// The finest spacing of the axis at an index as a share of its length: so closely is an edge located.
+    /// The finest spacing of the axis at an index as a share of its length: the accuracy of an edge.
     pub fn share(&self, index: usize, axis: &Axis) -> f64 {
         let spacings = axis.count().unwrap_or(2).saturating_sub(1).max(1);
         1.0 / (spacings * self.stride(index)) as f64
     }
 }
 
-/// How often a spacing of 1 is halved until it is no more than `tolerance`.
+/// Number of bisections of a spacing of 1 until it is at most `tolerance`.
 fn halvings(tolerance: f64) -> u32 {
-    // What is a power of two but for rounding is one.
+    // A power of two up to rounding counts as exact.
     (-tolerance.log2() - 1e-9).ceil().clamp(0.0, 99.0) as u32
 }

@@ -1,4 +1,4 @@
-//! The unit of a key, as axes of drawings name it.
+//! The unit of a key, for axes of drawings.
 
 use feeler_catalogue::{Dimension, Kind, Shape, Unit};
 use feeler_engine::Scenario;
@@ -7,7 +7,7 @@ use feeler_plant::effects;
 
 use super::super::keys::{EFFECTS, ELEMENTS, RUN};
 
-/// The SI unit of the number at a key path of a scenario; empty where it has none.
+/// The SI unit of the number at a key path of a scenario; empty if it has none.
 pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     let turns = scenario.machine.axis == Axis::Rotational;
     let parts: Vec<&str> = path.split('.').collect();
@@ -34,7 +34,7 @@ pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     };
     match unit {
         _ if dimension.is(Dimension::NONE) => String::new(),
-        // A gain over time is no frequency.
+        // A gain over time is not a frequency.
         Unit::OutputPer(_) if dimension.is(Dimension::FREQUENCY) => "1/s".into(),
         _ => dimension.si_unit(turns).into_owned(),
     }
@@ -46,8 +46,8 @@ fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<String> {
     Some(parameter.dimension.si_unit(turns).into_owned())
 }
 
-/// The unit that a shape gives to a key of it, or of a table within it; of several variants the one of this
-/// name, where it is one of them.
+/// The unit of a key in a shape, or in a table within it; of several variants, that of the one with this
+/// name, if any.
 fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
     let (name, rest) = path.split_first()?;
     let chosen =

@@ -1,4 +1,4 @@
-//! A machine that is driven by commands as they were recorded.
+//! A machine with recorded commands.
 
 use std::fmt::Write as _;
 
@@ -9,15 +9,15 @@ use super::machine_to_toml;
 /// Commands that were recorded.
 #[derive(Clone, Debug)]
 pub struct Commands<'a> {
-    /// The experiment that they are of.
+    /// The experiment of the commands.
     pub experiment: &'a str,
     /// Time between rows.
     pub spacing_s: f64,
-    /// Each with its drive's place among the actuators, and its name.
+    /// Each with its drive's index among the actuators, and its name.
     pub columns: Vec<(usize, &'a str, &'a [f64])>,
 }
 
-/// The file of a machine that runs under these commands, and names and texts of the files that it reads.
+/// The file of a machine with these commands, and names and texts of the files that it reads.
 pub fn driven_to_toml(machine: &Machine, commands: &Commands<'_>) -> (String, Vec<(String, String)>) {
     let mut text = machine_to_toml(machine);
     let mut files = Vec::new();
@@ -40,7 +40,7 @@ pub fn driven_to_toml(machine: &Machine, commands: &Commands<'_>) -> (String, Ve
     (text, files)
 }
 
-/// Evenly spaced samples as a reference reads them: `t_s,value`, times to the nanosecond.
+/// Evenly spaced samples in the format of a reference: `t_s,value`, times to the nanosecond.
 pub fn samples_csv(spacing_s: f64, values: &[f64]) -> String {
     let mut text = String::from("t_s,value\n");
     for (k, value) in values.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! How a table is written: its separator, its decimal mark, its header.
+//! The dialect of a table: its separator, its decimal mark, its header.
 
 use csv::ByteRecord;
 
 use super::text::Rows;
 use crate::clock::calendar_ns;
 
-/// Rows from which the shape of a table is guessed.
+/// Number of rows from which the layout of a table is guessed.
 const SAMPLE_ROWS: usize = 200;
 
 /// What stands between two cells.
@@ -21,25 +21,25 @@ pub(super) enum Separator {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Dialect {
     pub(super) separator: Separator,
-    /// Begins a line that is a remark.
+    /// Byte that begins a comment line.
     pub(super) comment: u8,
     pub(super) decimal_comma: bool,
 }
 
-/// What the first rows of a table show.
+/// The layout of the first rows of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
     pub(super) dialect: Dialect,
-    /// Names of the columns; numbers where there is no header.
+    /// Names of the columns; numbers without a header.
     pub(super) header: Vec<String>,
-    /// Units of the columns, where a row below the header states them.
+    /// Units of the columns, if a row below the header states them.
     pub(super) units: Vec<Option<String>>,
-    /// Rows before the first one with data, remarks not counted.
+    /// Rows before the first one with data, without comments.
     pub(super) rows_before: usize,
     pub(super) kinds: Vec<CellKind>,
 }
 
-/// What the cells of a column hold.
+/// The kind of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CellKind {
     Number,
@@ -50,7 +50,7 @@ pub(super) enum CellKind {
     Text,
 }
 
-/// Whether a cell is left empty, in one of the usual ways.
+/// Whether a cell is empty, in one of the usual ways.
 pub(super) fn is_empty(cell: &[u8]) -> bool {
     matches!(cell, b"" | b"-" | b"NaN" | b"nan" | b"NAN" | b"NA" | b"N/A" | b"null" | b"None" | b"NULL")
 }
@@ -76,9 +76,9 @@ pub(super) fn items(cell: &[u8]) -> Option<impl Iterator<Item = &[u8]>> {
 }
 
 impl Layout {
-    /// Guesses from the first lines of a text; `None` where there are none.
+    /// Guesses from the first lines of a text; `None` if there are none.
     pub(super) fn guess(sample: &[u8]) -> Option<Self> {
-        // The last line may be cut off.
+        // The last line may be incomplete.
         let end = sample.iter().rposition(|b| *b == b'\n').map_or(sample.len(), |at| at + 1);
         let sample = &sample[..end];
         let comment = if sample.trim_ascii_start().starts_with(b"%") { b'%' } else { b'#' };
@@ -140,8 +140,8 @@ fn is_data(cell: &[u8], decimal_comma: bool) -> bool {
         || std::str::from_utf8(cell).is_ok_and(|text| calendar_ns(text).is_some())
 }
 
-/// Splits the sample by a separator. The score is the share of rows of the usual width times that of cells
-/// with data in them, and nothing for a single column.
+/// Splits the sample by a separator. The score is the share of rows with the usual width times the share of
+/// cells with data in them; it is almost zero for a single column.
 fn scored(sample: &[u8], separator: Separator, comment: u8) -> Option<(f64, Dialect, Vec<ByteRecord>)> {
     let mut dialect = Dialect { separator, comment, decimal_comma: false };
     let mut reader = Rows::of(Box::new(std::io::Cursor::new(sample.to_vec())), &dialect);
@@ -179,7 +179,7 @@ fn kind(data: &[ByteRecord], i: usize, decimal_comma: bool) -> CellKind {
     if cells().any(is_calendar) { CellKind::Calendar } else { CellKind::Text }
 }
 
-/// The header of a table without one, where the last remark above it has as many names as there are columns.
+/// The header of a table without one, if the last comment above it has as many names as columns.
 fn header_in_remark(sample: &[u8], dialect: &Dialect, width: usize) -> Option<Vec<String>> {
     let lines = sample.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     let remark = lines.take_while(|line| line.first() == Some(&dialect.comment)).last()?;

@@ -13,7 +13,7 @@ use crate::table::{Column, Run, Table};
 use dialect::{CellKind, Layout, is_empty, items, number};
 use text::Text;
 
-/// Names of columns that count rows, and are no clock.
+/// Names of columns that count rows, and are not a clock.
 const COUNTERS: [&str; 9] = ["index", "frame", "sample", "seq", "row", "id", "step", "count", "n"];
 
 /// Reads a table.
@@ -54,7 +54,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     Ok(cells.into_run(path, &layout, unit))
 }
 
-/// The column that is the clock: by its name, by its calendar times, or the first one where it increases.
+/// The clock's column: by its name, by its calendar times, or the first one if it increases.
 fn clock_column(layout: &Layout) -> Option<usize> {
     let usable = |i: &usize| matches!(layout.kinds[*i], CellKind::Number | CellKind::Calendar);
     let named = |i: &usize| clock::named(&layout.header[*i]);
@@ -76,7 +76,7 @@ struct Cells<'a> {
     layout: &'a Layout,
     columns: Vec<Vec<Column>>,
     clock: Option<usize>,
-    /// The clock as whole numbers, as long as it is written so.
+    /// The clock as whole numbers, while all its cells are.
     whole: Option<Vec<i64>>,
 }
 
@@ -140,7 +140,7 @@ impl<'a> Cells<'a> {
                 found.why = "its cells are calendar times".into();
             }
             let advances = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
-            // The first column under another name is a clock only where it advances like one.
+            // A first column with another name is a clock only if it advances like one.
             if clock::named(name).is_some()
                 || is_calendar
                 || 10 * advances >= 9 * rows.saturating_sub(1) && rows > 1
@@ -195,7 +195,7 @@ fn push_list(columns: &mut [Column], cell: &[u8]) {
     }
 }
 
-/// Names of the items of a list: the lines of a text file beside the table that has as many.
+/// Names of the items of a list: the lines of a text file beside the table, if their number matches.
 fn item_names(path: &Path, length: usize) -> Option<Vec<String>> {
     let mut texts: Vec<_> =
         path.parent()?.read_dir().ok()?.filter_map(Result::ok).map(|entry| entry.path()).collect();

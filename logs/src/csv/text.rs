@@ -1,4 +1,4 @@
-//! The text of a table: its encoding, its first lines, and its rows as they are split.
+//! The text of a table: its encoding, its first lines, and its split rows.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -9,10 +9,10 @@ use csv::ByteRecord;
 use super::dialect::{Dialect, Separator};
 use crate::error::{LogError, Place};
 
-/// Bytes from which the shape of a table is guessed.
+/// Number of bytes from which the layout of a table is guessed.
 const SAMPLE_BYTES: usize = 1 << 17;
 
-/// A text in UTF-8, or in an encoding whose digits look like those of UTF-8.
+/// A text in UTF-8, or in an encoding with the same digits.
 pub(super) struct Text {
     /// The first lines.
     pub(super) sample: Vec<u8>,
@@ -80,7 +80,7 @@ fn utf_16(sample: &[u8]) -> Option<bool> {
     }
 }
 
-/// The text, or the byte at which it is none.
+/// The text, or the byte at which it is invalid.
 fn decode_utf_16(bytes: &[u8], from_le: bool) -> Result<String, u64> {
     if bytes.len() % 2 == 1 {
         return Err(bytes.len() as u64 - 1);

@@ -2,31 +2,31 @@
 
 use super::definition::{Base, Definition, Many};
 
-/// Numbers of one message, in the order in which they stand.
+/// Numbers of one message, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Numbers {
     pub(crate) values: Vec<f64>,
     /// Lengths of sequences.
     pub(crate) lengths: Vec<u32>,
-    /// Texts of lists that name something, a zero after each.
+    /// Texts of lists of names, with a zero byte after each.
     pub(crate) names: Vec<u8>,
     /// The time in the header.
     pub(crate) stamp_ns: Option<i64>,
 }
 
-/// What is wrong with a message.
+/// A mistake in a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CdrError {
     pub(crate) byte: usize,
     pub(crate) what: String,
 }
 
-/// Lists of more numbers than this are pictures, scans or maps, and no columns.
+/// Longer lists of numbers are pictures, scans or maps, and not columns.
 pub(super) const LONGEST_LIST: usize = 256;
 
-/// Bytes of the header that names byte order and version.
+/// Bytes of the header with byte order and version.
 const HEADER: usize = 4;
-/// Bytes that a writer may add so that messages end on a multiple of eight.
+/// Bytes that a writer may add so that the length is a multiple of eight.
 const PADDING: usize = 7;
 
 /// Whether a list of texts names the items of other lists.
@@ -131,7 +131,7 @@ impl<'a> Reader<'a> {
     fn length(&mut self) -> Result<usize, CdrError> {
         let start = self.at;
         let length = self.unsigned::<4>()? as usize;
-        // Every item has one byte at least.
+        // Every item has at least one byte.
         if length > self.left() {
             let what = format!("a length of {length}, though {} bytes are left", self.left());
             return Err(CdrError { byte: start, what });
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
     fn structure(&mut self, index: usize) -> Result<(), CdrError> {
         let definition = self.definition;
         let fields = &definition.structs[index].fields;
-        // A structure without members is written with one that means nothing.
+        // A structure without members is written with one meaningless member.
         if fields.is_empty() {
             return self.take(1).map(drop);
         }

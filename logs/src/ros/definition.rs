@@ -1,8 +1,8 @@
-//! What a message is made of.
+//! The definition of a message.
 
 use std::fmt;
 
-/// Why a definition cannot be used.
+/// Why a definition is invalid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct DefinitionError(pub(crate) String);
 
@@ -31,7 +31,7 @@ pub(crate) enum Base {
     Struct(usize),
 }
 
-/// How many values a field has.
+/// Number of values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Many {
     One,
@@ -53,25 +53,25 @@ pub(crate) struct Struct {
     pub(crate) fields: Vec<Field>,
 }
 
-/// A message with all structures that it holds.
+/// A message with all its structures.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Definition {
     pub(crate) structs: Vec<Struct>,
     pub(crate) root: usize,
 }
 
-/// Most values of a message whose number its definition fixes: no message of the world has as many.
+/// Largest number of values of a message with fixed size: real messages have far fewer.
 const MOST_FIXED: usize = 1 << 20;
 
 impl Definition {
-    /// Checks that the structures end: none holds itself, and fixed arrays are of a size that can be.
+    /// Checks that no structure contains itself, and that fixed arrays have a possible size.
     pub(crate) fn checked(self) -> Result<Self, DefinitionError> {
         let mut sizes = vec![None; self.structs.len()];
         self.size(self.root, &mut Vec::new(), &mut sizes)?;
         Ok(self)
     }
 
-    /// Values of a structure whose number is fixed.
+    /// Number of values of a fixed structure.
     fn size(
         &self,
         of: usize,
@@ -103,7 +103,7 @@ impl Definition {
         Ok(total)
     }
 
-    /// Whether the first field of the message is the usual header, with a time stamp.
+    /// Whether the first field of the message is the usual header with a time stamp.
     pub(crate) fn has_header(&self) -> bool {
         let first = self.structs[self.root].fields.first();
         matches!(first, Some(Field { base: Base::Struct(i), many: Many::One, .. })

@@ -1,16 +1,16 @@
-//! Definitions in OMG IDL, as the schema encoding `ros2idl` has them: the part of it that ROS 2 writes.
+//! Definitions in OMG IDL, as in the schema encoding `ros2idl`: the subset that ROS 2 writes.
 
 use indexmap::IndexMap;
 
 use super::definition::{Base, Definition, DefinitionError, Field, Many, Struct, short_name};
 
-/// A type as it is written, before names are looked up.
+/// A type as written, before names are resolved.
 #[derive(Clone, Debug)]
 struct Written {
     /// Name of a primitive or of another type.
     name: String,
     many: Many,
-    /// The type of the items, where they are themselves several.
+    /// The type of the items, if these are lists themselves.
     inner: Option<Box<Written>>,
 }
 
@@ -23,7 +23,7 @@ struct Parser<'a> {
     types: IndexMap<String, Written>,
 }
 
-/// The definition of `name`, with all that the text holds.
+/// The definition of `name`, with all types in the text.
 pub(super) fn parse(name: &str, text: &str) -> Result<Definition, DefinitionError> {
     let mut parser = Parser { tokens: tokens(text), ..Parser::default() };
     while parser.at < parser.tokens.len() {
@@ -43,7 +43,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Definition, DefinitionErro
     Definition { structs, root }.checked()
 }
 
-/// Most types that stand for one another in a row.
+/// Largest depth of nested type aliases.
 const MOST_DEEP: usize = 32;
 
 impl<'a> Parser<'a> {
@@ -196,7 +196,7 @@ impl<'a> Parser<'a> {
         Ok(Written { name, many: Many::One, inner: None })
     }
 
-    /// What follows the type between `<` and `>`.
+    /// The bound of a type between `<` and `>`.
     fn bound(&mut self) -> Result<(), DefinitionError> {
         while !matches!(self.peek(), ">" | "") {
             self.at += 1;
@@ -224,7 +224,7 @@ impl<'a> Parser<'a> {
         Ok((name, Written { name: String::new(), many: Many::Fixed(count), inner: Some(Box::new(written)) }))
     }
 
-    /// The field of a member; a structure without a name stands for items that are themselves several.
+    /// The field of a member; a structure without a name represents items that are lists themselves.
     fn resolve(
         &self,
         own: &str,
@@ -289,7 +289,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// Splits a text into words, marks and literals; leaves out remarks, includes and the lines between parts.
+/// Splits a text into words, marks and literals; skips comments, includes and separator lines.
 fn tokens(text: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut rest = text;
@@ -371,7 +371,7 @@ module demo { module msg { struct Other { sequence<long> values; }; }; };
         assert_eq!(shown[2], ("names", Base::Text, Many::Sequence));
         assert_eq!(shown[3], ("axis", Base::F64, Many::Fixed(3)));
         assert_eq!(shown[5..], [("big", Base::U64, Many::One), ("bigger", Base::U64, Many::One)]);
-        // A sequence of two arrays of three numbers: structures without a name stand for the arrays.
+        // A sequence of two arrays of three numbers: structures without a name represent the arrays.
         let Base::Struct(grid) = shown[4].1 else { panic!("{shown:?}") };
         assert_eq!(found.structs[grid].fields[0].many, Many::Fixed(2));
         assert!(parse("demo/msg/None", TEXT).expect_err("missing").0.contains("demo/None"));

@@ -1,4 +1,4 @@
-//! Messages of ROS 2: definitions as a log holds them, and the numbers of messages in CDR.
+//! Messages of ROS 2: their definitions in a log, and the numbers of messages in CDR.
 
 mod cdr;
 mod definition;
@@ -36,7 +36,7 @@ impl Decoder {
         Self { definition, now, before, paths: Vec::new(), left_out: Vec::new() }
     }
 
-    /// Decodes a message. Gives whether its numbers stand under other paths than those of the message before.
+    /// Decodes a message. Returns whether the paths of its numbers differ from those of the previous message.
     pub(crate) fn decode(&mut self, message: &[u8]) -> Result<bool, CdrError> {
         std::mem::swap(&mut self.now, &mut self.before);
         decode(&self.definition, message, &mut self.now)?;
@@ -64,7 +64,7 @@ impl Decoder {
         &self.paths
     }
 
-    /// Fields whose numbers are too many to be columns.
+    /// Fields with too many numbers to be columns.
     pub(crate) fn left_out(&self) -> &[String] {
         &self.left_out
     }

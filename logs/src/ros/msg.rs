@@ -1,17 +1,17 @@
-//! Definitions in the form of `.msg` files, as the schema encoding `ros2msg` has them.
+//! Definitions in the form of `.msg` files, as in the schema encoding `ros2msg`.
 
 use indexmap::IndexMap;
 
 use super::definition::{Base, Definition, DefinitionError, Field, Many, Struct, short_name};
 
-/// Types whose definition a schema may leave out.
+/// Types whose definition a schema may omit.
 const BUILTIN: [(&str, &str); 3] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec"),
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id"),
 ];
 
-/// The definition of `name`; others that it needs follow in the text after lines of `=`.
+/// The definition of `name`; other required ones follow in the text after lines of `=`.
 pub(super) fn parse(name: &str, text: &str) -> Result<Definition, DefinitionError> {
     let mut sections: IndexMap<String, Vec<&str>> = IndexMap::new();
     let mut current = short_name(name);
@@ -47,7 +47,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Definition, DefinitionErro
     Definition { structs, root }.checked()
 }
 
-/// The field of a line; `None` for remarks and constants.
+/// The field of a line; `None` for comments and constants.
 fn field(
     own: &str,
     line: &str,

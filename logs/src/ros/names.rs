@@ -1,12 +1,12 @@
 //! A path for each number of a message, as in `position[elbow]` or `points[0].velocities[1]`.
 //!
-//! Where a message lists names (`name` of a joint state, `joint_names` of a trajectory), items of other lists
-//! of that length are called by them.
+//! If a message lists names (`name` of a joint state, `joint_names` of a trajectory), these name the items of
+//! other lists of that length.
 
 use super::cdr::{LONGEST_LIST, Numbers, names_items};
 use super::definition::{Base, Definition, Many};
 
-/// A message as it is laid out, without its numbers.
+/// The layout of a message, without its numbers.
 enum Node {
     Number,
     Text,
@@ -17,7 +17,7 @@ enum Node {
     Struct(Vec<(String, Node)>),
 }
 
-/// Paths of the numbers of a message, and what was left out.
+/// Paths of the numbers of a message, and the omitted fields.
 pub(super) fn paths(definition: &Definition, numbers: &Numbers) -> (Vec<String>, Vec<String>) {
     let names = String::from_utf8_lossy(&numbers.names).into_owned();
     let mut layout =
@@ -122,7 +122,7 @@ impl Labels {
     }
 }
 
-/// Whether a structure holds a list of numbers of this length, which a list of names is then for.
+/// Whether a structure contains a list of numbers of this length, to which a list of names then belongs.
 fn holds_list(node: &Node, length: usize) -> bool {
     match node {
         Node::Struct(members) => members.iter().any(|(_, node)| match node {

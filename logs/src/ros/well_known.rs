@@ -1,4 +1,4 @@
-//! Definitions of common messages, for bags that hold none: ROS 2 before Iron wrote them without.
+//! Definitions of common messages, for bags without any: ROS 2 before Iron wrote none.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use super::definition::short_name;
 const VECTOR: &str = "geometry_msgs/Vector3";
 const LINE: &str = "================================================================================";
 
-/// Fields of a type, and the types that these need.
+/// Fields of a type, and the types that these require.
 type Known = (&'static str, &'static str, &'static [&'static str]);
 
 const KNOWN: [Known; 16] = [

@@ -1,5 +1,5 @@
-//! Tables of an SQLite database, read as they lie (sqlite.org/fileformat2.html): rows of a table in order,
-//! with pages of the write-ahead log in place of older ones. No SQL, no indices, no writing.
+//! Tables of an SQLite database, read directly (sqlite.org/fileformat2.html): rows of a table in order, with
+//! pages of the write-ahead log in place of older ones. No SQL, no indices, no writing.
 
 mod record;
 mod wal;
@@ -14,7 +14,7 @@ use record::varint;
 pub(crate) use record::{Record, Value};
 
 const DAMAGED: &str = "the database is damaged or cut off: `sqlite3 FILE .recover` may save what is whole";
-/// Levels of a tree: with 100 children a page, far more rows than a file can have.
+/// Largest depth of a tree: with 100 children a page, far more rows than a file can have.
 const MOST_DEEP: usize = 20;
 
 /// A database.
@@ -22,20 +22,20 @@ pub(crate) struct Database {
     path: PathBuf,
     file: File,
     wal: Option<File>,
-    /// For each page that the write-ahead log holds, where.
+    /// Place of each page in the write-ahead log.
     wal_pages: HashMap<u32, u64>,
     page_size: usize,
-    /// Bytes of a page that hold content.
+    /// Number of bytes of a page for content.
     usable: usize,
     pages: u32,
 }
 
-/// A table as it is declared.
+/// The declaration of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Schema {
     pub(crate) name: String,
     root: u32,
-    /// Names of the columns, and whether each stands for the number of the row.
+    /// Names of the columns, and whether each represents the number of the row.
     columns: Vec<(String, bool)>,
 }
 
@@ -77,7 +77,7 @@ impl Database {
             wal_pages = wal::pages(found, page_size).map_err(LogError::open(Path::new(&wal_path)))?;
             pages = pages.max(wal_pages.keys().copied().max().unwrap_or(0));
         }
-        // The count of pages holds where it was written together with the last change.
+        // The count of pages is valid if it was written together with the last change.
         let stated = u32::from_be_bytes([header[28], header[29], header[30], header[31]]);
         if header[24..28] == header[92..96] && stated > pages {
             let what = format!("the file ends here, with {pages} of its {stated} pages");
@@ -108,7 +108,7 @@ impl Database {
         Ok(found)
     }
 
-    /// Hands every row of a table on, in order.
+    /// Passes on every row of a table, in order.
     pub(crate) fn rows(
         &mut self,
         table: &Schema,
@@ -181,7 +181,7 @@ impl Database {
         Ok(())
     }
 
-    /// Gathers the content of a cell, with what overflows into pages of its own. Gives the number of the row.
+    /// Collects the content of a cell, including its overflow pages. Returns the number of the row.
     fn payload(
         &mut self,
         page: &[u8],

@@ -1,4 +1,4 @@
-//! The write-ahead log of an SQLite database: pages that were written and not yet moved into it.
+//! The write-ahead log of an SQLite database: pages that were written but not yet moved into it.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -7,8 +7,8 @@ use std::io::{Read, Result, Seek, SeekFrom};
 const HEADER: usize = 32;
 const FRAME: usize = 24;
 
-/// For each page, where its last committed content begins. Frames from the first one that does not belong to
-/// the log on are those of an older one, or were cut off.
+/// For each page, the start of its last committed content. The first frame that does not belong to the log
+/// ends it: later frames are those of an older log, or incomplete.
 pub(super) fn pages(file: &mut File, page_size: usize) -> Result<HashMap<u32, u64>> {
     let mut committed = HashMap::new();
     let mut header = [0; HEADER];

@@ -27,7 +27,7 @@ pub enum AnalysisError {
         /// What is wrong with the name.
         problem: Problem,
     },
-    /// A signal that is no linear function of the state, such as whether a contact touches.
+    /// The signal is not a linear function of the state: for example, whether a contact touches.
     #[error("`{name}` is no linear function of the machine's state")]
     NotLinear {
         /// The signal.
@@ -45,7 +45,7 @@ pub enum AnalysisError {
         /// Largest acceleration that remains.
         residual_m_per_s2: f64,
     },
-    /// A name that no controller has.
+    /// No controller has this name.
     #[error("there is no controller `{name}`")]
     NoController {
         /// What was asked for.
@@ -53,7 +53,7 @@ pub enum AnalysisError {
         /// What there is.
         known: Vec<String>,
     },
-    /// A loop around the loop of a sampled servo.
+    /// A controller closes a loop around the loop of a sampled servo.
     #[error("`{name}` closes a loop around the sampled servo `{servo}`, which linear theory does not follow")]
     Cascade {
         /// The outer controller.
@@ -61,7 +61,7 @@ pub enum AnalysisError {
         /// The servo.
         servo: String,
     },
-    /// A gain that the control law does not have.
+    /// The control law has no such gain.
     #[error("a controller of law `{law}` has no gain `{key}`")]
     NoGain {
         /// The law.
@@ -71,26 +71,25 @@ pub enum AnalysisError {
         /// What there is.
         known: String,
     },
-    /// The periods of the controllers have no common multiple that is short enough to lift over.
+    /// The controllers' periods have no common multiple that is short enough to lift over.
     #[error("the controllers' periods repeat together only after more than {limit} samples of the fastest")]
     Rates {
         /// The most samples a common period may hold.
         limit: usize,
     },
-    /// Delays so long that the sampled loop has too many states.
+    /// The delays are so long that the sampled loop has too many states.
     #[error(
         "{stored} samples are under way in the delays of this loop, and {most} are the most (it repeats every {common_s} s)"
     )]
     LongDelay {
-        /// Samples under way when a common period begins, each a state.
+        /// Samples in transit when a common period begins. Each is a state.
         stored: usize,
         /// The most there may be.
         most: usize,
         /// The period with which all controllers repeat.
         common_s: f64,
     },
-    /// A loop that is broken at one controller is time-invariant only if nothing else repeats more slowly
-    /// than this controller.
+    /// A loop broken at one controller is time-invariant only if no other controller repeats more slowly.
     #[error("`{name}` samples every {period_s} s, but the loop repeats only every {common_s} s")]
     SlowerThanLoop {
         /// The controller.

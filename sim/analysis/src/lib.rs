@@ -1,17 +1,17 @@
-//! A machine seen by linear theory: derived from the very machine that is simulated, so that the two can be
-//! held against each other.
+//! Linear analysis of a machine. The model is derived from the simulated machine itself, so theory and
+//! simulation can be compared directly.
 //!
-//! - [`LinearMachine`]: small motions about an operating point, any command to any signal, delays exact
-//!   beside it;
-//! - [`ControlLoop`]: the machine with its controllers, as a [`SampledLoop`] (hold, fractional delays,
-//!   filters, several rates: exact) and as a [`ContinuousLoop`]; stable values of any gain, and what happens
-//!   at each edge;
+//! - [`LinearMachine`]: small motions about an operating point, from any command to any signal; delays are
+//! exact and stand beside the state space;
+//! - [`ControlLoop`]: the machine with its controllers, as a [`SampledLoop`] (exact holds, fractional delays,
+//! filters and several rates) and as a [`ContinuousLoop`]; stable values of any gain, and what happens at
+//! each edge;
 //! - [`modes()`] and [`classify`]: the paper's colocated and noncolocated modes, and the phase that each
-//!   costs;
+//! costs;
 //! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;
 //! - [`limit_cycles`]: chatter of a contact that only pushes, by describing functions;
-//! - [`frf`]: frequency responses measured on the simulated machine, the linear response beside them;
-//! - [`analyze`]: all of it as one [`Report`], and [`curves()`], what a page draws of it.
+//! - [`frf`]: frequency responses measured on the simulated machine, with the linear response beside them;
+//! - [`analyze`]: all of this as one [`Report`]; [`curves()`] gives what a page draws of it.
 //!
 //! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and
 //! Automation 8 (1992).

@@ -1,4 +1,4 @@
-//! Tasks that do not depend on each other, done by whoever calls.
+//! Independent tasks, executed by the caller.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -6,18 +6,19 @@ use std::sync::OnceLock;
 /// A task for each index.
 type Task<'a> = &'a (dyn Fn(usize) + Sync);
 
-/// Who does tasks that do not depend on each other. This crate starts no threads; a caller that has some
-/// lends them. Results depend on neither.
+/// Executes independent tasks. This crate starts no threads; a caller that has some lends them. Results do
+/// not depend on the number or order of threads.
 #[derive(Clone, Copy)]
 pub struct Workers(fn(usize, Task<'_>));
 
 impl Workers {
-    /// Workers that do a task once for each index below a count, in any order, and return when all are done.
+    /// Workers that do a task once for each index below a count, in any order, and return when all are
+    /// finished.
     pub const fn new(do_all: fn(usize, Task<'_>)) -> Self {
         Self(do_all)
     }
 
-    /// What a task gives for each index below `count`, in order.
+    /// Results of a task for each index below `count`, in order.
     pub(crate) fn collect<T: Send + Sync>(self, count: usize, task: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let slots: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
         (self.0)(count, &|index| {

@@ -1,4 +1,4 @@
-//! How well an axis stands for the whole arm, in linear theory and in contact.
+//! Agreement of an axis with the whole arm, in linear theory and in contact.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,48 +10,48 @@ use crate::linear_system::{LinearSystem, VibrationMode};
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Lag, Law, SampledPlant};
 
-/// Damping ratio that the motors' damping would give the contact mode if nothing bent, where integral force
-/// control is looked at.
+/// Damping ratio that the motors' damping would give the contact mode of a rigid arm, in the analysis of
+/// integral force control.
 const DAMPING_RATIO: f64 = 0.7;
-/// Share of the largest stable integral gain at which the force bandwidth is reported: a gain margin of two.
+/// Share of the largest stable integral gain for the force bandwidth: a gain margin of two.
 const GAIN_SHARE: f64 = 0.5;
-/// How far each landmark of an axis may be from the whole arm's before further bodies are asked for.
+/// Largest difference of each landmark from the whole arm's before further bodies are added.
 const CLOSE: [f64; 4] = [0.002, 0.01, 0.02, 0.02];
-/// Frequencies at which a phase is followed, per factor of ten.
+/// Frequencies per decade at which a phase is followed.
 const PER_DECADE: f64 = 1500.0;
-/// Where the phase is followed from, over the contact mode; there it is still near zero.
+/// First frequency of the phase, over the contact mode; the phase is still near zero there.
 const FROM: f64 = 0.05;
-/// How far, over the contact mode.
+/// Last frequency of the phase, over the contact mode.
 const TO: f64 = 100.0;
 
-/// The same landmarks of the whole arm and of its axis, the tool on a spring and damper.
+/// The same landmarks of the whole arm and of its axis, with the tool on a spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// Frequency of the mode in which the arm moves on the contact: whole arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Where the phase from drive force to contact force, damper included and the drives' bandwidths left
-    /// out, falls through -180 degrees: whole arm, axis; Hz. Not a number where it does not.
+    /// Frequency at which the phase from drive force to contact force, with damper and without the drives'
+    /// bandwidths, falls through -180 degrees: whole arm, axis; Hz. NaN if it does not.
     pub phase_crossover_hz: [f64; 2],
-    /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, behind
-    /// the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite where all are.
+    /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, with the
+    /// drives' bandwidths: whole arm, axis. Zero if no gain is stable, infinite if all are.
     pub largest_kp: [f64; 2],
-    /// The same of integral control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`] on the
+    /// The same for integral control, 1/s. The motors are damped by [`Self::motor_damping_n_s_per_m`] on the
     /// difference of their last two encoder positions.
     pub largest_ki_per_s: [f64; 2],
-    /// Where that integral loop has a gain of one at half of its own largest stable gain: whole arm, axis;
-    /// Hz. Not a number where no gain is stable, or all are.
+    /// Crossover frequency of that integral loop at half of its own largest stable gain: whole arm, axis; Hz.
+    /// NaN if no gain is stable, or all are.
     pub force_bandwidth_hz: [f64; 2],
-    /// `2 * 0.7 * omega * M` with the whole arm's contact mode `omega` and its mass `M` when nothing bends:
-    /// the damping ratio of one mass on the contact would be 0.7, those of the arm's own modes differ.
+    /// `2 * 0.7 * omega * M` with the whole arm's contact mode `omega` and its rigid mass `M`. The damping
+    /// ratio of one mass on the contact would be 0.7; those of the arm's own modes differ.
     pub motor_damping_n_s_per_m: f64,
 }
 
-/// What an axis is held against the arm in.
+/// A quantity in which an axis is compared with the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Landmark {
     /// The mode in which the arm moves on the contact.
     ContactMode,
-    /// Where the phase falls through -180 degrees.
+    /// The frequency at which the phase falls through -180 degrees.
     PhaseCrossover,
     /// Largest stable gain of proportional force control.
     StableKp,
@@ -63,7 +63,7 @@ impl Landmark {
     /// All, in the order of [`Agreement::misfits`].
     pub const ALL: [Self; 4] = [Self::ContactMode, Self::PhaseCrossover, Self::StableKp, Self::StableKi];
 
-    /// Whether it is a largest stable gain, which may be none or without bound.
+    /// Whether it is a largest stable gain, which may be zero or unlimited.
     pub fn is_gain(self) -> bool {
         matches!(self, Self::StableKp | Self::StableKi)
     }
@@ -80,7 +80,7 @@ impl Landmark {
 }
 
 impl Agreement {
-    /// How far the axis may be from the arm in any landmark before it should not be trusted.
+    /// Largest difference in any landmark at which the axis can be trusted.
     pub const TRUSTED: f64 = 0.05;
 
     /// The landmarks of the whole arm and of the axis, in the order of [`Landmark::ALL`].
@@ -88,8 +88,8 @@ impl Agreement {
         [self.contact_mode_hz, self.phase_crossover_hz, self.largest_kp, self.largest_ki_per_s]
     }
 
-    /// How far the axis is from the arm in each of [`Landmark::ALL`], over the arm's; infinite where only one
-    /// of the two has it.
+    /// Relative difference of the axis from the arm in each of [`Landmark::ALL`]; infinite if only one of the
+    /// two has it.
     pub fn misfits(&self) -> [f64; 4] {
         self.landmarks().map(apart)
     }
@@ -99,7 +99,7 @@ impl Agreement {
         self.misfits().into_iter().fold(0.0, f64::max)
     }
 
-    /// How far each landmark is off, over what counts as close; further bodies are asked for beyond one.
+    /// Difference of each landmark over its tolerance; above one, further bodies are added.
     pub(crate) fn over_close(&self) -> [f64; 4] {
         let mut over = self.misfits();
         over.iter_mut().zip(CLOSE).for_each(|(misfit, close)| *misfit /= close);
@@ -111,7 +111,7 @@ impl Agreement {
         self.over_close().into_iter().fold(0.0, f64::max)
     }
 
-    /// All of them as one number, by which axes are told apart that are all too far off.
+    /// All differences as one number, to rank axes that are all outside the tolerance.
     pub(crate) fn distance(&self) -> f64 {
         self.over_close().into_iter().fold(0.0, f64::hypot)
     }
@@ -122,8 +122,8 @@ impl Agreement {
     }
 }
 
-/// How far the second is from the first, over the first; zero where neither is a number above zero and
-/// finite, or both are alike, infinite where one is none.
+/// Relative difference of the second from the first. Zero if neither is positive and finite, or if both are
+/// equal; infinite if only one is valid.
 pub(crate) fn apart([one, other]: [f64; 2]) -> f64 {
     let is_one = |x: f64| x.is_finite() && x > 0.0;
     match (is_one(one), is_one(other)) {
@@ -141,8 +141,8 @@ impl Reduction {
         touch * self.moved(touch, s)[0]
     }
 
-    /// Way of the tool and of the motor per drive force, something under the tool that resists with `touch`
-    /// per way.
+    /// Displacement of the tool and of the motor per drive force, with a resistance `touch` per displacement
+    /// under the tool.
     pub(crate) fn moved(&self, touch: Complex<f64>, s: Complex<f64>) -> [Complex<f64>; 2] {
         let mut joint = self.stiffness_n_per_m + self.damping_n_s_per_m * s;
         let mut motor = self.motor_mass_kg * s * s + self.guide_damping_n_s_per_m * s;
@@ -162,14 +162,14 @@ impl Reduction {
         [joint / determinant, at_tip / determinant]
     }
 
-    /// Modes of the axis with the tool on a spring, slowest first; with a spring of zero those of the axis in
+    /// Modes of the axis with the tool on a spring, slowest first; with zero stiffness those of the axis in
     /// the air.
     pub fn modes_in_contact(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
         self.system().modes(contact_n_per_m)
     }
 
-    /// Frequency of the mode in which the axis moves on a contact of so much stiffness, N/m: the first that
-    /// carries a good part of a slow drive force to it.
+    /// Frequency of the mode in which the axis moves on a contact of this stiffness, N/m: the first that
+    /// carries a large part of a slow drive force to it.
     pub fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         self.system().contact_mode_hz(contact_n_per_m)
     }
@@ -200,8 +200,8 @@ impl Reduction {
         LinearSystem { mass, stiffness, damping, tip: unit(1), drive: unit(0), mass_kg: self.mass_kg }
     }
 
-    /// What force control reaches on a contact (N/m, N s/m), with so much damping of the motor (N s/m) where
-    /// it is integral.
+    /// Stable gains of force control on a contact (N/m, N s/m), with this damping of the motor (N s/m) for
+    /// integral control.
     fn largest_gains(&self, contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> Gains {
         let system = self.system();
         let lags = [(self.bandwidth_hz, system.drive.clone())];
@@ -217,7 +217,7 @@ struct Gains {
     bandwidth_hz: f64,
 }
 
-/// Not a number for what no computer can hold.
+/// NaN for values that overflow.
 fn largest_gains(
     system: &LinearSystem,
     lags: &[Lag],
@@ -232,7 +232,7 @@ fn largest_gains(
     Gains { largest, bandwidth_hz: plant.crossover_hz(damping_n_s_per_m, GAIN_SHARE * largest[1].gain) }
 }
 
-/// The whole arm's landmarks in contact, against which axes are held.
+/// The whole arm's landmarks in contact, with which axes are compared.
 pub(crate) struct WholeArm {
     contact: [f64; 2],
     grid_hz: Vec<f64>,
@@ -267,13 +267,13 @@ impl WholeArm {
         }
     }
 
-    /// Frequencies at which the landmarks are decided, Hz; not a number where there is none.
+    /// Frequencies that determine the landmarks, Hz; NaN if there is none.
     pub(crate) fn frequencies_hz(&self) -> [f64; 4] {
         let [kp, ki] = self.gains.largest;
         [self.contact_mode_hz, self.phase_crossover_hz, kp.frequency_hz, ki.frequency_hz]
     }
 
-    /// What decides about the stable gains, proportional and integral, where something does.
+    /// The edges that determine the stable gains, proportional and integral, if any.
     pub(crate) fn loops(&self) -> Vec<(Law, Edge)> {
         let [kp, ki] = self.gains.largest;
         let loops = [(Law::Proportional, kp), (Law::Integral(self.motor_damping_n_s_per_m), ki)];
@@ -302,8 +302,8 @@ impl WholeArm {
 }
 
 impl Arm {
-    /// Holds an axis against the whole arm, both linear about the pose, the tool on a spring (N/m) and damper
-    /// (N s/m).
+    /// Compares an axis with the whole arm, both linear about the pose, with the tool on a spring (N/m) and
+    /// damper (N s/m).
     ///
     /// # Errors
     /// Those of [`Self::reduce`].
@@ -319,8 +319,8 @@ impl Arm {
     }
 }
 
-/// The first frequency at which a phase that starts near zero has fallen by `turn`, rad; between the points
-/// of the grid a straight line.
+/// The first frequency at which a phase that starts near zero has fallen by `turn`, rad; linear between the
+/// points of the grid.
 pub(crate) fn falls_through_hz(grid: &[f64], values: &[Complex<f64>], turn: f64) -> f64 {
     let mut phase = values[0].arg();
     for (f, z) in grid.windows(2).zip(values.windows(2)) {

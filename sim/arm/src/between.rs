@@ -1,9 +1,8 @@
-//! Bodies between motor and tool, from which fits begin.
+//! Bodies between motor and tool, as starting points of fits.
 //!
 //! Motor and tool are joined by a spring, and every further body by one spring to each of the two. With both
 //! of them held, each such body is a mode of the arm (R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968), with
-//! two ends), so that as many bodies as there are modes are the arm exactly wherever all the springs come out
-//! positive.
+//! two ends). With as many bodies as modes, and if all springs are positive, the axis is exactly the arm.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -12,10 +11,10 @@ use crate::flexible::LinearArm;
 use crate::linear_system::eigen;
 use crate::reduce::Reduction;
 
-/// Where a body begins that the tool has no spring to yet: that spring over its own.
+/// Initial spring to the tool of a body without one, over its own spring.
 const FIRST_LINK: f64 = 0.2;
 
-/// Motor, tool and this number of bodies: those that trail most. Springs that come out negative are left out.
+/// Motor, tool and this number of bodies: those with the largest lag. Negative springs are omitted.
 pub(crate) fn between(linear: &LinearArm, pair: &Reduction, count: usize) -> Option<Reduction> {
     let system = &linear.system;
     let ends = DMatrix::from_columns(&[system.drive.clone(), system.tip.clone()]);
@@ -23,7 +22,7 @@ pub(crate) fn between(linear: &LinearArm, pair: &Reduction, count: usize) -> Opt
     let within = |matrix: &DMatrix<f64>| still.tr_mul(matrix) * &still;
     let (squares, shapes) = eigen(&within(&system.mass), &within(&system.stiffness))?;
     let shapes = &still * shapes;
-    // Motion of each end alone, square to all bodies.
+    // Motion of each end alone, orthogonal to all bodies.
     let mut alone = system.mass.clone().cholesky()?.solve(&ends);
     let masses: Vec<f64> = (0..2).map(|end| ends.column(end).dot(&alone.column(end)).recip()).collect();
     for (mut column, mass) in alone.column_iter_mut().zip(&masses) {
@@ -65,7 +64,7 @@ pub(crate) fn between(linear: &LinearArm, pair: &Reduction, count: usize) -> Opt
     (axis.stiffness_n_per_m > 0.0).then_some(axis)
 }
 
-/// Leaves a fast body out: it follows both ends as its springs say.
+/// Omits a fast body: it follows both ends as its springs determine.
 fn fold(axis: &mut Reduction, body: &Branch) {
     let sum = body.stiffness_n_per_m + body.to_tool_n_per_m;
     if sum > 0.0 {
@@ -78,7 +77,7 @@ fn fold(axis: &mut Reduction, body: &Branch) {
     }
 }
 
-/// The same axis without bodies faster than a frequency, which do nothing but make it stiff to simulate.
+/// The same axis without bodies above a frequency, which would only make it stiff to simulate.
 pub(crate) fn without_fast(axis: Reduction, above_hz: f64) -> Reduction {
     let (kept, fast): (Vec<Branch>, Vec<Branch>) =
         axis.branches.iter().partition(|body| body.frequency_hz() <= above_hz);
@@ -89,7 +88,7 @@ pub(crate) fn without_fast(axis: Reduction, above_hz: f64) -> Reduction {
     slow
 }
 
-/// A basis of what is square to all columns.
+/// A basis of the orthogonal complement of all columns.
 fn complement(columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = columns.nrows();
     let away =
@@ -101,7 +100,7 @@ fn complement(columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_columns(&kept))
 }
 
-/// The same axis, its bodies with weak springs to the tool where they have none.
+/// The same axis with a weak spring to the tool for each body without one.
 pub(crate) fn linked(axis: &Reduction) -> Reduction {
     let mut linked = axis.clone();
     for branch in &mut linked.branches {

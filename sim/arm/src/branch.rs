@@ -1,9 +1,9 @@
-//! A body of an axis beside motor and tool.
+//! A body of an axis in addition to motor and tool.
 
 use std::f64::consts::TAU;
 
-/// A body on a spring beside the motor: bending that loads the drive. Where it moves the tool as well, a
-/// second spring joins the two.
+/// A body on a spring at the motor: flexibility that loads the drive. If it moves the tool as well, a second
+/// spring joins the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
     /// Its mass.
@@ -12,19 +12,19 @@ pub struct Branch {
     pub stiffness_n_per_m: f64,
     /// The damping of that spring.
     pub damping_n_s_per_m: f64,
-    /// Its spring to the tool; zero where it has none.
+    /// Its spring to the tool; zero without one.
     pub to_tool_n_per_m: f64,
     /// The damping of that one.
     pub to_tool_n_s_per_m: f64,
 }
 
 impl Branch {
-    /// Its undamped frequency, motor and tool held.
+    /// Its undamped frequency, with motor and tool held.
     pub fn frequency_hz(&self) -> f64 {
         ((self.stiffness_n_per_m + self.to_tool_n_per_m) / self.mass_kg).sqrt() / TAU
     }
 
-    /// One that the tool does not feel.
+    /// A body without a spring to the tool.
     pub(crate) fn beside(mass_kg: f64, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { mass_kg, stiffness_n_per_m, damping_n_s_per_m, to_tool_n_per_m: 0.0, to_tool_n_s_per_m: 0.0 }
     }
@@ -34,7 +34,7 @@ impl Branch {
         self.to_tool_n_per_m > 0.0 || self.to_tool_n_s_per_m > 0.0
     }
 
-    /// How far it trails behind a motor that accelerates, weighted by its mass, kg s².
+    /// Its lag behind an accelerating motor, weighted by its mass, kg s².
     pub(crate) fn lag(&self) -> f64 {
         self.mass_kg * self.mass_kg / self.stiffness_n_per_m
     }

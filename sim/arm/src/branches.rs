@@ -1,4 +1,4 @@
-//! Bodies beside the motor, where one spring does not do.
+//! Bodies at the motor, for arms that one spring does not represent.
 
 use std::cmp::Ordering;
 
@@ -13,30 +13,30 @@ use crate::flexible::{Arm, LinearArm, Others};
 use crate::linear_system::{BENDS_NOTHING, eigen};
 use crate::reduce::Reduction;
 
-/// Most bodies of an axis that is fitted: with more, nothing is gained.
+/// Largest number of bodies of a fitted axis: more of them bring no improvement.
 const MOST_FITTED: usize = 4;
 /// Weights of landmarks that a fit has missed, one after the other.
 const FACTORS: [f64; 3] = [10.0, 100.0, 1e3];
-/// Frequency of a body, over the phase crossover, from which on it does nothing there.
+/// Frequency of a body, over the phase crossover, above which it has no effect there.
 const FAST: f64 = 12.0;
-/// How far leaving bodies out may move the crossover.
+/// Largest shift of the crossover by omitting bodies.
 const MOVED: f64 = 5e-3;
-/// Part of the arm's mass below which a mode takes no part.
+/// Share of the arm's mass below which a mode does not take part.
 const NO_PART: f64 = 1e-9;
 
-/// A branch, and its part of the tool's way; these parts add up to one.
+/// A branch and its share of the tool's displacement; the shares add up to one.
 struct Part {
     branch: Branch,
     way: f64,
 }
 
-/// What hangs on the drive: one branch per mode of the arm with the drive's way held. To the drive they are
-/// the arm, but for damping that couples them.
+/// The branches on the drive: one per mode of the arm with the drive's displacement held. To the drive they
+/// equal the arm, except for damping that couples them.
 fn parts(linear: &LinearArm) -> Vec<Part> {
     let system = &linear.system;
     let n = system.drive.len();
     // Householder's reflection of the drive's direction onto the first axis: its other columns span the
-    // motions that leave the drive where it is.
+    // motions that leave the drive at rest.
     let mut v = system.drive.normalize();
     v[0] += v[0].signum();
     let reflection = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
@@ -60,8 +60,8 @@ fn parts(linear: &LinearArm) -> Vec<Part> {
         .collect()
 }
 
-/// The body that is the tool, the one whose part of the tool's way is largest, and the others, first those
-/// that trail most.
+/// The body that represents the tool (the one with the largest share of its displacement), and the others,
+/// those with the largest lag first.
 fn tool_and_others(linear: &LinearArm) -> Option<(Branch, Vec<Branch>)> {
     let mut parts = parts(linear);
     parts.sort_by(|a, b| b.way.total_cmp(&a.way));
@@ -72,7 +72,7 @@ fn tool_and_others(linear: &LinearArm) -> Option<(Branch, Vec<Branch>)> {
     Some((tool, others))
 }
 
-/// An axis of motor, tool and branches; what is no branch moves with the motor.
+/// An axis of motor, tool and branches; the remaining mass moves with the motor.
 fn branched(pair: &Reduction, tool: Branch, branches: &[Branch]) -> Reduction {
     let on_springs = tool.mass_kg + branches.iter().map(|branch| branch.mass_kg).sum::<f64>();
     Reduction {
@@ -86,13 +86,13 @@ fn branched(pair: &Reduction, tool: Branch, branches: &[Branch]) -> Reduction {
 }
 
 impl Arm {
-    /// The axis of the arm along `normal` at pose `q` with at most `most` bodies beside the motor.
+    /// The axis of the arm along `normal` at pose `q` with at most `most` bodies at the motor.
     ///
-    /// With the drive's way held, every mode of the arm is a mass on a spring that hangs on the drive (the
-    /// effective masses of modes with a fixed interface: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968)).
-    /// That is how the motor feels the arm, with nothing lost. The tool's way is a weighted sum of theirs, in
-    /// which one body nearly always has nearly all the weight: it becomes the tool. Of the others those are
-    /// kept that trail most behind a motor that accelerates. Where no mode takes part the axis is that of
+    /// With the drive's displacement held, every mode of the arm is a mass on a spring attached to the drive
+    /// (the effective masses of modes with a fixed interface: R. R. Craig, M. C. C. Bampton, AIAA J. 6
+    /// (1968)). To the motor this equals the arm. The tool's displacement is a weighted sum of theirs, in
+    /// which one body nearly always has nearly all the weight: it becomes the tool. Of the others, those with
+    /// the largest lag behind an accelerating motor are kept. If no mode takes part, the axis is that of
     /// [`Self::reduce`].
     ///
     /// # Errors
@@ -112,15 +112,16 @@ impl Arm {
         })
     }
 
-    /// The axis whose contact mode and phase crossover (-180 degrees from drive force to contact force) are
-    /// the arm's, on a contact of so much stiffness (N/m) and damping (N s/m), and how well it agrees.
+    /// The axis with the arm's contact mode and phase crossover (-180 degrees from drive force to contact
+    /// force), on a contact with this stiffness (N/m) and damping (N s/m), and its agreement.
     ///
-    /// That is the pair of masses of [`Self::reduce`] where both are within 1 % of the whole arm's; else the
-    /// axis of [`Self::reduce_with_branches`] with as few branches as leave the crossover within 0.5 % of
-    /// where all of them put it. Where the tool's way is shared by several modes, so that this is no closer
-    /// than 1 % either, bodies are joined to the tool as well, and all numbers but mass and friction are
-    /// fitted to the arm's response: one body first, then two, then three. The axis that is nearest is given,
-    /// whatever is left: [`Agreement::is_trusted`] tells whether that is more than 5 %.
+    /// The first choice is the pair of masses of [`Self::reduce`], if both landmarks are within 1 % of the
+    /// whole arm's. The second is the axis of [`Self::reduce_with_branches`] with the fewest branches that
+    /// keep the crossover within 0.5 % of its value with all of them. If several modes share the tool's
+    /// displacement, this may miss the 1 %, too. Then bodies are joined to the tool as well, and all numbers
+    /// except mass and friction are fitted to the arm's response: with one body first, then two, then three.
+    /// The result is the nearest axis in any case; [`Agreement::is_trusted`] reports whether the difference
+    /// exceeds 5 %.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].

@@ -1,4 +1,4 @@
-//! A serial chain of joints, and where its parts are at a pose.
+//! A serial chain of joints, and the positions of its parts at a pose.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
@@ -15,7 +15,7 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// Mass, centre and inertia of what a joint moves as one.
+/// Mass, centre and inertia of the bodies that a joint moves as one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inertial {
     /// Mass.
@@ -32,7 +32,7 @@ impl Inertial {
         Self { mass_kg: 0.0, centre_m: Vector3::zeros(), inertia_kg_m2: Matrix3::zeros() }
     }
 
-    /// Adds another body, given in a frame that stands at `place` in this one.
+    /// Adds another body, given in a frame at `place` in this one.
     pub fn add(&mut self, other: &Self, place: &Isometry3<f64>) {
         let rotation = place.rotation.to_rotation_matrix();
         let centre = place * Point3::from(other.centre_m);
@@ -55,7 +55,7 @@ fn steiner(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
     mass * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
 }
 
-/// A joint, and what it moves as far as the next one.
+/// A joint, and the bodies that it moves up to the next one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Its name.
@@ -64,11 +64,11 @@ pub struct Joint {
     pub link: String,
     /// How it moves.
     pub kind: JointKind,
-    /// Where its frame stands in that of the joint before, at position zero.
+    /// Its frame in that of the previous joint, at position zero.
     pub place: Isometry3<f64>,
     /// Its axis, in its own frame.
     pub axis: Unit<Vector3<f64>>,
-    /// Smallest and largest position, rad or m; infinite where there is none.
+    /// Smallest and largest position, rad or m; infinite without limits.
     pub limits: [f64; 2],
     /// Largest effort, N m or N, if known.
     pub effort_limit: Option<f64>,
@@ -87,7 +87,7 @@ pub struct Chain {
     pub name: String,
     /// Joints from the base on; at least one.
     pub joints: Vec<Joint>,
-    /// Where the tool stands in the frame of the last joint.
+    /// The tool in the frame of the last joint.
     pub tool: Isometry3<f64>,
     /// Acceleration of free fall in the base's frame, m/s².
     pub gravity_m_per_s2: Vector3<f64>,
@@ -121,13 +121,12 @@ impl Chain {
         Ok(())
     }
 
-    /// Where the tool is, in the base's frame.
+    /// Pose of the tool in the base's frame.
     pub fn tool_place(&self, q: &[f64]) -> Isometry3<f64> {
         self.posture(q).tool()
     }
 
-    /// Where the frames of all joints are, in the base's frame, and last that of the tool: the arm's
-    /// skeleton.
+    /// Frames of all joints in the base's frame, and last that of the tool: the arm's skeleton.
     pub fn skeleton(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
         self.posture(q).skeleton()
     }

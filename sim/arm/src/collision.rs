@@ -1,4 +1,4 @@
-//! What a URDF says of the space that links take up.
+//! Collision geometry of links in a URDF.
 
 use nalgebra::{Isometry3, Vector3};
 use roxmltree::Node;
@@ -6,18 +6,18 @@ use roxmltree::Node;
 use crate::error::ArmError;
 use crate::xml::{attribute, child, line_of, number, origin, vector, wrong};
 
-/// A shape that a link is made of, for finding collisions.
+/// A shape of a link, for detecting collisions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// The shape.
     pub shape: CollisionShape,
-    /// Where it stands, in the frame of what carries it.
+    /// Its pose in the frame of the body that carries it.
     pub place: Isometry3<f64>,
     /// The line of the URDF, from 1.
     pub line: u32,
 }
 
-/// Shapes that a URDF knows, about their middle.
+/// Shapes of a URDF, centred on their origin.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
     /// A box.
@@ -39,7 +39,7 @@ pub enum CollisionShape {
     },
     /// The triangles of a file.
     Mesh {
-        /// The file as it is written, with its scheme if it has one.
+        /// The file as written, with its scheme if it has one.
         file: String,
         /// Length of the file's unit in x, y and z, m.
         scale_m: [f64; 3],
@@ -88,7 +88,7 @@ fn of_geometry(node: Node<'_, '_>) -> Result<Option<CollisionShape>, ArmError> {
             file: attribute(node, "filename")?.into(),
             scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into(),
         },
-        // Shapes that some dialects add say nothing here.
+        // Shapes of other dialects are ignored here.
         _ => return Ok(None),
     }))
 }

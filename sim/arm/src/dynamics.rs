@@ -1,5 +1,5 @@
-//! Newton and Euler along a chain: R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, ch. 5; here in
-//! vectors of the base's frame.
+//! Newton-Euler recursion along a chain: R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, ch. 5; here
+//! in vectors of the base's frame.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -7,8 +7,7 @@ use crate::chain::{Chain, JointKind};
 use crate::posture::Posture;
 
 impl Chain {
-    /// Joint efforts that make the chain accelerate by `acceleration` at a state, against gravity:
-    /// `M a + C v + g`.
+    /// Joint efforts for the acceleration `acceleration` at a state, including gravity: `M a + C v + g`.
     pub fn inverse_dynamics(&self, q: &[f64], v: &[f64], acceleration: &[f64]) -> DVector<f64> {
         self.posture(q).efforts(v, acceleration, &self.gravity_m_per_s2)
     }
@@ -24,7 +23,7 @@ impl Chain {
         self.posture(q).coriolis_efforts(v)
     }
 
-    /// Mass matrix of the links: kg m², kg m or kg as the joints turn or slide.
+    /// Mass matrix of the links: kg m², kg m or kg, depending on the joints.
     pub fn mass_matrix(&self, q: &[f64]) -> DMatrix<f64> {
         self.posture(q).mass_matrix()
     }
@@ -48,7 +47,7 @@ impl Posture<'_> {
         self.efforts(v, &vec![0.0; v.len()], &Vector3::zeros())
     }
 
-    /// Mass matrix of the links: kg m², kg m or kg as the joints turn or slide.
+    /// Mass matrix of the links: kg m², kg m or kg, depending on the joints.
     pub fn mass_matrix(&self) -> DMatrix<f64> {
         let n = self.bodies.len();
         let mut mass = DMatrix::zeros(n, n);
@@ -59,7 +58,7 @@ impl Posture<'_> {
             mass.set_column(j, &self.efforts(&still, &unit, &Vector3::zeros()));
             unit[j] = 0.0;
         }
-        // Two rows of the same sum, added up in another order.
+        // Two rows of the same sum, added in different order.
         0.5 * (&mass + mass.transpose())
     }
 
@@ -68,7 +67,7 @@ impl Posture<'_> {
         let n = joints.len();
         let origin = |i: usize| self.bodies[i].frame.translation.vector;
         let [mut omega, mut alpha] = [Vector3::zeros(); 2];
-        // The base that accelerates upwards is the same as gravity.
+        // A base that accelerates upwards is equivalent to gravity.
         let mut a = -gravity;
         let mut before = Vector3::zeros();
         let mut wrenches = Vec::with_capacity(n);

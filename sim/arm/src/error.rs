@@ -1,4 +1,4 @@
-//! What can be wrong with an arm.
+//! Errors of an arm.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ pub enum ArmError {
     /// The text is no XML.
     #[error("the URDF is no XML: {what}")]
     Xml {
-        /// What the parser says, with line and column.
+        /// The parser's message, with line and column.
         what: String,
     },
     /// An element of the URDF is missing or wrong.
@@ -35,7 +35,7 @@ pub enum ArmError {
         /// What there is.
         known: String,
     },
-    /// A moving link that can turn about an axis around which nothing resists.
+    /// A moving link that can turn about an axis without any inertia.
     #[error(
         "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is \
          massless about its axis"
@@ -67,7 +67,7 @@ pub enum ArmError {
     Limit {
         /// The joint.
         joint: String,
-        /// The position asked for, rad or m.
+        /// The requested position, rad or m.
         position: f64,
         /// Lower limit.
         lower: f64,
@@ -91,7 +91,7 @@ pub enum ArmError {
         /// Smallest singular value of the task over the largest.
         share: f64,
     },
-    /// A joint without what the reduction needs.
+    /// A joint lacks data for the reduction.
     #[error("joint `{joint}`: {what} is {value}")]
     Drive {
         /// The joint.
@@ -109,13 +109,13 @@ pub enum ArmError {
         /// When, s.
         t_s: f64,
     },
-    /// No pose was found that brings the tool there.
+    /// No pose was found that brings the tool to the target.
     #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are \
              left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
         /// Where it should go.
         target_m: [f64; 3],
-        /// How far away the best pose is.
+        /// Distance of the best pose.
         left_m: f64,
     },
 }

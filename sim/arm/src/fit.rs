@@ -1,10 +1,10 @@
-//! Bodies that are fitted to the arm's response, where its modes share the tool.
+//! Bodies fitted to the arm's response, if several of its modes share the tool.
 //!
-//! The response of the force in contact, the tool's in the air and the motor's, over the frequencies from
-//! well below the contact mode to beyond the phase crossover and the edges of the sampled loops, and the
-//! motor's alone on to half the sample rate, which tells the mass that the drive itself feels; by least
-//! squares of their logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Springs and dampers are squares,
-//! masses squares beyond a least one, so that none is negative.
+//! The fit uses the response of the contact force, of the tool in the air and of the motor. Its frequencies
+//! extend from well below the contact mode to beyond the phase crossover and the edges of the sampled loops.
+//! The motor's response alone continues to half the sample rate, which determines the mass at the drive. The
+//! method is least squares of the logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Springs and dampers
+//! are squares, masses squares plus a minimum, so that none is negative.
 
 use std::f64::consts::TAU;
 
@@ -16,47 +16,48 @@ use crate::flexible::LinearArm;
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Law, PERIOD_S};
 
-/// Frequencies at which the response is held against the arm's.
+/// Number of frequencies at which the response is compared with the arm's.
 const POINTS: u32 = 100;
 /// First of them over the contact mode, and last over the highest landmark.
 const SPAN: [f64; 2] = [0.2, 1.6];
-/// Frequencies beyond, to half the sample rate, at which the motor's way alone counts, and its weight there.
+/// Further frequencies, up to half the sample rate, for the motor's displacement alone, and its weight there.
 const BEYOND: u32 = 24;
 const OF_MOTOR: f64 = 0.5;
-/// Least mass of motor, tool or body over the whole: a lighter one is a damper between two springs that
-/// nothing can be determined, and stiff to simulate.
+/// Smallest mass of motor, tool or body over the whole. A lighter one would be a damper between two springs,
+/// which no data determine, and stiff to simulate.
 const LEAST: f64 = 1e-3;
-/// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight over that of all
-/// else.
+/// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight relative to the
+/// rest.
 const NEIGHBOURHOOD: f64 = 0.1;
 const NEAR: f64 = 4.0;
-/// Further frequencies about each landmark, over it.
+/// Further frequencies about each landmark, relative to it.
 const ABOUT: [f64; 5] = [-0.04, -0.015, 0.0, 0.015, 0.04];
-/// Weight of each landmark, over that of the response at one frequency.
+/// Weight of each landmark, relative to the response at one frequency.
 const OF_LANDMARKS: f64 = 30.0;
-/// That of the contact mode, whose frequency masses and springs alone decide, over that of the others;
-/// squared.
+/// Weight of the contact mode relative to the other landmarks, squared; masses and springs alone determine
+/// its frequency.
 const OF_MODE: f64 = 5.0;
-/// Share of the crossover to either side over which its phase's slope is taken, and the flattest that is
-/// believed, rad per logarithm.
+/// Share of the crossover on each side for the slope of the phase, and the smallest accepted slope, rad per
+/// logarithm.
 const BESIDE_CROSSOVER: f64 = 2e-3;
 const FLATTEST: f64 = 0.1;
-/// Weight of the tool's way in the air, and of the motor's in contact, over that of the contact's force.
+/// Weight of the tool's displacement in the air, and of the motor's in contact, relative to the contact
+/// force.
 const BESIDE: f64 = 0.3;
-/// Steps of Levenberg and Marquardt, and the gain per step below which they end.
+/// Largest number of Levenberg-Marquardt steps, and the gain per step below which they end.
 const STEPS: usize = 100;
 const GAIN: f64 = 1e-4;
-/// Where a parameter begins that is zero, over its scale: the slope of a square is zero at zero, so that it
-/// would never move.
+/// Initial value of a parameter that is zero, over its scale: a square has slope zero at zero, so it would
+/// never move.
 const AWAKE: f64 = 1e-4;
 /// Finite difference of a parameter.
 const DIFFERENCE: f64 = 1e-6;
 
-/// What the axis is fitted to: responses of the whole arm.
+/// The responses of the whole arm to which the axis is fitted.
 #[derive(Clone)]
 pub(crate) struct Wanted {
     contact: [f64; 2],
-    /// Total mass and viscous friction, which are kept.
+    /// Total mass and viscous friction, which stay fixed.
     mass_kg: f64,
     guide_damping_n_s_per_m: f64,
     s: Vec<Complex<f64>>,
@@ -64,8 +65,8 @@ pub(crate) struct Wanted {
     responses: Vec<[Complex<f64>; 3]>,
     weights: Vec<[f64; 3]>,
     contact_mode_hz: f64,
-    /// Where the phase falls through -180 degrees, Hz, and its change there per logarithm of the frequency,
-    /// rad.
+    /// Frequency at which the phase falls through -180 degrees, Hz, and its slope there per logarithm of the
+    /// frequency, rad.
     crossover: Option<(f64, f64)>,
     loops: Vec<(Law, Edge)>,
     /// Weight of each landmark.
@@ -80,7 +81,7 @@ struct Shape {
 }
 
 impl Wanted {
-    /// None for an arm whose contact mode is faster than half the sample rate.
+    /// `None` for an arm whose contact mode is faster than half the sample rate.
     pub(crate) fn new(
         linear: &LinearArm,
         pair: &Reduction,
@@ -133,7 +134,7 @@ impl Wanted {
         })
     }
 
-    /// The axis nearest to the arm's responses that is reached from a start.
+    /// The axis nearest to the arm's responses, from a starting point.
     pub(crate) fn fit(&self, start: &Reduction) -> Reduction {
         let bodies = start.branches.len();
         let springs = 1 + 2 * bodies;
@@ -179,14 +180,14 @@ impl Wanted {
         shape.axis(self, start, &p)
     }
 
-    /// The same, the landmarks weighing `factor` times as much: for an arm whose phase falls through -180
-    /// degrees hardly, or at a flat slope.
+    /// The same with `factor` times the weight of the landmarks: for an arm whose phase barely falls through
+    /// -180 degrees, or with a small slope.
     pub(crate) fn closer(&self, factor: f64) -> Self {
         Self { of_landmarks: factor * self.of_landmarks, ..self.clone() }
     }
 
-    /// How far the landmarks of an axis are off, as logarithms, to first order in what its responses are off
-    /// at the arm's landmarks.
+    /// Differences of the landmarks of an axis as logarithms, to first order in the differences of its
+    /// responses at the arm's landmarks.
     fn landmarks(&self, axis: &Reduction) -> Vec<f64> {
         let at = |hz: f64| {
             let s = Complex::new(0.0, TAU * hz);
@@ -251,7 +252,7 @@ impl Shape {
     fn axis(&self, wanted: &Wanted, start: &Reduction, p: &DVector<f64>) -> Reduction {
         let masses = 2 + self.bodies;
         let mut value: Vec<f64> = p.iter().zip(&self.scale).map(|(p, scale)| p * p * scale).collect();
-        // What is beyond the least masses is shared out, so that the whole mass is kept.
+        // The mass beyond the minimum is shared out, so that the total mass is kept.
         let beyond = wanted.mass_kg * (1.0 - LEAST * masses as f64) / value[..masses].iter().sum::<f64>();
         value[..masses].iter_mut().for_each(|mass| *mass = LEAST * wanted.mass_kg + beyond * *mass);
         let (stiffness, damping) = value[masses..].split_at(1 + 2 * self.bodies);

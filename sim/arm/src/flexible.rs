@@ -8,7 +8,7 @@ use crate::error::ArmError;
 use crate::linear_system::LinearSystem;
 use crate::sampled::Lag;
 
-/// What drives one joint, all seen at the joint's side of the gear but the rotor.
+/// The drive of one joint. All values are at the joint's side of the gear, except for the rotor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointDrive {
     /// Turns of the rotor per turn of the joint.
@@ -29,7 +29,7 @@ pub struct JointDrive {
     pub bandwidth_hz: Option<f64>,
 }
 
-/// A drive has what its URDF says of friction and effort where a file leaves it out.
+/// A drive takes friction and effort from its URDF if a file omits them.
 impl Record for JointDrive {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
@@ -105,20 +105,20 @@ pub struct Arm {
     pub(crate) drives: Vec<JointDrive>,
 }
 
-/// What the drives do in the directions other than the contact normal.
+/// How the drives act in directions other than the contact normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Others {
-    /// Position control holds the tool's other directions: its motors move only so that the tool would move
-    /// along the normal if the joints were rigid. Of an arm with six joints or more all other directions are
-    /// held, of one with fewer the two other directions of position.
+    /// Position control holds the tool's other directions: the motors move only so that, with rigid joints,
+    /// the tool would move along the normal. With six joints or more all other directions are held, with
+    /// fewer the two other directions of position.
     #[default]
     Held,
-    /// Nothing holds them: every motor is free to follow the forces.
+    /// Every motor is free to follow the forces.
     Free,
 }
 
-/// An arm at a pose in linear theory; coordinates are the motors' (in a basis of the directions in which they
-/// are free to move) and then the links'.
+/// An arm at a pose in linear theory. Coordinates are those of the motors (in a basis of their free
+/// directions), then those of the links.
 pub(crate) struct LinearArm {
     pub(crate) system: LinearSystem,
     /// Directions of joint space in which the motors move, one per column.
@@ -127,25 +127,25 @@ pub(crate) struct LinearArm {
     pub(crate) rigid: DVector<f64>,
     /// The same in all coordinates.
     pub(crate) unbent: DVector<f64>,
-    /// Jacobian of the tool's way along the normal.
+    /// Joint motion per displacement of the rigid tool along the normal.
     pub(crate) along: DVector<f64>,
     /// Mass of the links in joint space.
     pub(crate) link_mass: DMatrix<f64>,
-    /// What a force along the normal asks of the motors, by the bandwidths of their drives; together the
+    /// Motor forces for a force along the normal, grouped by the bandwidths of their drives; together the
     /// system's `drive`.
     pub(crate) lags: Vec<Lag>,
 }
 
-/// Smallest joint motion's share below which the arm counts as unable to move along the normal.
+/// Smallest joint motion's share below which the arm cannot move along the normal.
 const SINGULAR: f64 = 1e-3;
-/// Part of the wanted motion that may be missed.
+/// Tolerated error of the desired motion, as a share.
 const MISSED: f64 = 1e-6;
 
 impl Arm {
     /// A chain with one drive per joint.
     ///
     /// # Errors
-    /// [`ArmError::Pose`] for another number of drives, [`ArmError::Drive`] for numbers that no drive has.
+    /// [`ArmError::Pose`] for another number of drives, [`ArmError::Drive`] for invalid values.
     pub fn new(chain: Chain, drives: Vec<JointDrive>) -> Result<Self, ArmError> {
         if drives.len() != chain.joints() {
             let names: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -201,7 +201,7 @@ impl Arm {
         DVector::from_iterator(self.drives.len(), self.drives.iter().map(number))
     }
 
-    /// The arm at a pose in linear theory, gravity and its compensation left out.
+    /// The arm at a pose in linear theory, without gravity and its compensation.
     pub(crate) fn linear(&self, q: &[f64], normal: [f64; 3], others: Others) -> Result<LinearArm, ArmError> {
         self.chain.check_pose(q)?;
         let unit = Vector3::from(normal)
@@ -226,7 +226,7 @@ impl Arm {
                 if share.is_nan() || share < SINGULAR {
                     return Err(ArmError::Singular { held: "", share });
                 }
-                // Positive definite, since every joint moves something: see `Urdf::chain`.
+                // Positive definite, since every joint moves a mass: see `Urdf::chain`.
                 let solved = total_mass
                     .clone()
                     .lu()
@@ -280,7 +280,7 @@ impl Arm {
     }
 }
 
-/// Joint motion that moves the tool along `normal` by one and in no other direction of the task.
+/// Joint motion that moves the tool by one along `normal` and in no other direction of the task.
 fn held_direction(task: &DMatrix<f64>, normal: &Vector3<f64>) -> Result<DVector<f64>, ArmError> {
     let held = ", its other directions held";
     let mut wanted = DVector::zeros(task.nrows());

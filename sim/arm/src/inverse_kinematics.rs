@@ -1,4 +1,4 @@
-//! A pose that brings the tool to a place.
+//! A pose that brings the tool to a target.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Vector3};
 
@@ -22,11 +22,11 @@ const STEPS: usize = 200;
 const DAMPING: f64 = 1e-2;
 /// Largest joint motion of one step, rad.
 const LARGEST_STEP: f64 = 0.3;
-/// What is left when a pose counts as found, m and rad.
+/// Largest remaining error of a solution, m and rad.
 const CLOSE: f64 = 1e-9;
 
 impl Target {
-    /// Error of a place, and which rows of the Jacobian it belongs to.
+    /// Error of a pose, and the rows of the Jacobian that it belongs to.
     fn error(&self, at: &Isometry3<f64>) -> DVector<f64> {
         let turn = |from: Vector3<f64>, to: Vector3<f64>| {
             let axis = from.cross(&to);
@@ -57,7 +57,7 @@ impl Target {
 /// C. W. Wampler, IEEE Trans. SMC 16 (1986).
 ///
 /// # Errors
-/// [`ArmError::Unreachable`] where no start leads there.
+/// [`ArmError::Unreachable`] if no start leads there.
 pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -> Result<Vec<f64>, ArmError> {
     let mut left_m = f64::INFINITY;
     for start in starts {
@@ -99,8 +99,8 @@ pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -
     Err(ArmError::Unreachable { target_m: target.position().into(), left_m })
 }
 
-/// Poses from which an arm that stands on its base is likely to reach a place: turned towards it, joints bent
-/// either way by various amounts.
+/// Starting poses for an arm that stands on its base: turned towards the target, with joints bent either way
+/// by various amounts.
 pub fn usual_starts(chain: &Chain, place_m: [f64; 3]) -> Vec<Vec<f64>> {
     let middle = |[lower, upper]: [f64; 2]| {
         if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 }

@@ -1,11 +1,11 @@
-//! Serial arms, and the single axis that an arm is along a contact normal.
+//! Serial arms, and the single axis that represents an arm along a contact normal.
 //!
-//! [`Urdf`] reads a robot description, [`Chain`] is its kinematics and rigid-body dynamics, [`Arm`] adds
-//! drives: gears, rotors, flexible joints, friction. [`Arm::reduce`] finds the axis of two masses that the
-//! arm is along a direction at a pose, [`Arm::reduce_in_contact`] adds bodies where these do not do,
-//! [`FlexibleArm`] simulates the arm itself, so that one can be held against the other. The model of the
-//! flexible joint is that of M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Sys. Meas.
-//! Control 109 (1987): rotors turn about the joint axes only as far as their kinetic energy goes.
+//! [`Urdf`] reads a robot description. [`Chain`] is its kinematics and rigid-body dynamics. [`Arm`] adds
+//! drives: gears, rotors, flexible joints, friction. [`Arm::reduce`] finds the axis of two masses that
+//! represents the arm along a direction at a pose. [`Arm::reduce_in_contact`] adds bodies where two masses
+//! are not enough. [`FlexibleArm`] simulates the arm itself, for comparison. The model of the flexible joint
+//! is that of M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Sys. Meas. Control 109
+//! (1987): the kinetic energy of rotors includes only their rotation about the joint axes.
 //!
 //! ```
 //! use feeler_arm::Urdf;

@@ -1,45 +1,44 @@
-//! Masses, springs and dampers between a drive and a tool: their modes, and the force that they put on a
-//! contact.
+//! Masses, springs and dampers between a drive and a tool: their modes, and their force on a contact.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
-/// Part of the largest squared frequency below which a mode bends nothing.
+/// Share of the largest squared frequency below which a mode bends no spring.
 pub(crate) const BENDS_NOTHING: f64 = 1e-9;
 
-/// Part of a slow drive force on the contact from which on a mode counts as the one in which the arm as a
-/// whole moves on it.
+/// Share of a slow drive force on the contact, above which a mode counts as the one in which the whole arm
+/// moves on the contact.
 const WHOLE_ARM: f64 = 0.3;
 
 /// A mode of the arm that bends its joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VibrationMode {
-    /// Undamped frequency, the tool free, Hz.
+    /// Undamped frequency with the tool free, Hz.
     pub frequency_hz: f64,
-    /// Damping ratio from the dampings of joints and motors, their coupling to other modes neglected.
+    /// Damping ratio from the dampings of joints and motors; coupling to other modes is neglected.
     pub damping_ratio: f64,
-    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's
-    /// mass: -1 where this mode alone parts the tool from the motors. Negative is noncolocated.
+    /// Its contribution from a drive force along the normal to the tool's motion, relative to the arm's mass:
+    /// -1 if this mode alone separates the tool from the motors. Negative means noncolocated.
     pub drive_share: f64,
-    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to
-    /// tip mass of the equivalent pair.
+    /// Its contribution to the tool's response to a force on the tool, relative to the arm's mass: the ratio
+    /// of motor to tip mass of the equivalent pair.
     pub tip_share: f64,
 }
 
-/// `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`.
+/// `M x'' + D x' + K x = b u`, with the tool's displacement along the normal `c x`.
 pub(crate) struct LinearSystem {
     pub(crate) mass: DMatrix<f64>,
     pub(crate) stiffness: DMatrix<f64>,
     pub(crate) damping: DMatrix<f64>,
     pub(crate) tip: DVector<f64>,
     pub(crate) drive: DVector<f64>,
-    /// Mass along the normal when nothing bends.
+    /// Mass of the rigid arm along the normal.
     pub(crate) mass_kg: f64,
 }
 
-/// Squared angular frequencies, and shapes (one per column) of modal mass one; none unless the mass matrix is
-/// positive definite.
+/// Squared angular frequencies, and shapes (one per column) with modal mass one; `None` unless the mass
+/// matrix is positive definite.
 pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let lower = mass.clone().cholesky()?.l();
     // L^-1 K L^-T, through two triangular solutions.
@@ -51,8 +50,8 @@ pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DV
 }
 
 impl LinearSystem {
-    /// The largest squared angular frequency in the air, beside which modes that bend nothing are recognised:
-    /// one on a contact may be as large as the contact is stiff.
+    /// The largest squared angular frequency in the air, which identifies modes that bend no spring. On a
+    /// contact it would grow with the stiffness of the contact.
     fn largest_square(&self) -> f64 {
         eigen(&self.mass, &self.stiffness).map_or(0.0, |(squares, _)| squares.amax())
     }
@@ -79,7 +78,7 @@ impl LinearSystem {
         modes
     }
 
-    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a good
+    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a large
     /// part of a slow drive force to the contact, else the one that carries most of it.
     pub(crate) fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
@@ -88,8 +87,8 @@ impl LinearSystem {
         let mut carried: Vec<(f64, f64)> = (squares.iter().zip(shapes.column_iter()))
             .filter(|(square, _)| **square > BENDS_NOTHING * largest)
             .map(|(square, shape)| {
-                // What the mode leaves of the contact's force is what the springs and the inertia at the tool
-                // do not take: exact for contacts so stiff that hardly anything moves there.
+                // The mode's part of the contact force is the rest after the springs and the inertia at the
+                // tool. This is exact for contacts so stiff that almost nothing moves there.
                 let force = (*square * (&self.mass * shape) - &self.stiffness * shape).dot(&self.tip)
                     / self.tip.norm_squared();
                 (square.sqrt() / TAU, force * self.drive.dot(&shape) / square)
@@ -113,7 +112,7 @@ impl LinearSystem {
             .collect()
     }
 
-    /// Way of the tool and of the drive per drive force, the tool on a spring and damper.
+    /// Displacement of the tool and of the drive per drive force, with the tool on a spring and damper.
     pub(crate) fn moved(&self, contact: [f64; 2], frequencies_hz: &[f64]) -> Vec<[Complex<f64>; 2]> {
         let [k, c] = contact;
         let touch = &self.tip * self.tip.transpose();

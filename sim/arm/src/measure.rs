@@ -1,4 +1,4 @@
-//! The frequency response of an arm as a measurement finds it: a multisine on the drive of the simulated arm.
+//! Measured frequency response of a simulated arm, with a multisine on the drive.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -10,49 +10,49 @@ use crate::flexible::{Arm, Others};
 use crate::reduce::Reduction;
 use crate::swing::{FlexibleArm, Wall};
 
-/// Lines of the multisine per contact mode: their spacing is this part of it.
+/// Lines of the multisine per contact mode, which sets their spacing.
 const LINES_PER_MODE: f64 = 16.0;
 /// First line over the contact mode, last over the phase crossover.
 const BAND: [f64; 2] = [0.3, 1.4];
-/// Force with which the tool is pressed on, N: small, so that the arm stays where it is linear.
+/// Force that presses the tool on, N: small, so that the arm stays linear.
 const PRESS_N: f64 = 0.2;
-/// Most that all lines together may take off it, so that the tool stays in touch.
+/// Largest reduction of that force by all lines together, as a share; the tool stays in contact.
 const SWING: f64 = 0.5;
-/// Time constants of the slowest mode that the swing is left to settle for.
+/// Time constants of the slowest mode before the evaluation.
 const SETTLED: f64 = 7.0;
 /// Longest wait, s.
 const LONGEST_S: f64 = 30.0;
-/// Largest product of step and fastest angular frequency: the fourth-order steps are stable to 2.8.
+/// Largest product of step and fastest angular frequency: the fourth-order steps are stable up to 2.8.
 const STABLE: f64 = 1.0;
 /// Fewest steps per period of the fastest line.
 const PER_PERIOD: f64 = 40.0;
 
-/// What a measurement on the simulated arm finds, and the axis's own linear theory.
+/// Result of a measurement on the simulated arm, and the linear theory of the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// Lines of the multisine, Hz.
     pub frequencies_hz: Vec<f64>,
     /// Force of the contact per drive force at each line.
     pub response: Vec<Complex<f64>>,
-    /// Where the phase falls through -90 degrees, the contact mode: simulated arm, axis; Hz.
+    /// Frequency at which the phase falls through -90 degrees, the contact mode: simulated arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Where it falls through -180 degrees: simulated arm, axis; Hz.
+    /// Frequency at which it falls through -180 degrees: simulated arm, axis; Hz.
     pub phase_crossover_hz: [f64; 2],
     /// Time that was simulated, s.
     pub simulated_s: f64,
 }
 
 impl Measured {
-    /// How far the axis is off the simulated arm in either, over the arm's.
+    /// Relative difference of the axis from the simulated arm in each.
     pub fn misfits(&self) -> [f64; 2] {
         [self.contact_mode_hz, self.phase_crossover_hz].map(apart)
     }
 }
 
 impl Arm {
-    /// Simulates the arm, tool on a spring (N/m) and damper (N s/m) that it is lightly pressed on, with a
-    /// multisine on the drive, and holds an axis against the response that is found: all links, joints and
-    /// motors with all terms of the equations, dry friction and limits of the drives left out.
+    /// Simulates the arm with a multisine on the drive, the tool lightly pressed on a spring (N/m) and damper
+    /// (N s/m), and compares an axis with the measured response. The simulation has all links, joints and
+    /// motors with all terms of the equations, but no dry friction and no limits of the drives.
     ///
     /// # Errors
     /// Those of [`Self::reduce`], and [`ArmError::Diverged`].
@@ -89,7 +89,7 @@ impl Arm {
         let sizes = linear.system.response_in_contact(contact, &frequencies_hz);
         let amplitude_n = SWING * PRESS_N / sizes.iter().map(|z| z.norm()).sum::<f64>();
         let count = f64::from(last - first + 1);
-        // Schroeder's phases: no instant at which all lines add up.
+        // Schroeder's phases: there is no instant at which all lines add up.
         let phase = |i: f64| -PI * i * (i - 1.0) / count;
         let drive: Vec<f64> = (0..steps)
             .map(|step| {

@@ -1,5 +1,5 @@
-//! MJCF models of MuJoCo: the same tree of links and joints as in a URDF, and what the author believes of
-//! each joint and its actuator.
+//! MJCF models of MuJoCo: the same tree of links and joints as in a URDF, and the author's parameters of each
+//! joint and its actuator.
 
 use std::collections::HashMap;
 
@@ -11,10 +11,10 @@ use crate::error::ArmError;
 use crate::urdf::{Described, Link, Urdf};
 use crate::xml::{child, line_of, vector, wrong};
 
-/// Bodies within bodies that are followed.
+/// Largest depth of nested bodies.
 const MOST_DEEP: usize = 200;
 
-/// A model: its tree, and what is believed of its joints.
+/// A model: its tree, and the believed parameters of its joints.
 #[derive(Clone, Debug)]
 pub struct Mjcf {
     /// Links are its bodies.
@@ -23,7 +23,7 @@ pub struct Mjcf {
     pub joints: Vec<JointBelief>,
 }
 
-/// What the author of a model believes of a joint and of the loop that drives it; SI.
+/// The author's parameters of a joint and of the loop that drives it; SI.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointBelief {
     /// Name of the joint.
@@ -42,14 +42,14 @@ pub struct JointBelief {
     pub kd: f64,
     /// Largest effort.
     pub effort_limit: Option<f64>,
-    /// How late a command acts, s.
+    /// Delay of a command, s.
     pub delay_s: f64,
 }
 
-/// Attributes of one kind of element by class, with those of the classes around it.
+/// Attributes of one kind of element by class, including those of the enclosing classes.
 type Defaults<'a> = HashMap<(String, &'static str), HashMap<&'a str, &'a str>>;
 
-/// Kinds of elements whose defaults matter here.
+/// Kinds of elements whose defaults are used here.
 const KINDS: [&str; 4] = ["joint", "position", "general", "motor"];
 
 struct Model<'a, 'i> {
@@ -61,7 +61,7 @@ struct Model<'a, 'i> {
 }
 
 impl Mjcf {
-    /// Reads the text of an MJCF file. Geometry is left aside: bodies that move need an `inertial`.
+    /// Reads the text of an MJCF file. Geometry is ignored: bodies that move need an `inertial`.
     ///
     /// # Errors
     /// [`ArmError::Xml`] and [`ArmError::Urdf`], with the line.
@@ -100,7 +100,7 @@ impl Mjcf {
     }
 }
 
-/// Attributes of a class: those of the class around it, and its own over them.
+/// Attributes of a class: those of the enclosing class, overridden by its own.
 fn gather_defaults<'a>(node: Node<'a, '_>, class: &str, around: Option<&str>, defaults: &mut Defaults<'a>) {
     for kind in KINDS {
         let inherited = around.and_then(|around| defaults.get(&(around.to_owned(), kind)).cloned());
@@ -147,7 +147,7 @@ impl<'a> Model<'a, '_> {
         Ok(self.numbers(node, kind, class, name)?.first().copied().unwrap_or(0.0))
     }
 
-    /// Where an element stands in the frame of its body.
+    /// Pose of an element in the frame of its body.
     fn place(&self, node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
         let at = vector(node, "pos", Vector3::zeros())?;
         let all = |name: &str| -> Option<Vec<f64>> {
@@ -160,7 +160,7 @@ impl<'a> Model<'a, '_> {
             let axis = Unit::new_normalize(Vector3::new(*x, *y, *z));
             UnitQuaternion::from_axis_angle(&axis, angle(*a))
         } else if let Some([a, b, c]) = all("euler").as_deref() {
-            // Intrinsic about x, y, z, unless the compiler says otherwise.
+            // Intrinsic about x, y, z, unless the compiler element specifies another order.
             let about = |axis: &Unit<Vector3<f64>>, a: f64| UnitQuaternion::from_axis_angle(axis, angle(a));
             about(&Vector3::x_axis(), *a) * about(&Vector3::y_axis(), *b) * about(&Vector3::z_axis(), *c)
         } else if let Some([x1, x2, x3, y1, y2, y3]) = all("xyaxes").as_deref() {
@@ -178,7 +178,7 @@ impl<'a> Model<'a, '_> {
         Ok(Isometry3::from_parts(Translation3::from(at), turn))
     }
 
-    /// A body, with all that hangs on it. `shift` is how far the parent's frame was moved to its joint.
+    /// A body, with everything attached to it. `shift` is the offset of the parent's frame to its joint.
     fn body(
         &mut self,
         node: Node<'a, '_>,
@@ -303,9 +303,9 @@ impl<'a> Model<'a, '_> {
         Ok(found)
     }
 
-    /// What an actuator says of the loop at its joint.
+    /// Parameters of an actuator's loop at its joint.
     fn actuator(&mut self, node: Node<'_, '_>) -> Result<(), ArmError> {
-        // The borrow of the document outlives that of the iterator.
+        // The document's borrow outlives that of the iterator.
         let Some(node) = self.document.get_node(node.id()) else { return Ok(()) };
         let Some(joint) = node.attribute("joint") else { return Ok(()) };
         let Some(at) = self.joints.iter().position(|belief| belief.name == joint) else {

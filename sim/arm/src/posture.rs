@@ -1,4 +1,4 @@
-//! A chain at a pose: where its parts are, worked out once for all that is asked of it.
+//! A chain at a pose: the positions of its parts, computed once.
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 
@@ -12,7 +12,7 @@ pub struct Posture<'a> {
     tool: Isometry3<f64>,
 }
 
-/// A joint, and what it moves.
+/// A joint, and the bodies that it moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed {
     pub(crate) frame: Isometry3<f64>,

@@ -7,49 +7,51 @@ use crate::error::ArmError;
 use crate::flexible::{Arm, LinearArm, Others};
 use crate::linear_system::VibrationMode;
 
-/// The axis that an arm is along a contact normal: the paper's flexible machine, with the arm's numbers.
+/// The axis that represents an arm along a contact normal: the paper's flexible machine, with the arm's
+/// numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reduction {
-    /// Mass of the arm when nothing bends.
+    /// Mass of the rigid arm.
     pub mass_kg: f64,
-    /// Its part on the motors' side of the equivalent spring, that of the branches not counted.
+    /// Its part on the motors' side of the equivalent spring, without the branches.
     pub motor_mass_kg: f64,
     /// Its part on the tool's side.
     pub tip_mass_kg: f64,
-    /// Further bodies, each on a spring of its own beside the motor, some joined to the tool as well; none
-    /// where two masses do.
+    /// Further bodies, each on its own spring at the motor, some joined to the tool as well; empty if two
+    /// masses are enough.
     pub branches: Vec<Branch>,
-    /// The spring between the two; the equivalent one of all joints where there are no branches.
+    /// The spring between the two; without branches the equivalent spring of all joints.
     pub stiffness_n_per_m: f64,
     /// Its damping.
     pub damping_n_s_per_m: f64,
-    /// Stiffness of all joints in series, the motors locked: what a slow force on the tool meets.
+    /// Stiffness of all joints in series with locked motors: the stiffness against a slow force on the tool.
     pub static_stiffness_n_per_m: f64,
-    /// Mass of the links alone, the joints limp: what a sudden blow on the tool meets.
+    /// Mass of the links alone with limp joints: the mass against a sudden blow on the tool.
     pub link_mass_kg: f64,
     /// Viscous friction of the motors.
     pub guide_damping_n_s_per_m: f64,
     /// Dry friction of the motors.
     pub dry_friction_n: f64,
-    /// Largest force along the normal that no motor's limit forbids.
+    /// Largest force along the normal within every motor's limit.
     pub force_limit_n: Option<f64>,
     /// Bandwidth of the slowest drive that takes part.
     pub bandwidth_hz: Option<f64>,
     /// Joint motion per metre of the tool along the normal.
     pub direction: Vec<f64>,
-    /// Modes that bend joints, the tool free, slowest first.
+    /// Modes that bend joints, with the tool free, slowest first.
     pub modes: Vec<VibrationMode>,
 }
 
 impl Arm {
-    /// The axis of two masses that the arm is along `normal` at pose `q`; gravity is taken as compensated.
+    /// The axis of two masses that represents the arm along `normal` at pose `q`; gravity counts as
+    /// compensated.
     ///
-    /// Kept are the mass of the whole, and how far slow forces bend it: the tool's lag behind the rigid
-    /// motion per drive force, the tool's way beyond it per force on the tool; and what the joints lose while
-    /// a force on the tool changes slowly. For an arm with one joint this is the arm; for one with more,
-    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency
-    /// (matching of moments, as in model reduction); where none does, since the tool leads the drive, the
-    /// pair has the slowest mode.
+    /// The axis keeps the total mass and the bending under slow forces: the tool's lag behind the rigid
+    /// motion per drive force, and the tool's displacement beyond it per force on the tool. It also keeps the
+    /// loss in the joints while a force on the tool changes slowly. An arm with one joint is represented
+    /// exactly. For more joints, with several modes, the pair of masses agrees with all of them at low
+    /// frequency (moment matching, as in model reduction). If no pair does, because the tool leads the drive,
+    /// the pair has the slowest mode.
     ///
     /// # Errors
     /// [`ArmError::Pose`], [`ArmError::Limit`], [`ArmError::Normal`], [`ArmError::Singular`].
@@ -68,8 +70,8 @@ impl Arm {
         };
         let by_drive = -over(&|mode| mode.drive_share);
         let Some(slowest) = modes.first().filter(|_| by_drive.is_finite()) else { return Err(singular) };
-        // Held in other directions, an arm may lead its drive where it is pushed slowly, as no two masses do:
-        // then they have its slowest mode.
+        // With other directions held, the tool may lead its drive under a slow push, which no pair of masses
+        // does. The pair then has the slowest mode.
         let omega = if by_drive > 0.0 { by_drive.recip().sqrt() } else { tau * slowest.frequency_hz };
         let ratio = over(&|mode| mode.tip_share) * omega * omega;
         let tip_mass_kg = mass_kg / (1.0 + ratio);
@@ -123,8 +125,8 @@ impl Arm {
         Ok(self.linear(q, normal, others)?.system.modes(contact_n_per_m))
     }
 
-    /// Force of a spring and damper under the tool per drive force along the normal, at frequencies in Hz:
-    /// every joint's motor and link as it is, linear about the pose.
+    /// Force of a spring and damper under the tool per drive force along the normal, at frequencies in Hz. It
+    /// includes every joint's motor and link, linear about the pose.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].

@@ -1,9 +1,9 @@
-//! How far the gains of a sampled force loop may rise on a linear arm or axis in contact.
+//! Stable gains of a sampled force loop on a linear arm or axis in contact.
 //!
-//! Exact for what is sampled and held: the plant is carried over one period by its exponential, and where the
-//! open loop `L(z)` crosses the negative real axis on the unit circle, `-1 / L` is a gain at which a pole
-//! stands on the circle. The smallest of these bounds the stable gains from zero on, for the plant alone,
-//! which only loses energy, is stable.
+//! Sampling and hold are exact: the matrix exponential carries the plant over one period. Where the open loop
+//! `L(z)` crosses the negative real axis on the unit circle, `-1 / L` is a gain with a pole on the circle.
+//! The smallest of these gains bounds the stable gains from zero on, since the plant alone only dissipates
+//! energy and is stable.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,44 +12,43 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::linear_system::LinearSystem;
 
-/// Period of the force loops that are looked at, s.
+/// Period of the analysed force loops, s.
 pub const PERIOD_S: f64 = 1e-3;
-/// Points of the unit circle per factor of ten in frequency, and where they begin, over the first frequency
-/// that is given.
+/// Points of the unit circle per decade of frequency, and their start relative to the first given frequency.
 const PER_DECADE: f64 = 200.0;
 const FROM: f64 = 0.05;
-/// Points about each mode, in half widths of its peak, and the narrowest half width that is looked for, over
-/// its frequency.
+/// Points about each mode in half widths of its peak, and the smallest half width of the search over its
+/// frequency.
 const ABOUT: [f64; 8] = [-6.0, -2.5, -1.2, -0.4, 0.4, 1.2, 2.5, 6.0];
 const NARROWEST: f64 = 1e-6;
-/// Angle on the unit circle below which no crossover is looked for: a microhertz.
+/// Angle on the unit circle below which no crossover is searched: a microhertz.
 const SLOWEST: f64 = 1e-6 * TAU * PERIOD_S;
-/// Halvings of the step in which a crossing lies: to rounding of a gain.
+/// Bisections of the step with a crossing: to rounding of a gain.
 const HALVINGS: u32 = 40;
 
-/// Share of a frequency to either side over which a slope is taken, and the steepest that is believed.
+/// Share of a frequency on each side for a slope, and the largest accepted slope.
 const BESIDE: f64 = 2e-3;
 const STEEPEST: f64 = 20.0;
 
-/// Forces of the drive: those of the motors that share a bandwidth, Hz, per force along the normal.
+/// Drive forces: those of the motors with a common bandwidth, Hz, per force along the normal.
 pub(crate) type Lag = (Option<f64>, DVector<f64>);
 
-/// What hangs on the drive and touches something, sampled: force of the contact's spring and way of the
+/// The mechanics on the drive with a contact, sampled: spring force of the contact and displacement of the
 /// drive, on the unit circle.
 pub(crate) struct SampledPlant {
     plant: TransferEvaluator,
-    /// Angles on the unit circle, rising to half a turn, and what the plant answers there.
+    /// Angles on the unit circle, rising to half a turn, and the plant's response there.
     circle: Vec<(f64, [C64; 2])>,
 }
 
 /// The end of the stable gains.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
-    /// Zero where no gain is stable, infinite where all are.
+    /// Zero if no gain is stable, infinite if all are.
     pub(crate) gain: f64,
-    /// Of the motion that grows beyond; not a number where every gain is stable.
+    /// Frequency of the motion that grows beyond the edge; NaN if every gain is stable.
     pub(crate) frequency_hz: f64,
-    /// Change of the logarithm of the open loop's size per change of its phase along the frequency there,
+    /// Change of the logarithm of the open loop's modulus per change of its phase along the frequency there,
     /// 1/rad.
     pub(crate) size_per_phase: f64,
 }
@@ -59,14 +58,14 @@ impl Edge {
     pub(crate) const UNKNOWN: Self = Self { gain: f64::NAN, frequency_hz: f64::NAN, size_per_phase: 0.0 };
 }
 
-/// A law of force control that is one gain on a signal.
+/// A law of force control with one gain on a signal.
 #[derive(Clone, Copy)]
 pub(crate) enum Law {
     /// The gain on the force.
     Proportional,
-    /// That on the sum of all forces times the period, the drive's speed damped by so much, N s/m.
+    /// Gain on the sum of all forces times the period, with this damping of the drive's speed, N s/m.
     Integral(f64),
-    /// The damping itself: the gain on the difference of the drive's last two places over the period.
+    /// The damping itself: the gain on the difference of the drive's last two positions over the period.
     Damping,
 }
 
@@ -106,8 +105,8 @@ impl SampledPlant {
         self.largest(Law::Proportional)
     }
 
-    /// Largest integral gain up to which every one is stable, 1/s, the drive's speed damped by so much, N
-    /// s/m; zero where that damping alone is unstable.
+    /// Largest integral gain up to which every one is stable, 1/s, with this damping of the drive's speed, N
+    /// s/m. Zero if that damping alone is unstable.
     pub(crate) fn largest_ki_per_s(&self, damping_n_s_per_m: f64) -> Edge {
         let damping = self.largest(Law::Damping);
         if damping_n_s_per_m < damping.gain {
@@ -117,8 +116,8 @@ impl SampledPlant {
         }
     }
 
-    /// Where the loop of integral control, the drive's speed damped by so much, N s/m, first has a gain of
-    /// one on its way down from infinity, Hz; not a number unless `ki`, 1/s, is above zero and finite.
+    /// Crossover of integral control with this damping of the drive's speed, N s/m: where the loop gain first
+    /// falls to one, Hz. NaN unless `ki`, 1/s, is positive and finite.
     pub(crate) fn crossover_hz(&self, damping_n_s_per_m: f64, ki: f64) -> f64 {
         if !(ki > 0.0 && ki.is_finite()) {
             return f64::NAN;
@@ -193,8 +192,8 @@ fn held(frequency_hz: f64, bandwidth_hz: Option<f64>) -> C64 {
 }
 
 impl Law {
-    /// The open loop per gain, from continuous responses of force and drive, frequencies beyond half the
-    /// sample rate left out.
+    /// The open loop per gain, from continuous responses of force and drive. Frequencies beyond half the
+    /// sample rate are omitted.
     pub(crate) fn open_at(self, frequency_hz: f64, bandwidth_hz: Option<f64>, [force, way]: [C64; 2]) -> C64 {
         let through = held(frequency_hz, bandwidth_hz);
         self.open(C64::cis(TAU * frequency_hz * PERIOD_S), through * force, through * way)
@@ -210,7 +209,7 @@ impl Law {
     }
 }
 
-/// From the force asked of the drives to the force of the contact's spring and the drive's way.
+/// From the commanded drive force to the contact's spring force and the drive's displacement.
 fn state_space(system: &LinearSystem, lags: &[Lag], [k, c]: [f64; 2]) -> Result<StateSpace, LtiError> {
     let n = system.drive.len();
     let touch = &system.tip * system.tip.transpose();

@@ -30,7 +30,7 @@ pub struct SwingState {
     pub energy_j: f64,
 }
 
-/// Lets a rigid chain swing without drives or friction; gives its states at the start and after every step.
+/// Simulates a rigid chain without drives or friction; returns its states at the start and after every step.
 ///
 /// # Errors
 /// [`ArmError::Diverged`].
@@ -74,14 +74,14 @@ pub struct Wall {
     pub damping_n_s_per_m: f64,
 }
 
-/// An arm with flexible joints in motion, gravity compensated, no dry friction; the wall stands square to a
+/// A moving arm with flexible joints, compensated gravity and no dry friction; the wall is perpendicular to a
 /// normal.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm<'a> {
     arm: &'a Arm,
     home: DVector<f64>,
     normal: Vector3<f64>,
-    /// Of the tool at the pose it was made at, along the normal.
+    /// Initial position of the tool along the normal.
     origin_m: f64,
     basis: DMatrix<f64>,
     motor_mass: DMatrix<f64>,
@@ -94,7 +94,7 @@ pub struct FlexibleArm<'a> {
 }
 
 impl<'a> FlexibleArm<'a> {
-    /// The arm at rest at a pose, its springs relaxed.
+    /// The arm at rest at a pose, with relaxed springs.
     ///
     /// # Errors
     /// Those of [`Arm::reduce`].
@@ -128,7 +128,7 @@ impl<'a> FlexibleArm<'a> {
         })
     }
 
-    /// Throws it along the normal: motors and links move as if nothing bent.
+    /// Gives the arm a speed along the normal: motors and links move as a rigid arm would.
     ///
     /// # Errors
     /// Those of [`Arm::reduce`].
@@ -142,14 +142,14 @@ impl<'a> FlexibleArm<'a> {
         Ok(())
     }
 
-    /// Puts it where a force along the normal holds it on the wall, as far as nothing but wall and springs
-    /// give way.
+    /// Sets the arm to the state in which a force along the normal holds it on the wall, with only wall and
+    /// springs deflected.
     pub(crate) fn press(&mut self, wall_n_per_m: f64, force_n: f64) {
         let (p, n) = (self.basis.ncols(), self.home.len());
         let depth_m = force_n / wall_n_per_m;
         let bent = self.along.component_div(&self.arm.per_joint(|d| d.stiffness_n_m_per_rad)) * force_n;
         let beyond = self.along.dot(&bent);
-        // The motors go as far as the tool goes, and what the joints bend back.
+        // The motors move by the tool's displacement plus the bending of the joints.
         let motors = &self.rigid * (depth_m + beyond);
         self.state.rows_mut(0, p).copy_from(&if p == n {
             motors.clone()
@@ -172,7 +172,7 @@ impl<'a> FlexibleArm<'a> {
         Ok(())
     }
 
-    /// How far the tool has come along the normal, m, and its speed.
+    /// Displacement of the tool along the normal, m, and its speed.
     pub fn tool(&self) -> [f64; 2] {
         self.tool_of(&self.state)
     }

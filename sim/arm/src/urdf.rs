@@ -12,8 +12,7 @@ use crate::xml::{attribute, child, line_of, number, optional_number, origin, vec
 
 /// Standard acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.806_65;
-/// Rounding that a table of inertias may have: the triangle inequality of principal moments holds within this
-/// share.
+/// Rounding in a table of inertias: the triangle inequality of principal moments holds within this share.
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
@@ -44,7 +43,7 @@ impl Link {
     }
 }
 
-/// A mesh that a link names.
+/// A mesh named by a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFile {
     /// The link.
@@ -60,7 +59,7 @@ pub(crate) struct Described {
     pub(crate) line: u32,
     pub(crate) parent: String,
     pub(crate) child: String,
-    /// None for a joint that does not move.
+    /// `None` for a fixed joint.
     pub(crate) kind: Option<JointKind>,
     pub(crate) joint: Joint,
 }
@@ -274,14 +273,14 @@ impl Urdf {
         self.link_names.iter().flat_map(|name| &self.links[name].meshes)
     }
 
-    /// The link that is a tool where none is named: the last one of the file that nothing hangs on.
+    /// The default tool: the last link of the file without a child.
     pub fn last_link(&self) -> Option<&str> {
         let is_leaf = |name: &&String| !self.joints.iter().any(|joint| joint.parent == **name);
         self.link_names.iter().rfind(is_leaf).map(String::as_str)
     }
 
-    /// The chain from the base to a link, whose frame is the tool's. What hangs on fixed joints moves along
-    /// with its link; so does what hangs on joints that are not on the way, which stay at zero.
+    /// The chain from the base to a link, whose frame is the tool's. Bodies on fixed joints move with their
+    /// link. So do bodies on joints that are not on the path, which stay at zero.
     ///
     /// # Errors
     /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for
@@ -289,7 +288,7 @@ impl Urdf {
     pub fn chain(&self, tool: &str) -> Result<Chain, ArmError> {
         let way = self.way(tool)?;
         let mut joints: Vec<Joint> = Vec::new();
-        // Where the present link's frame stands in that of the last joint that moves.
+        // Frame of the present link in that of the last moving joint.
         let mut frame = Isometry3::identity();
         for described in &way {
             frame *= described.joint.place;
@@ -315,8 +314,8 @@ impl Urdf {
         Ok(chain)
     }
 
-    /// Shapes for finding collisions, in the frames of what carries them: first those of the base, then those
-    /// that each joint on the way to the tool moves.
+    /// Shapes for collision detection, in the frames of the bodies that carry them: first those of the base,
+    /// then those that each joint on the path to the tool moves.
     ///
     /// # Errors
     /// [`ArmError::Unknown`], and [`ArmError::Urdf`] for links in a circle.
@@ -387,7 +386,7 @@ impl Urdf {
         Ok(way)
     }
 
-    /// Adds a link and all that hangs on it beside the way to the tool.
+    /// Adds a link and everything attached to it that is not on the path to the tool.
     fn gather(&self, link: &str, frame: &Isometry3<f64>, way: &[&Described], into: &mut Inertial) {
         into.add(&self.links[link].inertial, frame);
         for joint in self
@@ -400,7 +399,7 @@ impl Urdf {
     }
 }
 
-/// Every joint must move something that resists.
+/// Every joint must move a mass or inertia.
 fn check_masses(chain: &Chain, way: &[&Described]) -> Result<(), ArmError> {
     let mass = chain.mass_matrix(&vec![0.0; chain.joints()]);
     let largest = mass.diagonal().amax();

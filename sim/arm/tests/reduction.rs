@@ -1,4 +1,4 @@
-//! The axis that an arm is along a normal: exact for one joint, and held against the whole arm for six.
+//! The axis of an arm along a normal: exact for one joint, and compared with the whole arm for six.
 
 #![expect(
     clippy::unwrap_used,
@@ -88,8 +88,8 @@ fn truth_one_joint_is_two_masses_exactly() {
     assert!(matches!(arm.reduce(&[0.0], [0.0; 3], Others::Free), Err(ArmError::Normal { .. })));
 }
 
-/// What the modes move that take too little part to be counted, over the arm's mass: 1e-9 each, with room for
-/// closely spaced ones.
+/// Contribution of modes that are too weak to be counted, relative to the arm's mass: 1e-9 each, with a
+/// margin for closely spaced ones.
 const LEFT_OUT: f64 = 1e-6;
 
 #[test]
@@ -116,11 +116,11 @@ fn truth_with_all_its_branches_the_axis_has_the_arm_s_frequencies() {
     }
 }
 
-/// The phase crossover, on any contact.
+/// Tolerance of the phase crossover, on any contact.
 const CROSSOVER: f64 = 0.012;
-/// Contacts (N/m, N s/m), and what the contact mode on them may be off by: on the second the documents tell
-/// the figures; a softer and a harder one show that the axis is not made for one alone. The harder, the
-/// nearer comes the mode to those in which several joints bend against each other.
+/// Contacts (N/m, N s/m), and the tolerance of the contact mode on each. The documents give figures for the
+/// second. A softer and a harder one show that the axis is valid beyond one contact. On harder contacts the
+/// mode is closer to those in which several joints bend against each other.
 const CONTACTS: [([f64; 2], f64); 3] = [([5e3, 20.0], 2e-3), ([2e4, 40.0], 5e-3), ([5e4, 60.0], 0.01)];
 
 #[test]
@@ -153,8 +153,8 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
 /// A place of the tool, m, a normal, and a contact, N/m and N s/m.
 type Touch = ([f64; 3], [f64; 3], [f64; 2]);
 
-/// Places all over the arm's reach at heights from the table to 0.45 m, normals that are not only vertical,
-/// and contacts from soft to hard.
+/// Places all over the arm's reach at heights from the table to 0.45 m, vertical and inclined normals, and
+/// contacts from soft to hard.
 fn workspace() -> Vec<Touch> {
     let (xs, ys) = ([0.4, 0.55, 0.7, 0.85], [-0.3, 0.0, 0.2]);
     let mut all: Vec<Touch> = Vec::new();
@@ -174,8 +174,8 @@ fn workspace() -> Vec<Touch> {
     all
 }
 
-/// How far the axis of a touch is off the arm, the other directions held; `None` if the arm does not reach,
-/// or cannot move along the normal.
+/// Misfit of the axis against the arm at a touch, with the other directions held. `None` if the arm does not
+/// reach it, or cannot move along the normal.
 fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     let target = Target::Pointing(place.into(), Vector3::from(normal).normalize());
     let q = inverse_kinematics(arm.chain(), &target, &feeler_arm::usual_starts(arm.chain(), place)).ok()?;
@@ -196,7 +196,7 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
                 found.misfits(),
                 axis.branches.len()
             );
-            // A thousandth of the whole, and a body that rounding leaves lighter by no more.
+            // A thousandth of the whole, up to rounding.
             let lightest = axis
                 .branches
                 .iter()
@@ -213,21 +213,21 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     }
 }
 
-/// Contact mode, phase crossover and the largest stable ki with damped motors, anywhere; what the files
-/// promise.
+/// Tolerance of contact mode, phase crossover and largest stable ki with damped motors, anywhere; the files
+/// promise it.
 const ANYWHERE: f64 = 0.05;
-/// The largest stable kp: where the phase lies along -180 degrees over several hertz, a hundredth of a radian
-/// decides which of two crossings is the loop's edge. There the axis says that it is off.
+/// Tolerance of the largest stable kp. If the phase stays near -180 degrees over several hertz, a hundredth
+/// of a radian decides which of two crossings is the loop's edge. The axis then reports the misfit.
 const KP_ANYWHERE: f64 = 0.3;
 
-/// The largest misfit of what is promised anywhere; that of the stable kp is bounded here.
+/// The largest misfit of the landmarks promised anywhere; that of the stable kp is bounded here.
 fn promised(found: &Agreement) -> f64 {
     let [mode, crossover, kp, ki] = found.misfits();
     assert!(kp < KP_ANYWHERE, "{found:?}");
     mode.max(crossover).max(ki)
 }
 
-/// Where several modes share the tool's way: up to 71 % off when one of them was taken for the tool.
+/// Several modes share the tool's displacement: the error was up to 71 % with one of them as the tool.
 #[test]
 fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
     let arm = six_joint();
@@ -246,8 +246,8 @@ fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
     }
 }
 
-/// Held, the tool leads its drive here where it is pushed slowly, as in no two masses: such poses were
-/// refused as if the arm could not move.
+/// With other directions held the tool leads its drive here under a slow push, unlike any two masses. Such
+/// poses were rejected as if the arm could not move.
 #[test]
 fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
     let arm = six_joint();
@@ -274,8 +274,8 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     assert!(all.len() > 80 && worst < ANYWHERE && doubted * 8 < all.len(), "{worst} {doubted}");
 }
 
-/// The fit did not see what the drive itself feels: its motor of 0.56 kg where the arm's rotors are 1.70 kg
-/// left no stable ki, where the arm is stable to 114 1/s.
+/// The fit ignored the mass at the drive: its motor of 0.56 kg, against the arm's rotors of 1.70 kg, had no
+/// stable ki, although the arm is stable up to 114 1/s.
 #[test]
 fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
     let arm = six_joint();
@@ -285,7 +285,7 @@ fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
     }
 }
 
-/// Contacts so hard that no mode moves the tool on them: such had no contact mode, and no damping of the
+/// Contacts so hard that no mode moves the tool on them: these had no contact mode, and no damping of the
 /// motors.
 #[test]
 fn regress_a_hard_contact_has_its_contact_mode() {
@@ -310,21 +310,22 @@ fn regress_a_hard_contact_has_its_contact_mode() {
     assert!(promised(&misfit(&arm, touch).unwrap()) < ANYWHERE);
 }
 
-/// A fit gave a body of a milligram between two dampers, which no engine steps.
+/// A fit gave a body of a milligram between two dampers, which no engine can step.
 #[test]
 fn regress_no_body_is_a_mere_point_between_dampers() {
     assert!(promised(&misfit(&six_joint(), ([0.266, -0.263, 0.194], DOWN, [5e4, 60.0])).unwrap()) < ANYWHERE);
 }
 
-/// Of the force's amplitude: what is left of the start after two seconds, and of the fourth-order steps.
+/// Tolerance over the force's amplitude: the remaining transient after two seconds, and the error of the
+/// fourth-order steps.
 const SIMULATED: f64 = 5e-3;
 
 #[test]
 fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
     let arm = six_joint();
     let q = &poses(&arm)[5];
-    // Pressed on so that the swing stays in touch, and so lightly that a free arm does not drift into another
-    // pose meanwhile.
+    // Pressed on so that the tool stays in contact, but so lightly that a free arm does not drift into
+    // another pose meanwhile.
     let (contact, frequency_hz, press, swing) = ([2e4, 400.0], 12.0, 0.2, 0.01);
     for others in [Others::Free, Others::Held] {
         let wall = Wall { gap_m: 0.0, stiffness_n_per_m: contact[0], damping_n_s_per_m: contact[1] };
@@ -339,7 +340,7 @@ fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
             if i >= per_period * settle {
                 sum += moving.force_n() * Complex::new(phase.cos(), -phase.sin());
             }
-            // Held over the step: a delay of half of one, and no change of the amplitude worth naming.
+            // Held over the step: a delay of half a step, and a negligible change of the amplitude.
             moving.step(step_s, press + swing * phase.sin()).unwrap();
         }
         let found = 2.0 * sum.norm() / f64::from(per_period * periods);
@@ -348,10 +349,10 @@ fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
     }
 }
 
-/// Contact mode and phase crossover of the axis, from those that a multisine finds on the simulated arm.
+/// Tolerance of the contact mode and phase crossover of the axis, against a multisine on the simulated arm.
 const MEASURED: f64 = 0.05;
 
-/// How far the axis is off the simulated arm at some of the twenty poses, and the worst of all.
+/// Misfit of the axis against the simulated arm at some of the twenty poses, and the largest of all.
 fn measured_misfit(poses: &[Vec<f64>], others: Others) -> f64 {
     let (arm, contact) = (six_joint(), [2e4, 40.0]);
     let mut worst = 0.0_f64;
@@ -372,8 +373,8 @@ fn measured_misfit(poses: &[Vec<f64>], others: Others) -> f64 {
     worst
 }
 
-/// Lines of the simulated arm from its linear model: what is left of the start, fourth-order steps, and the
-/// swing's size.
+/// Tolerance of lines of the simulated arm against its linear model: remaining transient, fourth-order steps,
+/// and the amplitude of the motion.
 const SIMULATED_LINES: f64 = 2e-3;
 
 #[test]

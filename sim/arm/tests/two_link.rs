@@ -100,13 +100,13 @@ fn order_energy_of_the_free_swing_drifts_with_the_fourth_power_of_the_step() {
     let drift = |step_s: f64| {
         let states = free_swing(&chain, &[0.2, 0.9], &[0.0, 0.0], step_s, 10.0).unwrap();
         let start = states[0].energy_j;
-        // Of the energy that goes back and forth: about 20 J.
+        // Relative to the exchanged energy: about 20 J.
         states.iter().map(|state| (state.energy_j - start).abs()).fold(0.0, f64::max) / 20.0
     };
     let drifts = [8e-3, 4e-3, 2e-3].map(drift);
     println!("energy drift over 10 s at 8, 4, 2 ms: {drifts:?}");
-    // An error of the fourth order dissipates one order higher where it has a sign; a double pendulum has
-    // none to speak of: from 4 to 5.
+    // An error of fourth order dissipates one order higher if it has a sign; a double pendulum has almost
+    // none: from 4 to 5.
     for pair in drifts.windows(2) {
         let order = (pair[0] / pair[1]).log2();
         assert!((3.5..6.0).contains(&order), "{drifts:?} {order}");
@@ -138,7 +138,7 @@ fn rapier_swing(chain: &Chain, step_s: f64) -> [f64; 2] {
         let hinge = rapier::RevoluteJointBuilder::new(-rapier::Vector::Y)
             .local_anchor1(rapier::Vector::new(x, 0.0, 0.0));
         let handle = world.multibody_joints.insert(parent, body, hinge, true).unwrap();
-        // Of its own accord Rapier damps joints.
+        // By default Rapier damps joints.
         world.multibody_joints.get_mut(handle).unwrap().0.damping_mut().fill(0.0);
         bodies.push(body);
         parent = body;

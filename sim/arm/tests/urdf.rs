@@ -27,7 +27,7 @@ fn truth_what_is_written_is_read() {
         (mass[(0, 0)] - (0.1 + 0.02 + 0.16)).abs() < 1e-12 && (mass[(1, 1)] - 1.0).abs() < 1e-12,
         "{mass}"
     );
-    // Turning at 2 rad/s it is pulled outward, and sliding out it is braked.
+    // Turning at 2 rad/s pulls it outward, and sliding out brakes the turn.
     let efforts = chain.coriolis_efforts(&[0.4, 0.3], &[2.0, 0.5]);
     assert!(
         (efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12,
@@ -49,7 +49,7 @@ fn truth_collision_shapes_stand_in_the_frame_of_what_carries_them() {
     assert_eq!(found.len(), 2);
     assert_eq!(found[0][0].shape, CollisionShape::Box { half_extents_m: [0.1, 0.2, 0.3] });
     assert_eq!(found[1][0].shape, CollisionShape::Cylinder { radius_m: 0.03, half_length_m: 0.1 });
-    // Half a metre out on the arm, in the frame of joint `a`.
+    // Half a metre along the arm, in the frame of joint `a`.
     assert!((found[1][0].place.translation.vector - Vector3::new(0.5, 0.0, 0.1)).norm() < 1e-15);
     let flat = Urdf::parse(&text.replace("0.2 0.4 0.6", "0.2 0 0.6")).unwrap_err().problems()[0].to_string();
     assert!(flat.contains("line 2: the `size` of this box is not above zero (write three numbers"), "{flat}");

@@ -1,9 +1,9 @@
-//! What keys of several crates share.
+//! Declarations shared by keys of several crates.
 
 use crate::dimension::Dimension;
 use crate::shape::{Bound, Key, Kind, Shape, Unit, optional, required};
 
-/// A delay holds the past: more than this is a unit mistaken.
+/// A longer delay is a mistaken unit, since a delay stores past values.
 pub const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
 
 /// Corner frequency of a low-pass.

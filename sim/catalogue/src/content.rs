@@ -27,7 +27,7 @@ pub enum Content {
     Table(Contents),
 }
 
-/// What the keys of a table hold. A key without content stands for nothing, or was wrong.
+/// Contents of the keys of a table. A key without content is absent or had a mistake.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
     /// The word of the shape's choice.
@@ -46,7 +46,7 @@ impl Contents {
         self.entries.push((key, content));
     }
 
-    /// Keys and what they hold, in the order of the shape.
+    /// Keys and contents, in the order of the shape.
     pub fn iter(&self) -> impl Iterator<Item = &(&'static str, Content)> {
         self.entries.iter()
     }

@@ -17,17 +17,17 @@ pub struct Dimension {
     pub time: f64,
     /// Exponent of electric current.
     pub current: f64,
-    /// For laws `F = k d^n`, the stiffness is N/m^n with `n` from the file: any exponent of length is then
-    /// right.
+    /// For laws `F = k d^n` the stiffness is N/m^n with `n` from the file: any exponent of length is then
+    /// valid.
     pub any_length: bool,
-    /// Of a signal that is not known: any dimension is then right.
+    /// Dimension of an unknown signal: any dimension is then valid.
     pub unknown: bool,
 }
 
-/// Exponents that differ by less are equal; files write them with two or three digits.
+/// Exponents with a smaller difference are equal; files have two or three digits.
 const EXPONENT_TOLERANCE: f64 = 1e-6;
 
-/// Whether two exponents are equal but for the digits that files write.
+/// Whether two exponents are equal to the precision of files.
 pub fn same_exponent(a: f64, b: f64) -> bool {
     (a - b).abs() < EXPONENT_TOLERANCE
 }
@@ -44,7 +44,7 @@ impl Dimension {
 
     /// A pure number (radians of phase count as such).
     pub const NONE: Self = Self::new(0.0, 0.0, 0.0);
-    /// That of a signal which is not known, so that units that may be right are accepted.
+    /// The dimension of an unknown signal, for which every unit is accepted.
     pub const UNKNOWN: Self = Self { unknown: true, ..Self::NONE };
     /// kg.
     pub const MASS: Self = Self::new(1.0, 0.0, 0.0);
@@ -110,13 +110,13 @@ impl Dimension {
         self.named().map_or_else(|| self.product(rotational).into(), |named| named.on(rotational)[1].into())
     }
 
-    /// The SI unit of a dimension that has a name; empty of any other.
+    /// The SI unit of a named dimension; empty for any other.
     pub fn named_unit(self, rotational: bool) -> &'static str {
         self.named().map_or("", |named| named.on(rotational)[1])
     }
 
-    /// Its unit as a product of base units. Writing force as one of them, where mass occurs, keeps products
-    /// short: (m/s)/N rather than s/kg.
+    /// Its unit as a product of base units. If mass occurs, force replaces it as a base unit, which keeps
+    /// products short: (m/s)/N rather than s/kg.
     fn product(self, rotational: bool) -> String {
         let (force, length, time) = (self.mass, self.length - self.mass, self.time + 2.0 * self.mass);
         let (newton, metre): (&[&str], &str) = if rotational { (&["N", "m"], "rad") } else { (&["N"], "m") };
@@ -170,7 +170,7 @@ impl Div for Dimension {
     }
 }
 
-/// A dimension that has a name: its name and SI unit on a translational axis, and on a rotational one.
+/// A named dimension: its name, and its SI unit on a translational and on a rotational axis.
 struct Named {
     dimension: Dimension,
     translational: [&'static str; 2],

@@ -1,39 +1,39 @@
-//! A key together with the part of a struct that it fills.
+//! A key together with the member of a struct that it fills.
 
 use crate::content::{Content, Contents};
 use crate::shape::{Absent, Bound, Key, Kind, Unit, Variant};
 
-/// A key of the struct `T`: how it is declared, and how its content is read from and put into a `T`.
+/// A key of the struct `T`: its declaration, and how its content is read from and written to a `T`.
 #[derive(Debug)]
 pub struct Field<T> {
     /// Its declaration.
     pub key: Key,
-    /// What it is to those who study the machine.
+    /// Its role in the study of a machine.
     pub role: Role,
-    /// What a struct holds there; `None` for what is absent.
+    /// Content in a struct; `None` if absent.
     pub get: fn(&T) -> Option<Content>,
-    /// Puts what was read into a struct.
+    /// Writes a content into a struct.
     pub set: fn(&mut T, &Content),
 }
 
-/// What a key is to those who study a machine.
+/// Role of a key in the study of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// What the machine is made of, and all other settings.
+    /// The structure of the machine, and all other settings.
     Structure,
     /// A gain of a control law.
     Gain {
-        /// Place among the gains of its law, the most telling one first.
+        /// Position among the gains of its law, most important first.
         rank: u8,
         /// Whether it multiplies the reading itself, so that its loop closes through the reading.
         on_reading: bool,
     },
-    /// A number that is believed of the real machine, within a tolerance.
+    /// A believed parameter of the real machine, within a tolerance.
     Believed,
 }
 
 impl<T> Field<T> {
-    /// The quantity that a struct holds there, SI.
+    /// The quantity in a struct, SI.
     pub fn number(&self, owner: &T) -> Option<f64> {
         if let Some(Content::Number(value)) = (self.get)(owner) { Some(value) } else { None }
     }
@@ -43,7 +43,7 @@ impl<T> Field<T> {
         (self.set)(owner, &Content::Number(value));
     }
 
-    /// Unit of the quantity, and which values make sense; `None` for what is no single quantity.
+    /// Unit and valid range of the quantity; `None` if the key is not a single quantity.
     pub fn quantity(&self) -> Option<(Unit, Bound)> {
         if let Kind::Quantity(unit, bound) = self.key.kind { Some((unit, bound)) } else { None }
     }
@@ -51,19 +51,19 @@ impl<T> Field<T> {
 
 /// A struct, or an enum of structs, that a table fills.
 pub trait Record: Sized + 'static {
-    /// Keys that it has in every form.
+    /// Keys of every form.
     const FIELDS: &'static [Field<Self>];
-    /// Its forms, where the word of a key decides which other keys there are.
+    /// Its forms, if the word of a key decides which other keys exist.
     const FORMS: &'static [Form<Self>] = &[];
 
-    /// What it is before any key is read; `None` of an enum whose form has to be named. A number whose key
-    /// was wrong stays as it is here: it is one that no check refuses, and nothing sees it but further
-    /// checks, since the file as a whole is refused.
+    /// Its value before any key is read; `None` for an enum whose form must be named. A number whose key had
+    /// a mistake keeps this value, which passes every check. Only further checks use it, since the file as a
+    /// whole is rejected.
     fn blank() -> Option<Self> {
         None
     }
 
-    /// What a table says, after mistakes have been noted; `None` where its form is not known.
+    /// The value of a table, after mistakes have been recorded; `None` if its form is unknown.
     fn read(contents: &Contents) -> Option<Self> {
         let form = Self::FORMS.iter().find(|form| Some(form.name) == contents.variant);
         let mut record = form.map(|form| (form.start)()).or_else(Self::blank)?;
@@ -71,7 +71,7 @@ pub trait Record: Sized + 'static {
         Some(record)
     }
 
-    /// Takes what a table says; all else stays as it is.
+    /// Takes the keys of a table; everything else stays.
     fn take(&mut self, contents: &Contents) {
         let form = self.form().map_or(&[] as &[Field<Self>], |form| form.fields);
         for field in Self::FIELDS.iter().chain(form) {
@@ -81,7 +81,7 @@ pub trait Record: Sized + 'static {
         }
     }
 
-    /// All that differs from what its absence means.
+    /// Everything that differs from its default.
     fn contents(&self) -> Contents {
         let mut contents = Contents::new(self.form().map(|form| form.name));
         for field in self.fields() {
@@ -97,12 +97,12 @@ pub trait Record: Sized + 'static {
         self.fields().find_map(|field| out_of_range(&field.key, &(field.get)(self)?))
     }
 
-    /// The form that this one has.
+    /// The form of this value.
     fn form(&self) -> Option<&'static Form<Self>> {
         Self::FORMS.iter().find(|form| (form.is)(self))
     }
 
-    /// The keys that this one has.
+    /// The keys of this value.
     fn fields(&self) -> impl Iterator<Item = &'static Field<Self>> {
         Self::FIELDS.iter().chain(self.form().into_iter().flat_map(|form| form.fields))
     }
@@ -128,7 +128,7 @@ fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
 /// One form of an enum that a table fills.
 #[derive(Debug)]
 pub struct Form<T: 'static> {
-    /// The word that stands for it in files.
+    /// Its word in files.
     pub name: &'static str,
     /// What it is.
     pub text: &'static str,
@@ -136,9 +136,9 @@ pub struct Form<T: 'static> {
     pub start: fn() -> T,
     /// Whether a value has this form.
     pub is: fn(&T) -> bool,
-    /// The keys that only this form has.
+    /// The keys of this form only.
     pub fields: &'static [Field<T>],
-    /// All the keys that come with it, those that fill another struct among them.
+    /// All keys that belong to it, including those that fill another struct.
     pub keys: &'static [Key],
 }
 
@@ -166,7 +166,7 @@ pub const fn joined<const N: usize>(first: &[Key], second: &[Key]) -> [Key; N] {
     keys
 }
 
-/// The variants that the forms of a record are.
+/// The variants for the forms of a record.
 pub const fn variants<T, const N: usize>(forms: &[Form<T>]) -> [Variant; N] {
     let mut variants = [const { Variant { name: "", text: "", keys: &[] } }; N];
     let mut i = 0;
@@ -188,9 +188,8 @@ pub const fn chained<const N: usize>(first: &[Variant], second: &[Variant]) -> [
     variants
 }
 
-/// A [`Field`]: `field!(Struct: member, key)`, `field!(Struct: member[0], key)`,
-/// `field!(Enum: Enum::Form(inner) => inner.member, key)`, each with a [`Role`] behind the key where it has
-/// one.
+/// A [`Field`]: `field!(Struct: member, key)`, `field!(Struct: member[0], key)`, `field!(Enum:
+/// Enum::Form(inner) => inner.member, key)`, each with an optional [`Role`] after the key.
 #[macro_export]
 macro_rules! field {
     ($owner:ty: $member:ident $([$index:literal])?, $key:expr) => {
@@ -243,8 +242,8 @@ macro_rules! joined {
     }};
 }
 
-/// A [`Form`]: its word, its text, the pattern that knows it, what it starts from, its fields, and the keys
-/// that come with it and fill another struct.
+/// A [`Form`]: its word, its text, its pattern, its initial value, its fields, and the associated keys that
+/// fill another struct.
 #[macro_export]
 macro_rules! form {
     ($name:expr, $text:expr, $owner:ty: $is:pat, $start:expr, $fields:expr) => {

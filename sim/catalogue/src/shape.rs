@@ -1,5 +1,4 @@
-//! How the keys of a table are declared: one line per key, from which parsing, writing, the schema and the
-//! reference are made.
+//! Declarations of the keys of a table: one line per key, for parsing, writing, the schema and the reference.
 
 use crate::content::Content;
 use crate::dimension::Dimension;
@@ -28,7 +27,7 @@ pub enum Kind {
     Flag,
     /// Any text.
     Text,
-    /// The name of another element: what it must be, in words.
+    /// The name of another element; the text says of which kind.
     Name(&'static str),
     /// The names of two bodies.
     Pair,
@@ -40,13 +39,13 @@ pub enum Kind {
     Word(&'static [Word]),
     /// A table.
     Table(&'static Shape),
-    /// A table, or a quantity that stands for its key of this name.
+    /// A table, or a quantity that is short for the key of this name.
     QuantityOrTable(&'static str, Unit, &'static Shape),
     /// A word, or a table.
     WordOrTable(&'static [Word], &'static Shape),
     /// Two quantities, low and high.
     Range(Unit),
-    /// A list of this many quantities; of any number if that is zero.
+    /// A list of this many quantities; of any number if this is zero.
     Numbers(Unit, usize),
     /// `[[time, value], ...]`.
     Points(Unit),
@@ -54,7 +53,7 @@ pub enum Kind {
     Reference(&'static Shape),
 }
 
-/// A word that a key may hold, and its meaning.
+/// A possible value of a key, and its meaning.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
     /// As it is written.
@@ -63,24 +62,24 @@ pub struct Word {
     pub text: &'static str,
 }
 
-/// Unit of a quantity; some follow from other keys of the file.
+/// Unit of a quantity; some depend on other keys of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
     /// This.
     Of(Dimension),
-    /// Of the signal that a sensor reads.
+    /// Unit of the signal that a sensor reads.
     Signal,
-    /// N/m^n, `n` being the exponent of the contact's law.
+    /// N/m^n, with the exponent `n` of the contact's law.
     PowerStiffness,
     /// N/m², of a material, whatever the axis.
     Pressure,
     /// Of the drive's command.
     Output,
-    /// Of the drive's command over this.
+    /// Unit of the drive's command, divided by this.
     OutputPer(Dimension),
-    /// Of what the controller's law follows.
+    /// Unit of the quantity that the controller's law follows.
     Reference,
-    /// Of the key that a sweep's axis names; plain numbers.
+    /// Unit of the key on a sweep's axis; plain numbers.
     Swept,
 }
 
@@ -95,7 +94,7 @@ pub enum Bound {
     NotNegative,
     /// At least this.
     AtLeast(f64),
-    /// From the first to the second, both allowed.
+    /// From the first to the second, both included.
     Within(f64, f64),
     /// Above the first, up to the second.
     Above(f64, f64),
@@ -128,7 +127,7 @@ impl Bound {
     }
 }
 
-/// A number without rows of zeros.
+/// A number without long rows of zeros.
 pub fn short(value: f64) -> String {
     if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
         format!("{value:e}")
@@ -138,7 +137,7 @@ pub fn short(value: f64) -> String {
 }
 
 impl Unit {
-    /// The unit in words, for manuals: on a rotational axis in parentheses where it is another.
+    /// The unit in words, for manuals; a different unit on a rotational axis follows in parentheses.
     pub fn words(self) -> String {
         match self {
             Self::Of(dimension) => {
@@ -163,12 +162,12 @@ impl Unit {
     }
 }
 
-/// What the absence of a key means.
+/// Meaning of an absent key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Absent {
     /// A mistake.
     Required,
-    /// That there is no such thing.
+    /// The feature does not exist.
     Nothing,
     /// This quantity, SI.
     Number(f64),
@@ -181,8 +180,8 @@ pub enum Absent {
 }
 
 impl Absent {
-    /// Whether the absence of a key means just this content. Numbers are compared by bits, so that -0 comes
-    /// back as -0.
+    /// Whether the default of a key is exactly this content. Numbers are compared by bits, so that -0 is
+    /// written as -0.
     pub fn means(self, content: &Content) -> bool {
         match (self, content) {
             (Self::Number(default), Content::Number(value)) => default.to_bits() == value.to_bits(),
@@ -195,25 +194,25 @@ impl Absent {
     }
 }
 
-/// The keys of a table; some tables have more keys, by the value of one.
+/// The keys of a table; in some tables the value of one key adds others.
 #[derive(Debug)]
 pub struct Shape {
     /// Keys that it always has.
     pub keys: &'static [Key],
-    /// The key by which it has more.
+    /// The key that adds others.
     pub choice: Option<Choice>,
 }
 
-/// A key whose word decides which other keys there are.
+/// A key whose word decides which other keys exist.
 #[derive(Debug)]
 pub struct Choice {
-    /// Its name; empty where the variant is known by which key is there.
+    /// Its name; empty if the present keys identify the variant.
     pub key: &'static str,
-    /// The word where the key is absent; `None` if it must be given.
+    /// The default word; `None` if it is required.
     pub default: Option<&'static str>,
     /// What it chooses.
     pub text: &'static str,
-    /// What there is to choose from.
+    /// The possible variants.
     pub variants: &'static [Variant],
 }
 
@@ -224,7 +223,7 @@ pub struct Variant {
     pub name: &'static str,
     /// What it means.
     pub text: &'static str,
-    /// The keys that only it has.
+    /// The keys of this variant only.
     pub keys: &'static [Key],
 }
 
@@ -235,7 +234,7 @@ impl Shape {
         self.keys.iter().chain(variants)
     }
 
-    /// The variant whose keys hold a key.
+    /// The variant with this key.
     pub fn variant_of(&self, key: &str) -> Option<&'static Variant> {
         self.choice
             .iter()
@@ -244,12 +243,12 @@ impl Shape {
     }
 }
 
-/// A key that must be given.
+/// A required key.
 pub const fn required(name: &'static str, kind: Kind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Required, text }
 }
 
-/// A key without which there is no such thing.
+/// An optional key; without it the feature does not exist.
 pub const fn optional(name: &'static str, kind: Kind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Nothing, text }
 }

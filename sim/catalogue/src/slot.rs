@@ -1,4 +1,4 @@
-//! The types that one key fills.
+//! Types of a single key.
 
 use crate::content::{Content, Contents};
 use crate::field::Record;
@@ -6,9 +6,9 @@ use crate::shape::Key;
 
 /// A type that one key fills.
 pub trait Slot: Sized {
-    /// Its content; `None` for what is absent.
+    /// Its content; `None` if absent.
     fn content(&self) -> Option<Content>;
-    /// What a content says; `None` for content that the reader of files refuses.
+    /// The value of a content; `None` for content that the file reader rejects.
     fn of(content: &Content) -> Option<Self>;
 }
 
@@ -103,7 +103,7 @@ impl<T: Record> Slot for T {
 }
 
 impl Contents {
-    /// What a key says; `None` where it is absent, or was wrong.
+    /// The value of a key; `None` if it is absent or had a mistake.
     pub fn value<T: Slot>(&self, key: &Key) -> Option<T> {
         self.get(key.name).and_then(T::of)
     }
@@ -114,8 +114,8 @@ impl Contents {
     }
 }
 
-/// Words in files for the forms of an enum, `words!(Enum { Form = "word", "what it means"; ... })`: gives it
-/// `WORDS`, `name` and `named`, and makes it a [`Slot`].
+/// Words in files for the variants of an enum, `words!(Enum { Form = "word", "what it means"; ... })`.
+/// Defines `WORDS`, `name` and `named`, and implements [`Slot`].
 #[macro_export]
 macro_rules! words {
     ($owner:ident { $($form:ident = $name:literal, $text:literal;)+ }) => {
@@ -130,7 +130,7 @@ macro_rules! words {
                 }
             }
 
-            /// The one that a word stands for.
+            /// The variant with this word.
             pub fn named(name: &str) -> Option<Self> {
                 match name {
                     $($name => Some(Self::$form),)+

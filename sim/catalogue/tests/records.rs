@@ -1,4 +1,4 @@
-//! What a table says, in the struct that it fills.
+//! Contents of a table in the struct that it fills.
 
 use feeler_catalogue::{
     Bound, Content, Contents, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, number, required,
@@ -71,7 +71,7 @@ fn truth_a_record_is_read_as_its_contents_say() {
         table("straight", &[("length", Content::Number(3.0)), ("pace", Content::Word(Pace::Fast.name()))]);
     assert_eq!(straight.contents(), contents);
     assert_eq!(Course::read(&contents), Some(straight));
-    // What is as its absence says is left out, and an element of an array is set by itself.
+    // Values equal to their default are omitted, and an element of an array is set separately.
     let round = Course::Round { centre_m: [0.0, 2.0] };
     assert_eq!(round.contents(), table("round", &[("y", Content::Number(2.0))]));
     assert_eq!(Course::read(&round.contents()), Some(round));

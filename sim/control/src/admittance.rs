@@ -4,13 +4,14 @@ use feeler_lanes::Lane;
 
 use crate::AdmittanceGains;
 
-/// The virtual body `M a + B v + K x = e`, `e = r - f` held over a period, and the inner loop that follows
-/// it.
+/// The virtual body `M a + B v + K x = e`, with `e = r - f` held over a period, and the inner loop that
+/// follows it.
 ///
-/// The body is discretised exactly: with `s = [x, v]`, `s[n+1] = A s[n] + b e[n]` where `A = exp(F T)` and
-/// `b` is the integral of `exp(F t) g` over one period (`F`, `g` the continuous system). The inner loop aims
-/// at `s[n+1]`, the end of the interval over which its command is held, as the integral of the PID law
-/// includes the error of its own sample: a pure virtual damper is then an integral force loop without delay.
+/// The body is discretised exactly: with `s = [x, v]`, `s[n+1] = A s[n] + b e[n]`, where `A = exp(F T)` and
+/// `b` is the integral of `exp(F t) g` over one period (`F`, `g` the continuous system). The target of the
+/// inner loop is `s[n+1]`, the state at the end of the interval over which its command is held. The integral
+/// of the PID law includes the error of its own sample in the same way. A pure virtual damper is then an
+/// integral force loop without delay.
 #[derive(Clone, Copy)]
 pub(crate) struct AdmittanceConfig<L> {
     a: [[L; 2]; 2],
@@ -51,7 +52,7 @@ impl<L: Lane> AdmittanceConfig<L> {
         }
     }
 
-    /// The output before its limit; the virtual body of lanes in `fresh` starts at rest where the axis is.
+    /// The output before its limit; the virtual body of lanes in `fresh` starts at rest at the axis position.
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut AdmittanceState<L>, r: L, f: L, x: L, v: L, fresh: L::Mask) -> L {
         let zero = L::zero();
@@ -71,7 +72,7 @@ fn virtual_body(gains: &AdmittanceGains, period_s: f64) -> ([[f64; 2]; 2], [f64;
     if m > 0.0 {
         return second_order_step(k / m, b / m, 1.0 / m, t);
     }
-    // Without mass the body is first order: B v = e - K x, and its velocity follows from where it arrives.
+    // Without mass the body is first order: B v = e - K x, and its velocity follows from its next position.
     let decay = (-k / b * t).exp();
     let gain = if k > 0.0 { -(-k / b * t).exp_m1() / k } else { t / b };
     ([[decay, 0.0], [-k * decay / b, 0.0]], [gain, (1.0 - k * gain) / b])
@@ -85,8 +86,8 @@ fn second_order_step(w2: f64, c: f64, g: f64, t: f64) -> ([[f64; 2]; 2], [f64; 2
     fn product(p: &Matrix, q: &Matrix) -> Matrix {
         std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| p[i][k] * q[k][j]).sum()))
     }
-    // The held input is a third state that does not move. Time is scaled so that both rates are of order one
-    // in the series.
+    // The held input is a constant third state. Time is scaled so that both rates are of order one in the
+    // series.
     let norm = t * (w2.sqrt() + c) + t;
     let halvings = norm.max(f64::MIN_POSITIVE).log2().ceil().max(0.0) as i32 + 4;
     let h = t / 2_f64.powi(halvings);
@@ -108,5 +109,5 @@ fn second_order_step(w2: f64, c: f64, g: f64, t: f64) -> ([[f64; 2]; 2], [f64; 2
     ([[x[0], x[1]], [v[0], v[1]]], [x[2], v[2]])
 }
 
-/// With rates of at most 1/16 per step the first term left out is below 16^-13 / 13!, far under rounding.
+/// With rates of at most 1/16 per step the first omitted term is below 16^-13 / 13!, far below rounding.
 const TAYLOR_ORDER: u32 = 12;

@@ -28,19 +28,19 @@ pub(crate) struct ApproachConfig<L: Lane> {
 pub(crate) struct ApproachState<L: Lane> {
     /// Lanes in the contact phase at the last sample.
     contact: L::Mask,
-    /// Lanes whose approach has begun, so that its origin is set.
+    /// Lanes whose approach has begun and has an origin.
     moving: L::Mask,
     origin: L,
     since: L,
 }
 
-/// What the approach makes of one sample.
+/// Result of the approach for one sample.
 pub(crate) struct Phase<L: Lane> {
     /// Lanes that run their law now.
     pub(crate) contact: L::Mask,
     /// Lanes that run their law for the first time now.
     pub(crate) fresh: L::Mask,
-    /// The output of the lanes that do not.
+    /// The output of lanes without a running law.
     pub(crate) output: L,
 }
 
@@ -74,12 +74,12 @@ impl<L: Lane> ApproachConfig<L> {
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut ApproachState<L>, t: L, f: L, x: L, v: L) -> Phase<L> {
         if !self.present.any() {
-            // The general case below gives the same; this spares machines without an approach its work.
+            // The general case below gives the same result; this is cheaper for machines without an approach.
             let fresh = !state.contact;
             state.contact = L::Mask::splat(true);
             return Phase { contact: state.contact, fresh, output: L::zero() };
         }
-        // Contact is kept down to `release` and won from `until` on.
+        // Contact ends below `release` and begins at `until`.
         let kept = state.contact & !f.lt(self.release);
         let contact = !self.present | kept | f.ge(self.until);
         let fresh = contact & !state.contact;

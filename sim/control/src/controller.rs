@@ -1,4 +1,4 @@
-//! A controller compiled for the lanes it runs in.
+//! A controller compiled for its lanes.
 
 use std::fmt;
 
@@ -12,16 +12,15 @@ use crate::motion::{MotionConfig, MotionState};
 use crate::pid::{PidConfig, PidState, limited};
 use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law};
 
-/// What a controller reads at one sample.
+/// Signals that a controller reads at one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Inputs<L> {
-    /// The sensor that `reads` names: a force, or the position for the position law.
+    /// The sensor named by `reads`: a force, or the position for the position law.
     pub reading: L,
-    /// The position or velocity sensor used for damping, approach, impedance and admittance; zero where there
-    /// is none.
+    /// The position or velocity sensor for damping, approach, impedance and admittance; zero without one.
     pub motion: L,
-    /// Whether `motion` is a velocity. A position is differenced where a velocity is needed, and a velocity
-    /// integrated from the first sample where a position is needed.
+    /// Whether `motion` is a velocity. A position is differentiated if a velocity is needed. A velocity is
+    /// integrated from the first sample if a position is needed.
     pub motion_is_velocity: bool,
 }
 
@@ -43,7 +42,7 @@ struct LawState<L> {
     admittance: AdmittanceState<L>,
 }
 
-/// What never changes in a run.
+/// Constants of a run.
 #[derive(Clone)]
 struct Config<L: Lane> {
     /// The law's.
@@ -52,7 +51,7 @@ struct Config<L: Lane> {
     low_pass: Option<Section<L>>,
     motion: MotionConfig<L>,
     approach: ApproachConfig<L>,
-    /// Zero in lanes with a continuous output; none if all are.
+    /// Zero in lanes with a continuous output; `None` if all are continuous.
     resolution: Option<L>,
     limit: L,
 }
@@ -68,12 +67,12 @@ struct State<L: Lane> {
     saturated: L::Mask,
 }
 
-/// A controller of `L::WIDTH` variants that share their law and sample instants and differ in numbers.
+/// A controller of `L::WIDTH` variants with the same law and sample instants, and different numbers.
 ///
-/// One sample goes: low-pass of the reading; position and velocity from the motion sensor; approach or
-/// contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A law that
-/// starts (at the first sample, or when an approach ends) has no history: its integral and derivative are
-/// zero and its lead is settled at the present error.
+/// The steps of one sample are: low-pass of the reading; position and velocity from the motion sensor;
+/// approach or contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A
+/// law that starts (at the first sample, or when an approach ends) has no history: its integral and
+/// derivative are zero, and its lead is settled at the present error.
 #[derive(Clone)]
 pub struct Controller<L: Lane> {
     config: Config<L>,
@@ -82,7 +81,7 @@ pub struct Controller<L: Lane> {
 
 impl<L: Lane> Controller<L> {
     /// Compiles `per_lane[i]` into lane `i`. The laws' gains, the approach, the filters, the resolution and
-    /// the limit may differ between lanes; the kind of law, the period, the offset and the jitter may not.
+    /// the limit may differ between lanes. The kind of law, the period, the offset and the jitter may not.
     ///
     /// # Errors
     /// A wrong number of specs, a number out of its range, or lanes that cannot run side by side.
@@ -121,11 +120,11 @@ impl<L: Lane> Controller<L> {
         Ok(Self { config, state: State::new() })
     }
 
-    /// Takes the inputs of the sample at `t_s` and gives the command to apply after the delay. Allocates
-    /// nothing.
+    /// Takes the inputs of the sample at `t_s` and returns the command to apply after the delay. Does not
+    /// allocate.
     ///
-    /// The difference equations use the nominal period, as a controller that believes its clock does; `t_s`
-    /// moves the approach's ramp.
+    /// The difference equations use the nominal period, since a real controller assumes its clock is exact;
+    /// `t_s` moves the approach's ramp.
     #[inline(always)]
     pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
         let Self { config, state } = self;
@@ -161,7 +160,7 @@ impl<L: Lane> Controller<L> {
         limited(config.resolution.as_ref().map_or(wanted, |&q| rounded(wanted, q)), limit)
     }
 
-    /// Back to before the first sample.
+    /// Resets to the state before the first sample.
     pub fn reset(&mut self) {
         self.state = State::new();
     }
@@ -171,7 +170,7 @@ impl<L: Lane> Controller<L> {
         self.state.approach.contact()
     }
 
-    /// Lanes whose output was beyond its limit at the last sample.
+    /// Lanes whose output exceeded its limit at the last sample.
     pub fn saturated(&self) -> L::Mask {
         self.state.saturated
     }
@@ -187,7 +186,7 @@ impl<L: Lane> fmt::Debug for Controller<L> {
 }
 
 impl<L: Lane> LawConfig<L> {
-    /// All of `per_lane` are known to hold the same kind of law as the first.
+    /// All of `per_lane` have the same kind of law as the first.
     fn new(per_lane: &[ControllerSpec], period_s: f64) -> Self {
         match per_lane[0].law {
             Law::OpenLoop => Self::OpenLoop,
@@ -234,7 +233,7 @@ impl<L: Lane> State<L> {
     }
 }
 
-/// `u` to the nearest multiple of `resolution`, where that is above zero.
+/// `u` rounded to a multiple of `resolution`, if that is above zero.
 #[inline(always)]
 fn rounded<L: Lane>(u: L, resolution: L) -> L {
     let multiple = (u / resolution).map(f64::round_ties_even) * resolution;
@@ -245,7 +244,7 @@ fn rounded<L: Lane>(u: L, resolution: L) -> L {
 pub(crate) const STATE_LENGTH: usize = 13;
 
 impl State<f64> {
-    /// The state whose numbers are `x`, some samples into a contact phase.
+    /// The state with the numbers `x`, some samples into a contact phase.
     fn in_contact([a, b, c, d, e, f, g, h, i, j, k, l, m]: [f64; STATE_LENGTH]) -> Self {
         Self {
             started: true,
@@ -261,7 +260,7 @@ impl State<f64> {
         }
     }
 
-    /// Every number that a sample hands to the next in a contact phase.
+    /// Every number that one sample passes to the next in a contact phase.
     fn vector(&self) -> [f64; STATE_LENGTH] {
         let [a, b] = self.low_pass.to_array();
         let [c, d, e] = self.motion.to_array();

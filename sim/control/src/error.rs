@@ -1,4 +1,4 @@
-//! What can be wrong with a controller or a reference.
+//! Errors of a controller or a reference.
 
 use std::borrow::Cow;
 
@@ -27,7 +27,7 @@ pub enum ControlError {
         /// What it must obey.
         bound: Bound,
     },
-    /// A number that must stay below another.
+    /// A number that must be smaller than another.
     #[error("`{key}` is {value}, and must be below {bound} ({why})")]
     TooLarge {
         /// Key in the machine file.
@@ -39,22 +39,22 @@ pub enum ControlError {
         /// Where the bound comes from.
         why: &'static str,
     },
-    /// Variants that run side by side share their law.
+    /// Variants that run side by side must have the same law.
     #[error("lane {lane} has another control law than lane 0")]
     LawsDiffer {
         /// The first lane that differs.
         lane: usize,
     },
-    /// Variants that run side by side are sampled at the same instants.
+    /// Variants that run side by side must be sampled at the same instants.
     #[error("lane {lane} is sampled at other instants than lane 0")]
     TimingDiffers {
         /// The first lane that differs.
         lane: usize,
     },
-    /// The approach phase ends at a force, and the position law reads none.
+    /// The approach ends at a force, and the position law reads none.
     #[error("`approach` waits for a force, and the position law reads a position")]
     ApproachNeedsForce,
-    /// A virtual body that nothing resists has no target position.
+    /// A virtual body without mass and damping has no target position.
     #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
     AdmittanceWithoutMassOrDamping,
     /// A reference without points.
@@ -63,17 +63,17 @@ pub enum ControlError {
         /// Kind of the reference.
         kind: &'static str,
     },
-    /// Points of a reference that do not go forward in time.
+    /// Points of a reference whose times do not increase.
     #[error("the times of a reference must increase: point {index} is at {time_s} s, after {previous_s} s")]
     TimesNotIncreasing {
         /// Index of the first point out of order.
         index: usize,
         /// Its time.
         time_s: f64,
-        /// The time of the point before it.
+        /// The time of the previous point.
         previous_s: f64,
     },
-    /// Times and values of a table that do not pair up.
+    /// Times and values of a table that differ in number.
     #[error("a table has {times} times and {values} values")]
     TableLengths {
         /// Number of times.
@@ -81,7 +81,7 @@ pub enum ControlError {
         /// Number of values.
         values: usize,
     },
-    /// A band in which no line of the multisine falls.
+    /// A band without any line of the multisine.
     #[error("no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz")]
     NoLines {
         /// Period.
@@ -91,7 +91,7 @@ pub enum ControlError {
         /// Upper edge of the band.
         high_hz: f64,
     },
-    /// A register length without a known maximum-length sequence here.
+    /// A register length without a known maximum-length sequence.
     #[error("a PRBS of order {order} is not available")]
     PrbsOrder {
         /// Order given.
@@ -152,12 +152,12 @@ fn within(key: &str, value: f64, bound: Bound) -> Result<f64, ControlError> {
     }
 }
 
-/// `value` where it is finite and above zero.
+/// `value` if it is finite and above zero.
 pub(crate) fn positive(key: &str, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::Positive)
 }
 
-/// `value` where it is finite and not below zero.
+/// `value` if it is finite and not below zero.
 pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::NotNegative)
 }

@@ -1,11 +1,11 @@
-//! Discrete filters: configuration apart from state, because one configuration serves any number of states
-//! and never changes in a run.
+//! Discrete filters. Configuration and state are separate: one configuration serves any number of states and
+//! never changes in a run.
 //!
-//! All are second-order sections in transposed direct form II, got from the continuous filter by the bilinear
+//! All are second-order sections in transposed direct form II, from the continuous filter by the bilinear
 //! transform `s = (2/T) (1 - z^-1) / (1 + z^-1)` (Oppenheim and Schafer, "Discrete-Time Signal Processing",
-//! section 7.2). The transform is prewarped at the one frequency each constructor names; elsewhere
-//! frequencies are compressed towards the Nyquist frequency, as with any such filter. Its gain at zero
-//! frequency is exact: 1 for all of them.
+//! section 7.2). Each constructor names the one frequency at which the transform is prewarped. Elsewhere
+//! frequencies are compressed towards the Nyquist frequency. The gain at zero frequency is exactly 1 for all
+//! of them.
 
 use std::f64::consts::TAU;
 
@@ -100,14 +100,13 @@ impl<L: Lane> Section<L> {
         }
     }
 
-    /// The state in which a constant input `u` has been passed for ever, for a section of gain 1 at zero
-    /// frequency.
+    /// The steady state for a constant input `u`, for a section of gain 1 at zero frequency.
     #[inline(always)]
     pub fn settled(&self, u: L) -> SectionState<L> {
         SectionState { s1: u - self.b0 * u, s2: (self.b2 - self.a2) * u }
     }
 
-    /// Takes the input of one sample and gives the output of the same sample.
+    /// Takes the input of one sample and returns the output of the same sample.
     #[inline(always)]
     pub fn update(&self, state: &mut SectionState<L>, u: L) -> L {
         let y = self.b0 * u + state.s1;

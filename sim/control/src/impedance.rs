@@ -38,8 +38,7 @@ impl<L: Lane> ImpedanceConfig<L> {
         }
     }
 
-    /// The output before its limit; the reference is taken to stand still at the first sample of lanes in
-    /// `fresh`.
+    /// The output before its limit; at the first sample of lanes in `fresh` the reference counts as constant.
     #[inline(always)]
     pub(crate) fn update(
         &self,

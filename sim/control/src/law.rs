@@ -1,4 +1,4 @@
-//! Control laws: their gains, and the keys by which files give them.
+//! Control laws: their gains, and the keys of these in files.
 
 use feeler_catalogue::{
     Absent, Bound, Content, Contents, Dimension, Field, Form, Key, Kind, Record, Role, Shape, Slot, Unit,
@@ -11,9 +11,9 @@ use feeler_catalogue::{
 pub enum Law {
     /// The output is the reference.
     OpenLoop,
-    /// Explicit force control: the reading is a force, the reference the force wanted.
+    /// Explicit force control: the reading is a force, and the reference is the desired force.
     ExplicitForce(ForceGains),
-    /// Position control: the reading is a position, the reference the position wanted.
+    /// Position control: the reading is a position, and the reference is the desired position.
     Position(PositionGains),
     /// A programmed stiffness and damping about a reference position.
     Impedance(ImpedanceGains),
@@ -22,7 +22,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// The law of this name in files.
+    /// The law with this name in files.
     pub fn named(name: &str) -> Option<Self> {
         Self::FORMS.iter().find(|form| form.name == name).map(|form| (form.start)())
     }
@@ -32,7 +32,7 @@ impl Law {
         self.form().map_or("", |form| form.name)
     }
 
-    /// Its gains, the most telling one first.
+    /// Its gains, the most important first.
     pub fn gains(&self) -> Vec<&'static Field<Self>> {
         let rank =
             |field: &Field<Self>| if let Role::Gain { rank, .. } = field.role { Some(rank) } else { None };
@@ -41,7 +41,7 @@ impl Law {
         gains
     }
 
-    /// Unit of what its reference is of.
+    /// Unit of its reference.
     pub fn follows(&self) -> Unit {
         match self {
             Self::OpenLoop => Unit::Output,
@@ -50,7 +50,7 @@ impl Law {
         }
     }
 
-    /// Whether the law cannot work without a motion sensor.
+    /// Whether the law requires a motion sensor.
     pub fn needs_motion(&self) -> bool {
         match self {
             Self::OpenLoop | Self::Position(_) => false,
@@ -61,8 +61,8 @@ impl Law {
 }
 
 /// Gains of explicit force control, `u = feed_forward r + C(z) e - damping v`, `e = r - f`, with `C` a PID in
-/// series with an optional lead. Every gain is zero unless given. Units follow the drive: the output is a
-/// force, or a velocity for a velocity source.
+/// series with an optional lead. Gains default to zero. Units follow the drive: the output is a force, or a
+/// velocity for a velocity source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceGains {
     /// Gain from the reference to the output.
@@ -79,12 +79,12 @@ pub struct ForceGains {
     pub derivative_filter_s: f64,
     /// Lead (or lag) compensator in series with the PID.
     pub lead: Option<LeadSpec>,
-    /// What the integrator does at the output limit.
+    /// Behaviour of the integrator at the output limit.
     pub anti_windup: AntiWindup,
 }
 
-/// Gains of position control, `u = kp e + ki int(e) + kd de/dt - damping v`, `e = r - x`. Every gain is zero
-/// unless given.
+/// Gains of position control, `u = kp e + ki int(e) + kd de/dt - damping v`, `e = r - x`. Gains default to
+/// zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PositionGains {
     /// Proportional gain, output per m.
@@ -97,7 +97,7 @@ pub struct PositionGains {
     pub damping: f64,
     /// Time constant of the first-order filter on the derivative, s; zero for none.
     pub derivative_filter_s: f64,
-    /// What the integrator does at the output limit.
+    /// Behaviour of the integrator at the output limit.
     pub anti_windup: AntiWindup,
 }
 
@@ -117,13 +117,13 @@ pub struct ImpedanceGains {
 }
 
 /// Gains of admittance control: `mass a_v + damping v_v + stiffness (x_v - x_0) = r - f` moves a virtual
-/// body, and `u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v` makes the axis follow it; `x_0` is
-/// where the law starts.
+/// body, and `u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v` makes the axis follow it. `x_0` is
+/// the position at which the law starts.
 ///
 /// `velocity_feed_forward = 1` and `kd = 0` suit a velocity source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AdmittanceGains {
-    /// Virtual mass, kg; may be zero where the damping is not.
+    /// Virtual mass, kg; may be zero if the damping is not.
     pub mass: f64,
     /// Virtual damping, N s/m.
     pub damping: f64,
@@ -143,19 +143,19 @@ pub struct AdmittanceGains {
 pub struct LeadSpec {
     /// Frequency of the zero, Hz.
     pub zero_hz: f64,
-    /// Frequency of the pole, Hz; below the zero's it is a lag.
+    /// Frequency of the pole, Hz; below that of the zero it is a lag.
     pub pole_hz: f64,
 }
 
-/// What an integrator does while the output is at its limit (Astrom and Hagglund, "Advanced PID Control",
-/// 2006, section 3.5).
+/// Behaviour of an integrator at the output limit (Astrom and Hagglund, "Advanced PID Control", 2006, section
+/// 3.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AntiWindup {
-    /// Stops while the output is beyond its limit and the error would drive it further (conditional
+    /// Stops while the output exceeds its limit and the error would increase the excess (conditional
     /// integration).
     #[default]
     Conditional,
-    /// Is driven back at the rate (limited output - unlimited output) / `tracking_time_s`.
+    /// Is reset at the rate (limited output - unlimited output) / `tracking_time_s`.
     BackCalculation {
         /// Tracking time constant, s.
         tracking_time_s: f64,
@@ -174,7 +174,7 @@ const PER_LENGTH: Unit = Unit::OutputPer(Dimension::LENGTH);
 const PER_LENGTH_TIME: Unit = Unit::OutputPer(Dimension::new(0.0, 1.0, 1.0));
 const PER_VELOCITY: Unit = Unit::OutputPer(Dimension::VELOCITY);
 
-/// A gain of a law under its own name; its rank is its place among the law's gains, the most telling one first.
+/// A gain of a law with its own name. Its rank is its position among the law's gains, most important first.
 macro_rules! gain {
     ($law:ident.$gain:ident, $unit:expr, $rank:expr, $text:expr) => {
         gain!($law.$gain, $unit, Bound::Any, Role::Gain { rank: $rank, on_reading: false }, $text)
@@ -188,7 +188,7 @@ macro_rules! gain {
     };
 }
 
-/// A number of an admittance's virtual body, which takes part as a gain.
+/// A parameter of an admittance's virtual body, which counts as a gain.
 macro_rules! virtual_body {
     ($gain:ident, $dimension:expr, $rank:expr, $text:expr) => {
         gain!(
@@ -257,7 +257,7 @@ const ADMITTANCE: &[Field<Law>] = &[
     gain!(Admittance.velocity_feed_forward, PER_VELOCITY, 2, "on the virtual body's velocity"),
 ];
 
-/// The key of the sensor that a law controls, which is part of its wiring.
+/// The key of the sensor that a law controls, which belongs to its wiring.
 pub const READS: Key = required("reads", Kind::Name("a force sensor"), "the sensor it controls");
 const READS_POSITION: Key = Key { kind: Kind::Name("a position sensor"), ..READS };
 const READS_INNER: Key = Key {
@@ -267,7 +267,7 @@ const READS_INNER: Key = Key {
 };
 const READS_ANSWERED: Key = Key { text: "the force sensor", ..READS };
 
-/// The keys of each law beside those of every controller.
+/// The keys of each law, in addition to those of every controller.
 impl Record for Law {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[

@@ -1,26 +1,28 @@
-//! Sampled-data control: what a robot's controller computes at its sample instants.
+//! Sampled-data control: the computations of a robot's controller at its sample instants.
 //!
-//! A [`ControllerSpec`] is what the file says, in SI units. [`Controller`] is its compiled form for
-//! `L::WIDTH` variants side by side; it is fed one set of [`Inputs`] per sample and gives the command that
-//! the engine applies `delay_s` later and holds until the next (zero-order hold). When the samples are taken
-//! is [`SampleClock`]'s business, what the loop shall follow is a [`Reference`]'s, and both draw their
-//! randomness from a [`Stream`] of their own, so that no element's draws depend on which others are present.
+//! A [`ControllerSpec`] holds the contents of a file in SI units. [`Controller`] is its compiled form for
+//! `L::WIDTH` variants side by side. It takes one set of [`Inputs`] per sample and returns a command. The
+//! engine applies the command `delay_s` later and holds it until the next (zero-order hold). A
+//! [`SampleClock`] determines the sample instants, a [`Reference`] the desired value. Both draw random
+//! numbers from a [`Stream`] of their own, so an element's draws do not depend on the other elements.
 //!
 //! ```
 //! use feeler_control::{Controller, ControllerSpec, ForceGains, Inputs, Law, Reference, ReferenceSpec,
-//! SampleClock};
+//!     SampleClock};
 //!
 //! // Proportional-integral force control of 20 N, sampled at 1 kHz.
 //! let gains = ForceGains { kp: 0.6, ki: 25.0, ..ForceGains::default() };
 //! let spec = ControllerSpec { reference: ReferenceSpec::Constant(20.0),
-//! ..ControllerSpec::new(Law::ExplicitForce(gains), 1e-3) }; let (seed, name) = (1, "controllers.force");
+//!     ..ControllerSpec::new(Law::ExplicitForce(gains), 1e-3) };
+//! let (seed, name) = (1, "controllers.force");
 //! let clock = SampleClock::new(&spec, seed, name)?;
 //! let reference = Reference::new(&spec.reference, seed, name)?;
 //! let mut controller = Controller::<f64>::new(&[spec])?;
 //!
 //! let t_s = clock.sample_time_s(0);
 //! let command_n = controller.sample(t_s, &Inputs { reading: 15.0, ..Inputs::default() },
-//! reference.value(t_s)); assert!((command_n - (0.6 * 5.0 + 25.0 * 1e-3 * 5.0)).abs() < 1e-12);
+//!     reference.value(t_s));
+//! assert!((command_n - (0.6 * 5.0 + 25.0 * 1e-3 * 5.0)).abs() < 1e-12);
 //! # Ok::<(), feeler_control::ControlError>(())
 //! ```
 //!

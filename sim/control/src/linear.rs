@@ -3,12 +3,12 @@
 use crate::controller::STATE_LENGTH;
 use crate::{ControlError, Controller, ControllerSpec, Inputs};
 
-/// A control law in contact, without its limit and resolution: `x[n+1] = A x[n] + B in[n]`,
-/// `u[n] = C x[n] + D in[n]` with `in = [reference, reading, motion]`. The delay and the hold are not in it;
-/// they belong to the loop.
+/// A control law in contact, without its limit and resolution: `x[n+1] = A x[n] + B in[n]`, `u[n] = C x[n] +
+/// D in[n]` with `in = [reference, reading, motion]`. Delay and hold are not included; they belong to the
+/// loop.
 ///
-/// It is got by running the controller itself on unit vectors, so it cannot differ from what is simulated.
-/// States that no input reaches or that do not reach the output are left out: a proportional law has none.
+/// It comes from running the controller itself on unit vectors, so it cannot differ from the simulated law.
+/// States that no input reaches, or that do not reach the output, are omitted: a proportional law has none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearLaw {
     /// `a[i][j]`: from state j to the next state i.
@@ -22,8 +22,7 @@ pub struct LinearLaw {
 }
 
 impl ControllerSpec {
-    /// The law as a linear system, sampled every `period_s`, when its motion sensor is a velocity or a
-    /// position sensor.
+    /// The law as a linear system, sampled every `period_s`, for a motion sensor of velocity or position.
     ///
     /// # Errors
     /// Those of [`Self::check`].
@@ -53,7 +52,7 @@ fn unit<const N: usize>(j: usize) -> [f64; N] {
     std::array::from_fn(|i| f64::from(u8::from(i == j)))
 }
 
-/// The states that `from` names, and all that these lead to.
+/// The states given by `from`, and all states that these lead to.
 fn closure(from: impl Fn(usize) -> bool, leads_to: impl Fn(usize, usize) -> bool) -> [bool; STATE_LENGTH] {
     let mut member: [bool; STATE_LENGTH] = std::array::from_fn(from);
     // A path visits each state once at most.

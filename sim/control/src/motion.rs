@@ -2,17 +2,17 @@
 
 use feeler_lanes::Lane;
 
-/// How a velocity is obtained by differencing.
+/// Velocity by differentiation of a position.
 #[derive(Clone, Copy)]
 pub(crate) struct MotionConfig<L> {
     period: L,
-    /// `tau / (tau + T)`, the pole of the filter on the differenced velocity.
+    /// `tau / (tau + T)`, the pole of the filter on the differentiated velocity.
     pole: L,
     /// `1 / (tau + T)`.
     gain: L,
 }
 
-/// The last sample of a motion sensor, and what has been derived from it.
+/// The last sample of a motion sensor, and the values derived from it.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct MotionState<L> {
     started: bool,
@@ -40,9 +40,9 @@ impl<L: Lane> MotionConfig<L> {
 
     /// Position and velocity at this sample.
     ///
-    /// A position sensor is differenced: `v[n] = pole v[n-1] + gain (x[n] - x[n-1])`, the backward-Euler form
-    /// of `s / (tau s + 1)`; zero at the first sample. A velocity sensor is integrated by the trapezoidal
-    /// rule from zero at the first sample, which drifts with its bias as any such estimate does.
+    /// A position sensor is differentiated: `v[n] = pole v[n-1] + gain (x[n] - x[n-1])`, the backward-Euler
+    /// form of `s / (tau s + 1)`; zero at the first sample. A velocity sensor is integrated by the
+    /// trapezoidal rule from zero at the first sample, and drifts with its bias like any such estimate.
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut MotionState<L>, reading: L, is_velocity: bool) -> (L, L) {
         let last = if state.started { reading - state.reading } else { L::zero() };

@@ -1,27 +1,26 @@
-//! Random numbers that belong to an element and an instant.
+//! Random numbers that depend on an element and an instant.
 //!
-//! Each element draws from a [`Stream`] of its own, keyed by the run's seed and the element's name, so adding
-//! a sensor does not shift another's noise. A stream is read at an index, not in sequence: a caller that uses
-//! the instant (in picoseconds) as the index gets a noise that is a property of sensor and instant, whatever
-//! the order or the number of readings.
+//! Each element draws from its own [`Stream`], keyed by the run's seed and the element's name. Adding a
+//! sensor thus does not change another's noise. A stream is read at an index, not in sequence. A caller that
+//! uses the instant (in picoseconds) as the index gets a noise that depends on sensor and instant only,
+//! whatever the order or the number of readings.
 //!
 //! The generator is `ChaCha` with 8 rounds (Bernstein, "`ChaCha`, a variant of Salsa20", 2008), read at a
-//! computed position: the same bits on every machine. Normal numbers go through the platform's `ln`, `sin`
-//! and `cos`, whose last bit may differ between platforms.
+//! computed position: the same bits on every machine. Normal numbers use the platform's `ln`, `sin` and
+//! `cos`, whose last bit may differ between platforms.
 
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Separates this project's keys from other uses of the same generator, and versions the layout below.
+/// Separates the keys of this project from other uses of the generator, and versions the layout below.
 const DOMAIN: u64 = u64::from_le_bytes(*b"feeler-1");
 
-/// 32-bit words per index: four for a pair of normals, two for a uniform, two spare so that indices start
-/// evenly in a block.
+/// 32-bit words per index: four for a pair of normals, two for a uniform, two spare for block alignment.
 const WORDS_PER_INDEX: u128 = 8;
 
-/// Words of an index that come before its uniform number.
+/// Words of an index before its uniform number.
 const WORDS_BEFORE_UNIFORM: u128 = 4;
 
 /// The random numbers of one element.
@@ -71,8 +70,8 @@ impl Stream {
     }
 }
 
-/// Fowler, Noll and Vo's hash, variant 1a, 64 bits: portable, and enough to tell the names of one machine
-/// apart.
+/// Fowler, Noll and Vo's hash, variant 1a, 64 bits: portable, and sufficient to distinguish the names of one
+/// machine.
 fn fnv1a(name: &str) -> u64 {
     name.bytes()
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))

@@ -1,4 +1,4 @@
-//! The PID law with its lead compensator and its integrator at the limit.
+//! The PID law with its lead compensator and its anti-windup.
 
 use feeler_lanes::{Lane, LaneMask};
 
@@ -24,11 +24,11 @@ pub(crate) struct PidConfig<L: Lane> {
     damping: L,
     derivative_pole: L,
     derivative_gain: L,
-    /// `None` if no lane has one.
+    /// `None` if no lane has a lead.
     lead: Option<Section<L>>,
     /// Lanes whose integrator stops at the limit.
     conditional: L::Mask,
-    /// Share of the excess taken back per sample, `T / T_t`; zero where the integrator is not driven back.
+    /// Share of the excess removed per sample, `T / T_t`; zero without back-calculation.
     tracking: L,
 }
 
@@ -68,7 +68,7 @@ impl<L: Lane> PidConfig<L> {
             }),
             conditional: L::Mask::from_fn(|i| gains(i).anti_windup == AntiWindup::Conditional),
             tracking: L::from_fn(|i| match gains(i).anti_windup {
-                // Without an integral gain there is nothing to drive back.
+                // Without an integral gain there is no integral to reset.
                 AntiWindup::BackCalculation { tracking_time_s } if gains(i).ki != 0.0 => {
                     period_s / tracking_time_s
                 }
@@ -107,7 +107,7 @@ impl<L: Lane> PidConfig<L> {
     }
 }
 
-/// `u` within `[-limit, limit]`; not a number where `u` is not.
+/// `u` within `[-limit, limit]`; NaN if `u` is NaN.
 #[inline(always)]
 pub(crate) fn limited<L: Lane>(u: L, limit: L) -> L {
     let u = L::select(u.gt(limit), limit, u);
@@ -115,7 +115,7 @@ pub(crate) fn limited<L: Lane>(u: L, limit: L) -> L {
 }
 
 impl From<PositionGains> for ForceGains {
-    /// The same PID on a position error; what the position law lacks is zero.
+    /// The same PID on a position error; terms that the position law does not have are zero.
     fn from(gains: PositionGains) -> Self {
         let PositionGains { kp, ki, kd, damping, derivative_filter_s, anti_windup } = gains;
         Self { feed_forward: 0.0, kp, ki, kd, damping, derivative_filter_s, lead: None, anti_windup }

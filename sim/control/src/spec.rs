@@ -1,4 +1,4 @@
-//! What the file says of one controller.
+//! The specification of one controller in a file.
 
 use feeler_catalogue::{
     Bound, CORNER, DAMPING_RATIO, Dimension, Field, Kind, LONGEST_DELAY, Record, Shape, Unit, field, keys,
@@ -8,36 +8,35 @@ use feeler_catalogue::{
 use crate::error::{ControlError, positive};
 use crate::{Law, ReferenceSpec};
 
-/// What the file says of one controller (SI: on a rotational axis read N m for N and rad for m).
+/// The specification of one controller (SI: on a rotational axis read N m for N and rad for m).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerSpec {
     /// The control law and its gains.
     pub law: Law,
     /// Time between samples, s.
     pub period_s: f64,
-    /// From a sample to the instant at which its output is applied, s; any number, not only whole periods.
+    /// Time from a sample until its output acts, s; any number, not only whole periods.
     pub delay_s: f64,
-    /// One sigma of each sample instant about its nominal time, s.
+    /// Standard deviation of each sample instant about its nominal time, s.
     pub jitter_s: f64,
     /// Time of the first sample, s.
     pub offset_s: f64,
-    /// The phase before contact, if there is one.
+    /// The phase before contact, if any.
     pub approach: Option<Approach>,
     /// Step of the output (a converter's least significant bit), in units of the output.
     pub output_resolution: Option<f64>,
-    /// Largest magnitude of the output, in units of the output; what the anti-windup works against.
+    /// Largest magnitude of the output, in units of the output; the anti-windup uses it.
     pub output_limit: Option<f64>,
     /// Low-pass that the controller applies to `Inputs::reading` before anything else.
     pub reading_low_pass: Option<LowPassSpec>,
-    /// Time constant of the first-order low-pass on the velocity obtained by differencing a position sensor,
-    /// s; zero for none.
+    /// Time constant of the first-order low-pass on a differentiated position, s; zero for none.
     pub velocity_filter_s: f64,
     /// What the loop shall follow.
     pub reference: ReferenceSpec,
 }
 
 impl ControllerSpec {
-    /// A controller with `law` every `period_s`, and nothing else: no delay, jitter, approach or limit, and a
+    /// A controller with `law` every `period_s`, without delay, jitter, approach or limit, and with a
     /// reference of zero.
     pub fn new(law: Law, period_s: f64) -> Self {
         Self {
@@ -93,35 +92,34 @@ fn in_range<T: Record>(record: &T) -> Result<(), ControlError> {
 pub struct LowPassSpec {
     /// Cut-off (first order) or natural (second order) frequency, Hz.
     pub cutoff_hz: f64,
-    /// Second order with this damping ratio; first order where absent.
+    /// Damping ratio of a second-order filter; `None` for first order.
     pub damping_ratio: Option<f64>,
 }
 
-/// The phase before contact: move at a set speed until the reading reaches a force.
+/// The phase before contact: the tool moves at a set speed until the reading reaches a force.
 ///
 /// With a force drive the axis follows the ramp `x_0 + speed (t - t_0)`, where `x_0` and `t_0` belong to the
-/// first sample of the phase, by `u = M w^2 (x_0 + speed (t - t_0) - x) + 2 * 0.7 M w (speed - v)`,
-/// `w = 2 pi bandwidth_hz`; with a velocity source the command is the speed itself.
+/// first sample of the phase: `u = M w^2 (x_0 + speed (t - t_0) - x) + 2 * 0.7 M w (speed - v)`, `w = 2 pi
+/// bandwidth_hz`. With a velocity source the command is the speed itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Speed towards the workpiece, m/s.
     pub speed: f64,
     /// The phase ends at the first sample whose reading is at least this, N.
     pub until: f64,
-    /// It starts again at the first sample whose reading is below this, N (hysteresis, so at most `until`);
-    /// absent, contact latches.
+    /// The phase restarts at the first sample whose reading is below this, N (hysteresis, so at most
+    /// `until`). `None`: contact latches.
     pub release: Option<f64>,
     /// Natural frequency of the approach's position loop, Hz.
     pub bandwidth_hz: f64,
-    /// The mass that the approach's position loop believes it moves, kg. The caller fills it in from the
-    /// machine.
+    /// The mass that the approach's position loop assumes, kg. The caller fills it in from the machine.
     pub effective_mass: f64,
-    /// The drive is a velocity source.
+    /// Whether the drive is a velocity source.
     pub velocity_drive: bool,
 }
 
 impl Approach {
-    /// Natural frequency of the approach's position loop unless the file says otherwise, Hz.
+    /// Default natural frequency of the approach's position loop, Hz.
     pub const DEFAULT_BANDWIDTH_HZ: f64 = 8.0;
 
     /// An approach that latches, with the default bandwidth and a force drive that moves `effective_mass`.
@@ -152,7 +150,7 @@ const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const FORCE: Unit = Unit::Of(Dimension::FORCE);
 
-/// No controller is sampled a billion times a second.
+/// No controller samples a billion times a second.
 const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 
 impl ControllerSpec {
@@ -167,7 +165,7 @@ impl ControllerSpec {
     );
 }
 
-/// All but the law and the reference, which have keys of their own.
+/// Everything except the law and the reference, which have their own keys.
 impl Record for ControllerSpec {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
@@ -247,7 +245,7 @@ impl Record for LowPassSpec {
 
 static APPROACH: Shape = Shape { keys: keys!(Approach::FIELDS), choice: None };
 
-/// What the machine tells the approach is no key.
+/// Values that come from the machine are not keys.
 impl Record for Approach {
     const FIELDS: &'static [Field<Self>] = &[
         field!(

@@ -5,10 +5,10 @@ use crate::{ControlError, ControllerSpec, Stream};
 /// Largest jitter as a share of the period: below one half, so that samples keep their order.
 const LARGEST_JITTER_IN_PERIODS: f64 = 0.49;
 
-/// The sample instants of one controller: sample `k` is at `offset + k period` plus a normal draw of one
-/// sigma `jitter`.
+/// The sample instants of one controller: sample `k` is at `offset + k period` plus a normal draw with the
+/// standard deviation `jitter`.
 ///
-/// A draw beyond 0.49 of the period is limited to that, so instants stay in order; no instant is before zero.
+/// A draw is limited to 0.49 of the period, so instants stay in order; no instant is before zero.
 #[derive(Clone, Debug)]
 pub struct SampleClock {
     offset_s: f64,
@@ -18,7 +18,7 @@ pub struct SampleClock {
 }
 
 impl SampleClock {
-    /// The clock of the controller called `name` in a run with `seed`.
+    /// The clock of the controller `name` in a run with `seed`.
     ///
     /// # Errors
     /// Those of [`ControllerSpec::check`].
@@ -28,7 +28,7 @@ impl SampleClock {
         Ok(Self { offset_s: spec.offset_s, period_s: spec.period_s, jitter_s: spec.jitter_s, stream })
     }
 
-    /// The instant of sample `k`, s. The nominal time is formed from `k`, so it does not drift.
+    /// The instant of sample `k`, s. The nominal time is computed from `k`, so it does not drift.
     #[inline]
     pub fn sample_time_s(&self, k: u64) -> f64 {
         let nominal_s = self.offset_s + k as f64 * self.period_s;

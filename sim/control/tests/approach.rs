@@ -54,7 +54,7 @@ fn truth_the_law_starts_fresh_at_the_threshold_and_latches() {
         controller.sample(f64::from(k) * PERIOD_S, &at(3.999, 0.0), 20.0);
         assert!(!controller.in_contact_phase());
     }
-    // Proportional part and one sample of integral: nothing was gathered on the way, and there is no
+    // Proportional part and one sample of integral: the approach leaves no integral, and there is no
     // derivative kick.
     let u = controller.sample(0.1, &at(4.0, 0.0), 20.0);
     assert!((u - (2.0 * 16.0 + 10.0 * PERIOD_S * 16.0)).abs() < ROUNDING);
@@ -72,13 +72,13 @@ fn truth_hysteresis_between_release_and_until() {
         controller.sample(k as f64 * PERIOD_S, &at(reading, 0.0), 20.0);
         assert_eq!(controller.in_contact_phase(), expected, "sample {k}");
     }
-    // The second approach begins where the axis stands, with no way to catch up.
+    // The second approach begins at the present position, without catching up.
     controller.reset();
     controller.sample(0.0, &at(5.0, 0.0), 20.0);
     let u = controller.sample(9.0, &at(0.0, 0.0), 20.0);
     let w = TAU * Approach::DEFAULT_BANDWIDTH_HZ;
     assert!((u - 2.0 * 0.7 * 12.0 * w * 0.03).abs() < ROUNDING);
-    // And when contact comes back the law starts fresh again.
+    // When contact returns the law starts again without history.
     let u = controller.sample(9.001, &at(5.0, 0.0), 20.0);
     assert!((u - 15.0 * (2.0 + 10.0 * PERIOD_S)).abs() < ROUNDING);
 }

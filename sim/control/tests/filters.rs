@@ -36,8 +36,8 @@ fn truth_gain_at_zero_frequency_is_one() {
 fn truth_lead_ends_at_the_ratio_of_its_frequencies() {
     let lead = Section::lead(15.0, 90.0, PERIOD_S);
     assert!((magnitude(&lead, NYQUIST_HZ) - 6.0).abs() < 6.0 * ROUNDING);
-    // Well under the Nyquist frequency the continuous lead is met: the bilinear transform moves 30 Hz by (pi
-    // f T)^2 / 3 = 0.3 %.
+    // Well below the Nyquist frequency the filter matches the continuous lead: the bilinear transform moves
+    // 30 Hz by (pi f T)^2 / 3 = 0.3 %.
     let [re, im] = lead.response(30.0, PERIOD_S);
     let (over_zero, over_pole): (f64, f64) = (30.0 / 15.0, 30.0 / 90.0);
     assert!((im.atan2(re) - (over_zero.atan() - over_pole.atan())).abs() < 3e-3);
@@ -55,7 +55,7 @@ fn truth_low_passes_at_their_own_frequency() {
     }
 }
 
-/// A sine that has been on for long comes out as the frequency response says.
+/// A sine of long duration leaves the filter as the frequency response predicts.
 #[test]
 fn truth_running_the_filter_gives_its_response() {
     let section = Section::low_pass_second(60.0, 0.5, PERIOD_S);
@@ -65,7 +65,7 @@ fn truth_running_the_filter_gives_its_response() {
     for k in 0..1000 {
         let phase = TAU * frequency_hz * f64::from(k) * PERIOD_S;
         let y = section.update(&mut state, phase.cos());
-        // The transient falls by exp(-0.5 * 2 pi 60) per second: e^-113 over 0.6 s, far under the tolerance.
+        // The transient falls by exp(-0.5 * 2 pi 60) per second: e^-113 over 0.6 s, far below the tolerance.
         if k > 600 {
             assert!((y - (re * phase.cos() - im * phase.sin())).abs() < 1e-11);
         }

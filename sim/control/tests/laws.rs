@@ -9,7 +9,7 @@ use feeler_lanes::Pack;
 
 const PERIOD_S: f64 = 1e-3;
 
-/// Closed forms and recursions differ by rounding over some hundreds of operations.
+/// Closed forms and recursions differ by rounding over hundreds of operations.
 const ROUNDING: f64 = 1e-11;
 
 fn force(gains: ForceGains) -> ControllerSpec {
@@ -66,7 +66,7 @@ fn truth_every_gain_is_zero_unless_given() {
 }
 
 /// Amplitude after many samples of an integral force loop on a stiffness of 1 N/m with `delay` whole samples
-/// of delay, started off by 1 N.
+/// of delay, excited by 1 N.
 fn integral_loop_amplitude(loop_gain: f64, delay: usize) -> f64 {
     let mut controller = compile(force(ForceGains { ki: loop_gain / PERIOD_S, ..ForceGains::default() }));
     let mut pending = vec![0.0; delay + 1];
@@ -88,7 +88,7 @@ fn integral_loop_amplitude(loop_gain: f64, delay: usize) -> f64 {
 fn truth_integral_force_loop_limits() {
     for delay in 0..4 {
         let limit = 2.0 * (std::f64::consts::PI / (2.0 * (2.0 * delay as f64 + 1.0))).sin();
-        // One per cent from the limit the slowest mode changes by some 0.3 % per sample or more, e^18 over
+        // One per cent from the limit the slowest mode changes by about 0.3 % per sample or more, e^18 over
         // the run.
         assert!(integral_loop_amplitude(0.99 * limit, delay) < 1e-3, "delay {delay}");
         assert!(integral_loop_amplitude(1.01 * limit, delay) > 1e3, "delay {delay}");
@@ -144,8 +144,8 @@ fn truth_impedance_is_a_spring_and_damper_about_the_reference() {
     }
 }
 
-/// The virtual body's position at the end of each period, seen through an inner loop of gain 1 on an axis
-/// that does not move.
+/// The virtual body's position at the end of each period, through an inner loop of gain 1 on an axis that
+/// does not move.
 fn admittance_path(gains: AdmittanceGains, error: f64, samples: i32) -> Vec<f64> {
     let gains = AdmittanceGains { kp: 1.0, ..gains };
     let mut controller = compile(ControllerSpec::new(Law::Admittance(gains), PERIOD_S));
@@ -181,7 +181,7 @@ fn truth_admittance_moves_the_virtual_body_exactly() {
     }
 }
 
-/// The virtual body's velocity, commanded to a velocity source: a massless damper gives `e / B` at once.
+/// The virtual body's velocity as command of a velocity source: a massless damper gives `e / B` immediately.
 #[test]
 fn truth_admittance_velocity_command() {
     let gains = AdmittanceGains { damping: 40.0, velocity_feed_forward: 1.0, ..AdmittanceGains::default() };
@@ -208,7 +208,7 @@ fn truth_anti_windup_recovers_at_once_where_a_wound_up_integrator_does_not() {
     // Conditional: the integral grew by 0.03 per sample as long as kp e + i stayed within 5: 133 times, to
     // 3.99.
     assert_close(after_saturation(AntiWindup::Conditional), 3.99 - 0.03 - 1.0);
-    // Back-calculation settles where ki e = (u - limit) / T_t: u = 5 + 30 T_t, and the integral kept is u -
+    // Back-calculation settles at ki e = (u - limit) / T_t: u = 5 + 30 T_t, and the remaining integral is u -
     // kp e - ki T e.
     let tracking_time_s = 0.01;
     let kept = 5.0 + 30.0 * tracking_time_s - 1.0 - 0.03;

@@ -68,8 +68,8 @@ fn prop_the_linear_system_is_the_controller() {
     for (spec, motion_is_velocity, order) in laws() {
         let law = spec.linear(motion_is_velocity).unwrap();
         assert_eq!(law.c.len(), order, "{:?}", spec.law);
-        // The controller starts settled at its first inputs, the system at zero; both agree on a first sample
-        // of zeros.
+        // The controller starts settled at its first inputs, the system at zero; both agree for a first
+        // sample of zeros.
         let inputs: Vec<[f64; 3]> = (0..300)
             .map(|k| std::array::from_fn(|j| if k == 0 { 0.0 } else { stream.normal_at(3 * k + j as u64) }))
             .collect();
@@ -82,13 +82,13 @@ fn prop_the_linear_system_is_the_controller() {
                 &Inputs { reading, motion, motion_is_velocity },
                 reference,
             );
-            // Rounding of some tens of operations per sample, carried along by the integrals.
+            // Rounding of tens of operations per sample, carried along by the integrals.
             assert!((sampled - u).abs() <= 1e-12 * scale, "{:?} at sample {k}: {sampled}, {u}", spec.law);
         }
     }
 }
 
-/// The lead and integral's poles stand in the matrix where the difference equations have them.
+/// The poles of lead and integral appear in the matrix as in the difference equations.
 #[test]
 fn truth_an_integral_is_a_pole_at_one() {
     let gains = ForceGains { kp: 1.0, ki: 9.0, ..ForceGains::default() };

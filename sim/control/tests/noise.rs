@@ -4,7 +4,7 @@ use feeler_control::{ControllerSpec, Law, SampleClock, Stream};
 
 const DRAWS: u64 = 100_000;
 
-/// Draws that no change of the program, the platform or the generator's version may move: index, bits of the
+/// Draws that must not change with the program, the platform or the generator's version: index, bits of the
 /// uniform, normal.
 const FROZEN: [(u64, u64, f64); 4] = [
     (0, 0x3fe8_8ff6_c39f_f9fc, -0.839_818_307_813_947),

@@ -32,8 +32,7 @@ fn rms(values: &[f64]) -> f64 {
 #[test]
 fn truth_steps_lines_and_tables() {
     let steps = compile(&ReferenceSpec::Steps(vec![(0.0, 20.0), (1.2, 30.0)]));
-    // 12 x 0.1 is a rounding above 1.2, 3 x 0.4 likewise; a step that falls on a sample is seen by that
-    // sample.
+    // 12 x 0.1 is a rounding above 1.2, 3 x 0.4 likewise; that sample must include a step that falls on it.
     for (t, expected) in
         [(-1e-6, 0.0), (0.0, 20.0), (1.199_999, 20.0), (12.0 * 0.1, 30.0), (1.2 - 2e-16, 30.0), (99.0, 30.0)]
     {
@@ -82,8 +81,8 @@ fn truth_chirp_frequency() {
             Sweep::Linear => 12.0,
             Sweep::Logarithmic => quarter_hz * 25_f64.ln() / duration_s,
         };
-        // The mean frequency of one cycle is that of its middle up to second order: (slope / f)^2 / f / 24
-        // and less than 1e-3 here; the crossings are found to 1e-6 s of 0.1 s.
+        // The mean frequency of one cycle is that of its middle up to second order: (slope / f)^2 / f / 24,
+        // less than 1e-3 here. The crossings are found to 1e-6 s of 0.1 s.
         let expected_hz = quarter_hz + slope_hz_per_s * (middle - 1.0);
         assert!((1.0 / (second - first) / expected_hz - 1.0).abs() < 1e-2, "{sweep:?}");
         assert_close(chirp.value(0.0), 1.0);
@@ -126,8 +125,8 @@ fn truth_multisine_has_its_lines_and_no_others() {
     }
 }
 
-/// Cosines in phase have a crest factor of sqrt(2 N) = 12.4 for 77 lines, random ones some sqrt(2 ln(points))
-/// = 3.5 or more.
+/// Cosines in phase have a crest factor of sqrt(2 N) = 12.4 for 77 lines, random ones about sqrt(2
+/// ln(points)) = 3.5 or more.
 #[test]
 fn prop_multisine_has_a_low_crest_factor() {
     let mut crest_factors: Vec<f64> = (0..20)
@@ -174,7 +173,7 @@ fn truth_white_noise_has_its_band_and_power() {
             density(inside_hz) / flat
         );
     }
-    // Ten hertz beyond the edges the Hann window's pulse is 30 dB down.
+    // Ten hertz beyond the edges the Hann window's pulse is down by 30 dB.
     for outside_hz in [10.0, 18.0, 142.0, 200.0, 400.0] {
         assert!(density(outside_hz) / flat < 1e-3, "{outside_hz} Hz: {}", density(outside_hz) / flat);
     }
@@ -185,7 +184,7 @@ fn truth_prbs_autocorrelation() {
     let (order, clock_period_s, amplitude) = (7, 0.002, 3.0);
     let prbs = compile(&ReferenceSpec::Prbs { order, clock_period_s, amplitude, offset: 0.5 });
     let length = 127;
-    // Sampled at the chip boundaries, some of which are a rounding short in floating point.
+    // Sampled at the chip boundaries, some of which are a rounding low in floating point.
     let chips: Vec<f64> =
         (0..3 * length).map(|i| (prbs.value(i as f64 * clock_period_s) - 0.5) / amplitude).collect();
     assert!(chips.iter().all(|chip| (chip.abs() - 1.0).abs() < ROUNDING));

@@ -1,4 +1,4 @@
-//! What can go wrong in preparing or running a scenario.
+//! Errors in preparing or running a scenario.
 
 use std::borrow::Cow;
 
@@ -28,7 +28,7 @@ pub enum EngineError {
     /// The matrix exponential of a mode failed.
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
-    /// Something swings faster than can be followed.
+    /// A motion is too fast to follow.
     #[error(
         "a part of the machine swings at {frequency_hz:.3e} Hz: \
          one second takes {looks_per_s:.1e} guard evaluations"
@@ -39,7 +39,7 @@ pub enum EngineError {
         /// Looks that a second takes.
         looks_per_s: f64,
     },
-    /// Variants that shall run side by side differ in more than numbers.
+    /// Variants that run side by side differ in more than numbers.
     #[error("variant {variant} differs from variant 0 in {what}")]
     Structure {
         /// Index of the variant.
@@ -47,7 +47,7 @@ pub enum EngineError {
         /// What differs.
         what: &'static str,
     },
-    /// A run whose bodies another engine shall move needs one such engine per lane, and any other run none.
+    /// A run with an external body engine needs one engine per lane; any other run needs none.
     #[error("{given} engines that move bodies for {needed} variants that need one")]
     BodyEngines {
         /// How many were given.
@@ -125,18 +125,18 @@ impl Remedy for EngineError {
 pub enum RunEnd {
     /// At its duration.
     Completed,
-    /// The motion left all bounds; the state kept is the last finite one.
+    /// The motion left all bounds; the stored state is the last finite one.
     Diverged {
         /// When.
         t_s: f64,
     },
-    /// More events than the limit at practically one instant, or endlessly short steps: the machine
-    /// as described has no motion past it that can be followed.
+    /// More events than the limit at practically one instant, or endlessly short steps: the motion of the
+    /// machine cannot be followed past this point.
     EventStorm {
         /// When.
         t_s: f64,
     },
-    /// Taken out of the run by [`crate::Simulation::stop`].
+    /// Removed from the run by [`crate::Simulation::stop`].
     Stopped {
         /// When.
         t_s: f64,
@@ -144,7 +144,7 @@ pub enum RunEnd {
 }
 
 impl RunEnd {
-    /// Whether the run cannot go on: one that stands at its duration can be extended.
+    /// Whether the run cannot continue. A run that has reached its duration can be extended.
     pub fn is_final(self) -> bool {
         self != Self::Completed
     }

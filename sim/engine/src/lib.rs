@@ -1,10 +1,9 @@
-//! Stepping a machine through time.
+//! Steps a machine through time.
 //!
-//! A [`Scenario`] is what is to be run; [`Program`] is the same checked and resolved; [`Simulation`] runs one
-//! variant of it, or several side by side. Between events a machine is linear with held inputs, so the
-//! default integrator carries it by matrix exponentials and locates every event in between to rounding; modes
-//! with laws that are not linear are integrated by extrapolation to the same accuracy (see
-//! [`Integrator::Exact`]).
+//! A [`Scenario`] describes a run. A [`Program`] is the same, checked and resolved. A [`Simulation`] runs one
+//! variant of it, or several side by side. Between events a machine with held inputs is linear. The default
+//! integrator moves it by matrix exponentials and locates every event to rounding. Modes with nonlinear laws
+//! are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
 mod carry;
 mod error;
@@ -13,8 +12,8 @@ mod run;
 mod sample;
 mod solve;
 
-/// Sampling parts of the engine for simulators with motions of their own, so that drives and sensors are the
-/// same everywhere.
+/// Sampling parts of the engine for simulators with their own motion, so that drives and sensors are the same
+/// everywhere.
 pub mod parts {
     pub use crate::sample::clock::{SAME_INSTANT_S, due};
     pub use crate::sample::drive::DriveChain;

@@ -1,14 +1,14 @@
-//! A capsule near triangles, in closed form.
+//! Distance of a capsule from triangles, in closed form.
 //!
-//! Parry measures a capsule against each triangle by iteration; this is the same answer to rounding at a
-//! small part of the cost, as long as the capsule's axis is outside the surface.
+//! Parry measures a capsule against each triangle by iteration. This gives the same result to rounding at a
+//! small part of the cost, if the capsule's axis is outside the surface.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{Segment, SharedShape, Triangle};
 
-/// Where the axis of a capsule and a surface are nearest.
+/// The nearest points of a capsule's axis and a surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Near {
     pub(crate) on_axis: Vector,
@@ -16,8 +16,8 @@ pub(crate) struct Near {
     pub(crate) distance_m: f64,
 }
 
-/// The nearest points of an axis and the triangles of a mesh or height field at a pose within `reach_m`; the
-/// error is an axis that crosses the surface, which has no distance.
+/// The nearest points of an axis and the triangles of a mesh or height field at a pose within `reach_m`. It
+/// is an error if the axis crosses the surface, since it then has no distance.
 pub(crate) fn nearest(
     axis: &Segment,
     shape: &SharedShape,
@@ -54,12 +54,12 @@ pub(crate) fn nearest(
     }))
 }
 
-/// An axis that goes through the surface.
+/// The axis crosses the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crosses;
 
-/// The nearest points of a line from `a` to `b` and a triangle: an end of the line over the face, or the line
-/// over an edge; `None` if it goes through the face.
+/// The nearest points of a segment from `a` to `b` and a triangle: an end of the segment over the face, or
+/// the segment over an edge. `None` if it crosses the face.
 fn near(a: Vector, b: Vector, triangle: &Triangle) -> Option<Near> {
     let square = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     let heights = [a, b].map(|end| square.dot(end - triangle.a));
@@ -83,7 +83,7 @@ fn near(a: Vector, b: Vector, triangle: &Triangle) -> Option<Near> {
     found.min_by(|one, other| one.distance_m.total_cmp(&other.distance_m))
 }
 
-/// The nearest points of two lines that end (C. Ericson, "Real-Time Collision Detection", 2005, sec. 5.1.9).
+/// The nearest points of two segments (C. Ericson, "Real-Time Collision Detection", 2005, sec. 5.1.9).
 fn between_lines((a, b): (Vector, Vector), (c, d): (Vector, Vector)) -> (Vector, Vector) {
     let (along, other, apart) = (b - a, d - c, a - c);
     let (aa, ee, f) = (along.dot(along), other.dot(other), other.dot(apart));

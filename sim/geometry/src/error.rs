@@ -1,4 +1,4 @@
-//! What can be wrong with shapes and their motion.
+//! Errors of shapes and their motion.
 
 use std::borrow::Cow;
 
@@ -31,7 +31,7 @@ pub enum GeometryError {
         /// What to do about it.
         remedy: &'static str,
     },
-    /// A line of a file that cannot be read.
+    /// A line of a file with a syntax error.
     #[error("line {line}: {what}")]
     Line {
         /// The line, from 1.
@@ -41,7 +41,7 @@ pub enum GeometryError {
         /// What to do about it.
         remedy: &'static str,
     },
-    /// The times of a feed's path.
+    /// Invalid times of a feed's path.
     #[error("point {index} of the path is at {t_s} s, which is not after the one before")]
     Path {
         /// Which point, from 0.
@@ -52,7 +52,7 @@ pub enum GeometryError {
     /// A path without points.
     #[error("the path has no points")]
     EmptyPath,
-    /// Two shapes that Parry cannot measure against each other.
+    /// Two shapes whose distance Parry cannot compute.
     #[error("distances between a {tip} and a {workpiece} cannot be measured")]
     Unsupported {
         /// The tip's shape.
@@ -60,7 +60,7 @@ pub enum GeometryError {
         /// The workpiece's shape.
         workpiece: &'static str,
     },
-    /// The tip never meets the workpiece on its way along the axis.
+    /// The tip never meets the workpiece on its path along the axis.
     #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the \
              workpiece", at(*.t_s))]
     Unreachable {
@@ -68,10 +68,10 @@ pub enum GeometryError {
         y_m: f64,
         /// Where, m.
         z_m: f64,
-        /// When on the feed, s, if known.
+        /// Time on the feed, s, if known.
         t_s: Option<f64>,
     },
-    /// The tip's way along the axis grazes a wall that is parallel to it, so that the gap jumps.
+    /// The tip's path along the axis grazes a wall parallel to it, so the gap jumps.
     #[error(
         "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could \
          touch", short(*.t_s), short(*.jump_m)
@@ -82,7 +82,7 @@ pub enum GeometryError {
         /// Size of the jump, m.
         jump_m: f64,
     },
-    /// An edge of the gap at which the error asked for is missed even within 0.1 us.
+    /// An edge of the gap at which the requested error is exceeded even within 0.1 us.
     #[error(
         "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to \
          {} m",
@@ -91,7 +91,7 @@ pub enum GeometryError {
     Unresolved {
         /// When, s.
         t_s: f64,
-        /// How far off the gap may be there, m.
+        /// Error of the gap there, m.
         apart_m: f64,
         /// The error asked for, m.
         error_m: f64,
@@ -99,10 +99,10 @@ pub enum GeometryError {
     /// The tip starts inside the workpiece.
     #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
     Overlap {
-        /// How far it must go back, m.
+        /// Penetration of the tip, m.
         depth_m: f64,
     },
-    /// More knots than a run should carry.
+    /// More knots than the limit of a run.
     #[error("more than {most} knots are needed for an error of {error_m} m")]
     Knots {
         /// The limit.

@@ -17,12 +17,12 @@ impl Feed {
         Self { points: vec![(0.0, start_m, velocity_m_per_s)] }
     }
 
-    /// A smooth way through points `(time in s, [y, z] in m)`: cubics whose velocity at each point is that
-    /// from the one before to the one after, and zero at both ends, where the tip rests outside the path. A
-    /// way that follows straight lines needs points along them.
+    /// A smooth path through points `(time in s, [y, z] in m)`. It consists of cubics whose velocity at each
+    /// point is that from the previous to the next. The velocity is zero at both ends, and the tip rests
+    /// outside the path. A path of straight lines needs points along them.
     ///
     /// # Errors
-    /// [`GeometryError::Path`] for times that do not rise, [`GeometryError::EmptyPath`].
+    /// [`GeometryError::Path`] for times that do not increase, [`GeometryError::EmptyPath`].
     pub fn path(points: &[(f64, [f64; 2])]) -> Result<Self, GeometryError> {
         if points.is_empty() {
             return Err(GeometryError::EmptyPath);
@@ -90,7 +90,7 @@ impl Feed {
         ([y.0, z.0], [y.1, z.1])
     }
 
-    /// When the last point of its path is reached, s.
+    /// Time at the last point of its path, s.
     pub fn end_s(&self) -> f64 {
         self.points[self.points.len() - 1].0
     }

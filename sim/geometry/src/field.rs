@@ -6,7 +6,7 @@ use crate::shape::Shape;
 /// A height field from CSV without a header: one line per z, one number in metres per y, both rising.
 ///
 /// # Errors
-/// [`GeometryError::Line`] for what is no number and for lines of unequal length; [`GeometryError::Mesh`] for
+/// [`GeometryError::Line`] for invalid numbers and for lines of unequal length; [`GeometryError::Mesh`] for
 /// less than two rows or columns.
 pub fn read_height_field(text: &str, extents_m: [f64; 2]) -> Result<Shape, GeometryError> {
     let mut heights_m: Vec<Vec<f64>> = Vec::new();

@@ -1,4 +1,4 @@
-//! The keys by which files give shapes, places and materials.
+//! The keys of shapes, places and materials in files.
 
 use feeler_catalogue::{
     Bound, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, number, required,
@@ -39,7 +39,7 @@ const CUBOID: &[Field<Shape>] = &[
     ),
 ];
 
-/// The shapes that are given by numbers.
+/// The shapes with numerical keys.
 impl Record for Shape {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[

@@ -1,11 +1,11 @@
-//! Shapes of tip and workpiece, by Parry.
+//! Shapes of tip and workpiece, with Parry.
 //!
-//! The machine moves along x; the workpiece may have any [`Shape`] at any [`Place`], and the tip travels
-//! sideways, in y and z, along a [`Feed`]. What the axis needs to know of all this is one function of time:
-//! how far the tip can go along x before it touches. [`Touching::at`] answers for one place, with contact
-//! point, normal, and the slope from which the rate follows; [`Touching::profile`] puts the answers along a
-//! feed into a [`feeler_plant::description::Profile`], with a bound on its error, which the engine then
-//! carries exactly. A [`Pair`] answers for a tip that goes anywhere in space, as that of an arm does.
+//! The machine moves along x. The workpiece may have any [`Shape`] at any [`Place`], and the tip travels
+//! sideways, in y and z, along a [`Feed`]. For the axis all of this reduces to one function of time: how far
+//! the tip can travel along x before it touches. [`Touching::at`] computes it for one place, with contact
+//! point, normal, and the slope that gives the rate. [`Touching::profile`] converts it along a feed into a
+//! [`feeler_plant::description::Profile`] with a bound on its error, which the engine then uses exactly. A
+//! [`Pair`] measures a tip that moves anywhere in space, as that of an arm does.
 //!
 //! ```
 //! use feeler_geometry::{Feed, Place, Shape, Touching};

@@ -47,8 +47,8 @@ impl Mesh {
 /// Reads an STL file, text or binary; `scale_m` is the length of its unit (1e-3 for millimetres).
 ///
 /// # Errors
-/// [`GeometryError::Mesh`] for a file that is cut short or has no triangles, [`GeometryError::Line`] for a
-/// text that is no STL.
+/// [`GeometryError::Mesh`] for a truncated file or one without triangles, [`GeometryError::Line`] for a text
+/// that is not STL.
 pub fn read_stl(bytes: &[u8], scale_m: f64) -> Result<Mesh, GeometryError> {
     let declared = bytes.get(80..STL_START).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let is_text =
@@ -89,11 +89,11 @@ pub fn read_stl(bytes: &[u8], scale_m: f64) -> Result<Mesh, GeometryError> {
     Ok(mesh)
 }
 
-/// Reads corners (`v`) and faces (`f`) of an OBJ file; faces of more than three corners are fanned into
+/// Reads corners (`v`) and faces (`f`) of an OBJ file; faces of more than three corners are divided into
 /// triangles. `scale_m` is the length of its unit.
 ///
 /// # Errors
-/// [`GeometryError::Line`] for what cannot be read, [`GeometryError::Mesh`] for a mesh without triangles.
+/// [`GeometryError::Line`] for a syntax error, [`GeometryError::Mesh`] for a mesh without triangles.
 pub fn read_obj(text: &str, scale_m: f64) -> Result<Mesh, GeometryError> {
     let mut mesh = Mesh::default();
     for (i, line) in text.lines().enumerate() {

@@ -1,4 +1,4 @@
-//! Shapes as lines, to be drawn.
+//! Outlines of shapes as lines, for drawings.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -10,11 +10,11 @@ use crate::shape::{Place, Shape};
 
 /// Straight pieces of a circle.
 const PIECES: usize = 48;
-/// Most lines of a shape; of finer ones the sharper edges are shown.
+/// Largest number of lines of a shape; beyond it only the sharper edges are drawn.
 const MOST_LINES: usize = 3000;
 /// Cosine of the angle between two faces beyond which their edge is sharp.
 const SHARP: f64 = 0.94;
-/// The same up to which two faces are one.
+/// Cosine of the angle between two faces up to which they count as one plane.
 const FLAT: f64 = 1.0 - 1e-9;
 /// Lines of a height field in either direction.
 const MOST_FIELD_LINES: usize = 24;
@@ -61,7 +61,7 @@ impl Shape {
             Self::Mesh(mesh) => edges(&mesh.vertices_m, &mesh.triangles),
             Self::HeightField { heights_m, extents_m } => field(heights_m, *extents_m),
         };
-        // Height fields are described in the frame of the shape, which Parry's frame is not.
+        // Height fields are described in the frame of the shape, which differs from Parry's.
         let pose = if matches!(self, Self::HeightField { .. }) { pose } else { pose * frame };
         Ok(lines.into_iter().map(|line| line.map(|point| placed(&pose, point))).collect())
     }
@@ -83,7 +83,7 @@ fn circle([a, b]: [usize; 2], radius: f64, centre: [f64; 3]) -> Vec<Segment> {
     (0..PIECES).map(|i| [at(i), at(i + 1)]).collect()
 }
 
-/// Ends and flanks of what is round about y.
+/// Ends and flanks of a round shape about y.
 fn round(half_length: f64, radius: f64) -> Vec<Segment> {
     let mut lines: Vec<Segment> =
         [-half_length, half_length].into_iter().flat_map(|y| circle([0, 2], radius, [0.0, y, 0.0])).collect();
@@ -103,8 +103,8 @@ fn cuboid(half: [f64; 3]) -> Vec<Segment> {
         .collect()
 }
 
-/// Edges of triangles, each once, but for those within a plane; of many, those between faces at an angle, and
-/// no more than can be drawn.
+/// Edges of triangles, each once, without those inside a plane. If there are too many, only those between
+/// faces at an angle, up to the limit.
 fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
     // Files repeat the corners of neighbours.
     let mut known: HashMap<[u64; 3], usize> = HashMap::new();
@@ -195,7 +195,7 @@ mod tests {
                 .unwrap()
                 .len()
         };
-        // Within a plane the edge between them is none.
+        // The edge between them inside a plane is omitted.
         assert_eq!((lines(0.5), lines(0.0)), (5, 4));
     }
 }

@@ -1,4 +1,4 @@
-//! How far apart a tip and a workpiece are while the tip goes anywhere in space.
+//! Distance of a tip from a workpiece, for a tip that moves anywhere in space.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Rotation, Vector};
@@ -10,17 +10,17 @@ use crate::error::GeometryError;
 use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles};
 
-/// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they
-/// are only known to be farther.
+/// Largest distance at which shapes other than balls are measured, over the size of the tip. Beyond it they
+/// are only known to be farther apart.
 const REACH: f64 = 0.05;
 
-/// Distance of a ball's centre from the surface at which it lies on it, over its radius.
+/// Largest distance of a ball's centre from the surface at which it counts as on it, over its radius.
 const ON_THE_SURFACE: f64 = 1e-12;
 
 /// A direction in which a ray hardly ever meets an edge.
 const OBLIQUE: [f64; 3] = [0.412_943_1, 0.527_181_7, 0.742_839_3];
 
-/// A tip that a tool carries, and a workpiece that stands still.
+/// A tip on a tool, and a fixed workpiece.
 #[derive(Clone)]
 pub struct Pair {
     tip: SharedShape,
@@ -32,10 +32,10 @@ pub struct Pair {
     reach_m: f64,
 }
 
-/// Where two shapes are nearest, or deepest in each other.
+/// Nearest points of two shapes, or the deepest if they overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
-    /// Distance; below zero where they overlap.
+    /// Distance; negative if they overlap.
     pub distance_m: f64,
     /// The point of the workpiece.
     pub point_m: [f64; 3],
@@ -81,22 +81,22 @@ impl Pair {
         GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
     }
 
-    /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion
-    /// `[x, y, z, w]`; `None` if they are far apart.
+    /// The nearest points with the tool at a position, m, and orientation, a unit quaternion `[x, y, z, w]`.
+    /// `None` if they are far apart.
     ///
-    /// Of a ball it is the projection of its centre, and of a capsule on triangles that of its axis, exact to
-    /// rounding as long as centre or axis is outside; of other tips what Parry iterates to. Of shapes that
+    /// For a ball it is the projection of its centre, and for a capsule on triangles that of its axis, exact
+    /// to rounding if centre or axis is outside. For other tips it comes from Parry's iteration. If shapes
     /// touch in several places it is the deepest.
     ///
     /// # Errors
-    /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    /// [`GeometryError::Unsupported`] for two shapes whose distance cannot be computed.
     pub fn nearest(
         &self,
         position_m: [f64; 3],
         quaternion: [f64; 4],
     ) -> Result<Option<Nearest>, GeometryError> {
         let at = pose_of(position_m, quaternion) * self.tip_pose;
-        // A ball whose centre lies on the surface has no direction to it, and is left to the iteration.
+        // A ball with its centre on the surface has no direction to it; the iteration handles this case.
         if let Some(ball) = self.tip.as_ball()
             && let Some(nearest) = self.nearest_to_ball(at.translation, ball.radius)
         {
@@ -105,7 +105,7 @@ impl Pair {
         if let Some(capsule) = self.tip.as_capsule().filter(|_| is_triangles(&self.workpiece)) {
             let axis =
                 Segment::new(at.transform_point(capsule.segment.a), at.transform_point(capsule.segment.b));
-            // An axis that crosses the surface has no direction to it, either.
+            // An axis that crosses the surface has no direction to it either.
             if let Ok(near) =
                 capsule::nearest(&axis, &self.workpiece, &self.workpiece_pose, capsule.radius + self.reach_m)
             {
@@ -138,16 +138,15 @@ impl Pair {
         })
     }
 
-    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; `None` if it is not
-    /// inside, or the workpiece is no mesh. A mesh is a surface to [`Self::nearest`], which does not know its
-    /// inside from its outside.
+    /// Depth of the tip's centre inside a workpiece that is a closed mesh, m. `None` if it is not inside, or
+    /// the workpiece is not a mesh. [`Self::nearest`] treats a mesh as a surface, without inside and outside.
     pub fn buried_m(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Option<f64> {
         let mesh = self.workpiece.as_trimesh()?;
         let middle = (pose_of(position_m, quaternion) * self.tip_pose)
             .transform_point(self.tip.compute_local_aabb().center());
         let local = self.workpiece_pose.inverse().transform_point(middle);
         let reach = mesh.local_aabb().extents().length() + (local - mesh.local_aabb().center()).length();
-        // Out of a closed surface every way crosses it an odd number of times.
+        // From inside a closed surface every ray crosses it an odd number of times.
         let crossings = |along: Vector| {
             let end = local + along * reach;
             let swept = Aabb::new(local.min(end), local.max(end));
@@ -165,11 +164,11 @@ impl Pair {
         })
     }
 
-    /// How far the tip can go along a direction, m, until it touches; `None` if it never does within
+    /// How far the tip can travel along a direction until it touches, m; `None` if it does not touch within
     /// `reach_m`.
     ///
     /// # Errors
-    /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    /// [`GeometryError::Unsupported`] for two shapes whose distance cannot be computed.
     pub fn travel_m(
         &self,
         position_m: [f64; 3],
@@ -199,7 +198,7 @@ impl Pair {
     }
 }
 
-/// Where a capsule is nearest of whose axis this is known.
+/// The nearest point of a capsule, from that of its axis.
 fn of_axis(near: &Near, radius: f64) -> Nearest {
     let normal = (near.on_surface - near.on_axis) / near.distance_m;
     Nearest {
@@ -209,7 +208,7 @@ fn of_axis(near: &Near, radius: f64) -> Nearest {
     }
 }
 
-/// Depth, m, to which a shape at a pose and another at its own overlap; zero or below where they do not.
+/// Overlap of two shapes at their poses, m; zero or negative if they do not overlap.
 ///
 /// # Errors
 /// Those of the shapes' numbers, and [`GeometryError::Unsupported`].

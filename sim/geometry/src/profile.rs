@@ -6,27 +6,27 @@ use crate::error::GeometryError;
 use crate::feed::Feed;
 use crate::touching::Touching;
 
-/// Pieces with which a feed begins: what is smaller than a sixty-fourth of the way, and symmetric about the
-/// probes, could hide between them.
+/// Initial number of pieces of a feed: a detail smaller than a sixty-fourth of the path could otherwise lie
+/// unseen between the probes.
 const FIRST_PIECES: usize = 64;
 /// Shortest piece, s: at a sharp edge of the gap the error falls with its length.
 const SHORTEST_S: f64 = 1e-7;
-/// Steepest flank that a change of the gap within the shortest piece may be, way along x per lateral way;
-/// beyond, it is a wall.
+/// Largest slope of a change of the gap within the shortest piece, as path along x per lateral path. A
+/// steeper one is a wall.
 const STEEPEST: f64 = 10.0;
 /// Most knots: 24 MB.
 const MOST_KNOTS: usize = 1_000_000;
-/// Where each piece is held against the shapes: between them the largest errors of cubics through values and
-/// slopes lie in the middle.
+/// Points at which each piece is compared with the shapes. The largest errors of cubics through values and
+/// slopes lie in the middle between them.
 const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
-/// What the probes may see of the error asked for: an edge that lies between two of them is off by up to
-/// twice as much there.
+/// Largest share of the requested error at the probes: at an edge between two of them the error is up to
+/// twice as large.
 const SEEN: f64 = 0.5;
 
 /// A gap over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compiled {
-    /// How far the tip can go along x before it touches, as cubics between knots with the exact values and
+    /// How far the tip can travel along x before it touches, as cubics between knots with exact values and
     /// rates.
     pub profile: Profile,
     /// Largest difference from the shapes' own gap, over three probes within every piece, m.
@@ -36,8 +36,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// Checks that a tip that has come `travel_m` beyond its zero position at the start is not inside the
-    /// workpiece.
+    /// Checks that a tip at `travel_m` beyond its zero position is outside the workpiece at the start.
     ///
     /// # Errors
     /// [`GeometryError::Overlap`].
@@ -47,7 +46,7 @@ impl Compiled {
     }
 }
 
-/// Measures along a feed and counts.
+/// Measures along a feed and counts the measurements.
 struct Probe<'a> {
     touching: &'a Touching,
     feed: &'a Feed,
@@ -55,7 +54,7 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// The gap and its rate, and where the shapes touch.
+    /// The gap and its rate, and the touching points.
     fn knot(&mut self, t_s: f64) -> Result<(Knot, Touched), GeometryError> {
         self.queries += 1;
         let (lateral_m, velocity) = self.feed.at(t_s);
@@ -65,13 +64,13 @@ impl Probe<'_> {
             }
             other => other,
         })?;
-        // A lateral velocity of zero has no part in the rate, however steep the surface.
+        // A lateral velocity of zero does not contribute to the rate, even on a wall.
         let rate = touch.slope.iter().zip(velocity).filter(|(_, v)| *v != 0.0).map(|(s, v)| s * v).sum();
         let ([px, py, pz], [nx, ny, nz]) = (touch.point_m, touch.normal);
         Ok((Knot { t_s, offset_m: touch.travel_m, rate_m_per_s: rate }, [px, py, pz, nx, ny, nz]))
     }
 
-    /// Lateral way between two times, m.
+    /// Lateral path between two times, m.
     fn way_m(&self, from_s: f64, to_s: f64) -> f64 {
         let ([y, z], [y_end, z_end]) = (self.feed.at(from_s).0, self.feed.at(to_s).0);
         f64::hypot(y_end - y, z_end - z)
@@ -84,7 +83,7 @@ impl Probe<'_> {
             let t_s = a.t_s + share * (b.t_s - a.t_s);
             let found_m = Profile::between(a, b, t_s).0;
             let true_m = self.knot(t_s)?.0.offset_m;
-            // An infinite rate leaves no number here, which is as far apart as can be.
+            // An infinite rate gives NaN here, which counts as the largest possible error.
             apart_m = apart_m.max(if found_m.is_finite() { (found_m - true_m).abs() } else { f64::INFINITY });
         }
         Ok(apart_m)
@@ -93,15 +92,15 @@ impl Probe<'_> {
 
 impl Touching {
     /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they
-    /// keep it.
+    /// meet it.
     ///
-    /// A jump of the gap within `error_m` is a ramp of 0.1 us. So is one within 3e-5 of the size of both
-    /// shapes, where their distance comes from Parry's iteration, which jumps by as much (a ball on triangles
-    /// or on a hull does not need it); [`Compiled::error_m`] tells then what is kept.
+    /// A jump of the gap within `error_m` becomes a ramp of 0.1 us. So does a jump within 3e-5 of the size of
+    /// both shapes if their distance comes from Parry's iteration, which jumps by as much. (A ball on
+    /// triangles or on a hull does not need it.) [`Compiled::error_m`] then gives the actual error.
     ///
     /// # Errors
-    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of
-    /// 0.1 us miss, [`GeometryError::Knots`] for an error that takes too many pieces, and those of
+    /// [`GeometryError::Jump`] if the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of
+    /// 0.1 us exceed, [`GeometryError::Knots`] for an error that needs too many pieces, and those of
     /// [`Self::at`].
     pub fn profile(&self, feed: &Feed, duration_s: f64, error_m: f64) -> Result<Compiled, GeometryError> {
         let mut probe = Probe { touching: self, feed, queries: 0 };
@@ -112,17 +111,17 @@ impl Touching {
         ends.dedup_by(|a, b| (*a - *b).abs() < SHORTEST_S);
         let mut knots = vec![probe.knot(ends[0])?];
         let mut worst_m = 0.0_f64;
-        // Where the error asked for is missed most, and by how much.
+        // Time and size of the largest excess over the requested error.
         let mut missed = (0.0, 0.0_f64);
         for &end_s in &ends[1..] {
             let mut a = knots[knots.len() - 1];
-            // Ends of pieces ahead, the next one last.
+            // Ends of the remaining pieces, the next one last.
             let mut ahead = vec![probe.knot(end_s)?];
             while let Some(b) = ahead.pop() {
                 let apart_m = probe.apart_m(&a.0, &b.0)?;
                 let is_shortest = b.0.t_s - a.0.t_s < 2.0 * SHORTEST_S;
                 let jump_m = (b.0.offset_m - a.0.offset_m).abs();
-                // A step that small is a ramp.
+                // A sufficiently small step is a ramp.
                 let is_ramp = is_shortest && jump_m <= error_m.max(self.roughness_m()) && apart_m.is_finite();
                 let is_missed = is_shortest
                     && !is_ramp

@@ -39,9 +39,9 @@ pub enum Shape {
         /// The points.
         points_m: Vec<[f64; 3]>,
     },
-    /// A triangle mesh: a surface, whose inside is as empty as its outside.
+    /// A triangle mesh: a surface without an inside.
     Mesh(Mesh),
-    /// A surface of heights over the y-z plane that rises towards -x, flat between its samples in two
+    /// A surface of heights over the y-z plane, rising towards -x. Between its samples it has two flat
     /// triangles per cell.
     HeightField {
         /// One row per z, one column per y, both rising; at least two of each, and all rows equally long.
@@ -92,7 +92,7 @@ impl Shape {
         }
     }
 
-    /// The same for Parry, and the pose of Parry's shape in this one's frame.
+    /// The same shape for Parry, and its pose in this one's frame.
     pub(crate) fn build(&self) -> Result<(SharedShape, Pose), GeometryError> {
         let shape = match self {
             Self::Ball { radius_m } => SharedShape::ball(size("the radius of a ball", *radius_m)?),
@@ -120,7 +120,7 @@ impl Shape {
     }
 }
 
-/// Whether points do not all lie in one plane, or nearly so: hulls of those fail in ways of their own.
+/// Whether the points do not all lie (nearly) in one plane: hulls of such points fail in other ways.
 fn spans_a_body(points: &[Vector]) -> bool {
     /// Thinnest body over its size.
     const FLAT: f64 = 1e-9;
@@ -160,8 +160,8 @@ fn height_field(heights_m: &[Vec<f64>], extents_m: [f64; 2]) -> Result<(SharedSh
         return Err(GeometryError::Line { line: row + 1, what, remedy });
     }
     let [y, z] = extents_m.map(|extent| size("an extent of a height field", extent));
-    // Column by column, as Parry stores it; its rows run along its z, its columns along its x, and it rises
-    // along its y.
+    // Column by column, as Parry stores it; Parry's rows run along z, its columns along x, and its heights
+    // along y.
     let data = (0..columns).flat_map(|column| heights_m.iter().map(move |row| row[column])).collect();
     let shape = SharedShape::heightfield(Array2::new(rows, columns, data), Vector::new(y?, 1.0, z?));
     // A quarter turn about z takes Parry's x to y, and its y, the height, to -x.

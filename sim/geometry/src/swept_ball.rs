@@ -1,37 +1,37 @@
-//! A ball on its way into triangles, in closed form.
+//! The path of a ball into triangles, in closed form.
 //!
-//! Parry casts a ball against a triangle by iteration; this is the same answer to rounding, at a hundredth of
-//! the cost, for the tip that is used most.
+//! Parry casts a ball against a triangle by iteration. This gives the same result to rounding at a hundredth
+//! of the cost, for the most frequent tip.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::{SharedShape, Triangle};
 
-/// A ball sent along a line.
+/// A ball that moves along a line.
 pub(crate) struct SweptBall {
     /// Where its centre begins.
     pub(crate) centre: Vector,
-    /// Unit vector along which it goes.
+    /// Unit vector of its motion.
     pub(crate) along: Vector,
     pub(crate) radius_m: f64,
 }
 
-/// The first touch on the way.
+/// The first touch on the path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BallTouch {
-    /// How far the ball has gone.
+    /// Path of the ball until the touch, m.
     pub(crate) travel_m: f64,
     /// The point where it touches.
     pub(crate) point: Vector,
 }
 
-/// Whether a shape is made of triangles that [`SweptBall::first_touch`] knows.
+/// Whether a shape consists of triangles that [`SweptBall::first_touch`] can use.
 pub(crate) fn is_triangles(shape: &SharedShape) -> bool {
     shape.as_trimesh().is_some() || shape.as_heightfield().is_some()
 }
 
-/// The faces of a convex hull as triangles; other shapes as they are. Parry's iteration on hulls of thin
-/// faces jumps by up to some 1e-5 of their size.
+/// The faces of a convex hull as triangles; other shapes unchanged. Parry's iteration on hulls with thin
+/// faces jumps by up to about 1e-5 of their size.
 pub(crate) fn with_faces(shape: SharedShape) -> SharedShape {
     let Some(hull) = shape.as_convex_polyhedron() else { return shape };
     let (corners, triangles) = hull.to_trimesh();
@@ -84,7 +84,7 @@ impl SweptBall {
     fn face(&self, a: Vector, b: Vector, c: Vector) -> Option<BallTouch> {
         let across = (b - a).cross(c - a);
         let area = across.length();
-        // Of the two normals, the one that the ball runs against.
+        // The one of the two normals that the ball moves against.
         let normal = if across.dot(self.along) > 0.0 { across / area } else { -across / area };
         let speed = normal.dot(self.along);
         if speed.is_nan() || speed <= 0.0 {
@@ -101,7 +101,7 @@ impl SweptBall {
         let axis = (b - a) / length;
         let square_to = |v: Vector| v - axis * v.dot(axis);
         let (way, start) = (square_to(self.along), square_to(self.centre - a));
-        // |start + travel way| = radius, the first of the two.
+        // |start + travel way| = radius, the first of the two solutions.
         let travel_m =
             first_root(way.dot(way), start.dot(way), start.dot(start) - self.radius_m * self.radius_m)?;
         let share = (self.centre + self.along * travel_m - a).dot(axis);

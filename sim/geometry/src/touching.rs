@@ -8,22 +8,22 @@ use crate::error::GeometryError;
 use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles, with_faces};
 
-/// Room ahead of the workpiece from which the tip is sent, over the size of both.
+/// Distance of the tip's start from the workpiece, over the size of both.
 const ROOM: f64 = 0.1;
-/// Newton steps after the cast, which is close; each doubles the digits where surfaces are smooth.
+/// Newton steps after the cast, which is already close; each doubles the digits on smooth surfaces.
 const POLISHING_STEPS: usize = 12;
-/// How far polishing may go, over the size of both: the casts of Parry end nearer than this, and beyond it is
-/// another place of the surface.
+/// Largest correction by polishing, over the size of both. Parry's casts end closer than this; a larger step
+/// would reach another point of the surface.
 const NEAR: f64 = 1e-3;
 /// Rounding of positions, over the size of both.
 const ROUNDING: f64 = 1e-15;
-/// What Parry's iterations jump by on convex hulls with thin faces, over the size of both: 2.6 um of 0.16 m
-/// were met.
+/// Jumps of Parry's iteration on convex hulls with thin faces, over the size of both: 2.6 um of 0.16 m
+/// occurred.
 const ROUGH: f64 = 3e-5;
 /// Component of the normal along the axis below which the tip slides along a wall.
 const GRAZING: f64 = 1e-6;
 
-/// A tip on its way along x, and a workpiece.
+/// A tip that travels along x, and a workpiece.
 #[derive(Clone)]
 pub struct Touching {
     tip: SharedShape,
@@ -31,7 +31,7 @@ pub struct Touching {
     workpiece: SharedShape,
     workpiece_pose: Pose,
     names: [&'static str; 2],
-    /// Where the cast begins, how far it may go, and the size of both shapes, m.
+    /// Start of the cast, its largest length, and the size of both shapes, m.
     start_m: f64,
     reach_m: f64,
     size_m: f64,
@@ -40,7 +40,7 @@ pub struct Touching {
 /// A touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// How far along x the tip goes from its place until it touches.
+    /// Travel of the tip along x from its place until it touches.
     pub travel_m: f64,
     /// The point where it touches.
     pub point_m: [f64; 3],
@@ -57,8 +57,8 @@ impl std::fmt::Debug for Touching {
 }
 
 impl Touching {
-    /// A tip whose body stands at x = 0, with its shape at a place relative to that body, and a workpiece at
-    /// its place.
+    /// A tip whose body is at x = 0, with its shape at a place relative to that body, and a workpiece at its
+    /// place.
     ///
     /// # Errors
     /// Those of the shapes' numbers.
@@ -94,8 +94,8 @@ impl Touching {
     /// The touch with the tip moved sideways by `[y, z]`.
     ///
     /// # Errors
-    /// [`GeometryError::Unreachable`] where the tip passes the workpiece, [`GeometryError::Unsupported`] for
-    /// two shapes that cannot be measured.
+    /// [`GeometryError::Unreachable`] if the tip passes the workpiece, [`GeometryError::Unsupported`] for two
+    /// shapes whose distance cannot be computed.
     pub fn at(&self, lateral_m: [f64; 2]) -> Result<Touch, GeometryError> {
         let [y_m, z_m] = lateral_m;
         if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
@@ -140,7 +140,7 @@ impl Touching {
             )
             .map_err(|_| self.unsupported())?;
             let Some(nearest) = nearest.filter(|nearest| nearest.normal1.x > GRAZING) else { break };
-            // The distance shrinks by the normal's share of every step along x.
+            // Each step along x reduces the distance by the normal's component.
             let next_m = travel_m + nearest.dist / nearest.normal1.x;
             if (next_m - cast_m).abs() > NEAR * self.size_m {
                 break;
@@ -155,14 +155,14 @@ impl Touching {
         Ok(Self::touch(travel_m, point, normal))
     }
 
-    /// Largest jump of the travel that may be one of Parry's iteration, m.
+    /// Largest jump of the travel that may come from Parry's iteration, m.
     pub(crate) fn roughness_m(&self) -> f64 {
         let is_exact = self.tip.as_ball().is_some() && is_triangles(&self.workpiece);
         if is_exact { 0.0 } else { ROUGH * self.size_m }
     }
 
     fn touch(travel_m: f64, point: Vector, normal: Vector) -> Touch {
-        // Staying in touch, the way of the tip has no part along the normal.
+        // While in touch, the tip's path has no component along the normal.
         let slope = [normal.y, normal.z]
             .map(|n| if normal.x > GRAZING { -n / normal.x } else { f64::INFINITY.copysign(-n) });
         Touch { travel_m, point_m: point.to_array(), normal: normal.to_array(), slope }

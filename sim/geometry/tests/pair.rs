@@ -22,7 +22,7 @@ fn truth_a_ball_over_a_box_has_the_distance_of_its_centre_less_its_radius() {
     // Off an edge, 30 mm in x and 40 mm in z.
     let edge = pair.nearest([0.11, 0.0, 0.09], UPRIGHT).unwrap().unwrap();
     assert!((edge.distance_m - 0.04).abs() < ROUNDING && (edge.normal[0] + 0.6).abs() < ROUNDING, "{edge:?}");
-    // Turned by half a turn about z the ball is on the other side of the tool.
+    // After half a turn about z the ball is on the other side of the tool.
     let turned = pair.nearest([0.11, 0.0, 0.09], [0.0, 0.0, 1.0, 0.0]).unwrap().unwrap();
     assert!((turned.distance_m - 0.03).abs() < ROUNDING, "{turned:?}");
     let deep = pair.nearest([0.0, 0.0, 0.055], UPRIGHT).unwrap().unwrap();
@@ -78,7 +78,7 @@ fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
     assert_eq!(pair(1).buried_m([1.0, 0.0, 0.0], UPRIGHT), None);
 }
 
-/// A sphere of triangles, and how far its faces lie within it, m.
+/// A sphere of triangles, and the largest depth of its faces within it, m.
 fn globe(radius_m: f64, count: u32) -> (Mesh, f64) {
     let mut mesh = Mesh::default();
     let around = 2 * count;
@@ -110,7 +110,7 @@ fn globe(radius_m: f64, count: u32) -> (Mesh, f64) {
 fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius() {
     let (radius, half, r) = (50e-3, 10e-3, 3e-3);
     let capsule = Shape::Capsule { half_length_m: half, radius_m: r };
-    // Flat: every point of the axis is as near as the others, and the lowest end where it is tilted.
+    // Flat: every point of the axis is equally near; if it is tilted, the lowest end is nearest.
     let flat = Shape::HeightField { heights_m: vec![vec![0.0; 9]; 9], extents_m: [0.2; 2] };
     let pair = Pair::new(&capsule, &Place::default(), &flat, &Place::at([20e-3, 0.0, 0.0])).unwrap();
     let tilt = 0.3_f64;
@@ -122,7 +122,7 @@ fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius()
     );
     let leaning = pair.nearest([0.0132, 0.01, 0.02], turned).unwrap().unwrap();
     assert!((leaning.distance_m - (6.8e-3 - half * tilt.sin() - r)).abs() < ROUNDING, "{leaning:?}");
-    // Through it, there is still an answer.
+    // An axis through the surface still has a result.
     assert!(pair.nearest([0.02, 0.0, 0.0], turned).unwrap().unwrap().distance_m < 0.0);
     let (mesh, sag) = globe(radius, 64);
     let pair = Pair::new(&capsule, &Place::default(), &Shape::Mesh(mesh), &Place::default()).unwrap();

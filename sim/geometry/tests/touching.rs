@@ -7,14 +7,14 @@ use feeler_geometry::{
     Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl,
 };
 
-/// Rounding of positions of some centimetres through a distance query and a few Newton steps.
+/// Rounding of positions of a few centimetres through a distance query and some Newton steps.
 const ROUNDING_M: f64 = 1e-12;
 /// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square
-/// root of the rounding, relative to the sizes of some centimetres.
+/// root of rounding, relative to sizes of a few centimetres.
 const ITERATED_M: f64 = 1e-9;
 
-/// Where shapes touch, m, and the normal: straight between knots that are 0.6 mm apart on a ball of 53 mm,
-/// (0.6 / 53)^2 / 8 of a normal.
+/// Touching points, m, and normals are linear between knots. These are 0.6 mm apart on a ball of 53 mm, which
+/// gives (0.6 / 53)^2 / 8 of a normal.
 const STRAIGHT: f64 = 2e-5;
 
 fn origin() -> Place {
@@ -83,8 +83,8 @@ fn truth_ball_on_mesh_ball() {
         &Place::at([0.1, 0.0, 0.0]),
     )
     .unwrap();
-    // A chord of angle a lies under its arc by R (1 - cos(a/2)); a facet's middle under the ball by at most
-    // both directions' together. Seen along x this grows by one over the normal's share.
+    // A chord of angle a lies below its arc by R (1 - cos(a/2)). A facet's middle lies below the ball by at
+    // most the sum over both directions. Along x this grows by one over the normal's component.
     let sag = 2.0 * radius * (1.0 - (TAU / 2.0 / f64::from(rings) / 2.0).cos());
     for (y, z) in [(0.0, 0.0), (5e-3, 0.0), (-7e-3, 9e-3), (0.0, 15e-3)] {
         let beside: f64 = f64::hypot(y, z);
@@ -131,8 +131,8 @@ fn truth_capsule_on_a_sloping_height_field() {
         )
         .unwrap();
         for (y, z) in [(0.0, 0.0), (11e-3, -7e-3), (-23e-3, 31e-3)] {
-            // The surface is x = 0.05 - a y - b z; the end of the line that the surface rises towards touches
-            // first, at distance r.
+            // The surface is x = 0.05 - a y - b z; the end of the line on the rising side touches first, at
+            // distance r.
             let norm = (1.0 + rise_y * rise_y + rise_z * rise_z).sqrt();
             let end = if rotation[0] == 0.0 { rise_y * half } else { rise_z.abs() * half };
             let expected = 0.05 - rise_y * y - rise_z * z - end - r * norm;
@@ -162,7 +162,7 @@ fn truth_rates_along_a_feed_over_a_cylinder() {
         let y = -10e-3 + speed * t;
         let ahead = f64::sqrt((r + radius).powi(2) - y * y);
         let (offset, rate) = found.profile.at(t);
-        // Parry's ball on a convex body is iterated; the rate's error is that of the offset over the pieces'
+        // Parry's ball on a convex body is iterated. The rate's error is that of the offset over the pieces'
         // 31 ms, times the 3.08 of a cubic's slope.
         assert!((offset - (0.1 - ahead)).abs() < 2.0 * asked_m, "{t}: {offset}");
         assert!(t >= 2.0 || (rate - speed * y / ahead).abs() < 1e-5, "{t}: {rate} {}", speed * y / ahead);
@@ -174,7 +174,7 @@ fn order_profiles_keep_the_error_asked_for() {
     let tip = Shape::Ball { radius_m: 2e-3 };
     let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
     let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
-    // Off the face and 1.5 mm over the edge: smooth but for the jump of curvature at the edge.
+    // From the face and 1.5 mm over the edge: smooth except for the jump of curvature at the edge.
     let feed = Feed::line([5e-3, 0.0], [6.5e-3, 0.0]);
     let mut knots = Vec::new();
     for asked_m in [1e-6, 1e-8, 1e-10] {
@@ -184,7 +184,8 @@ fn order_profiles_keep_the_error_asked_for() {
             let e = (5e-3 + 6.5e-3 * t - 10e-3).max(0.0);
             (found.profile.at(t).0 - (20e-3 - f64::sqrt(4e-6 - e * e))).abs()
         });
-        // The bound is taken at three probes of each piece, between which a cubic can err half as much again.
+        // The bound comes from three probes of each piece; between them a cubic may err by half as much
+        // again.
         let worst = worst.fold(0.0, f64::max);
         assert!(worst < 1.5 * asked_m, "{worst} {asked_m}");
         knots.push(found.profile.knots().len());
@@ -397,8 +398,8 @@ fn truth_a_profile_knows_where_the_shapes_touch() {
     }
 }
 
-/// The bottom of a valley, where the ball changes sides within the shortest piece, is no wall, and says which
-/// error can be had.
+/// At the bottom of a valley the ball changes sides within the shortest piece. It is not a wall, and the
+/// error message gives the achievable error.
 #[test]
 fn regress_an_error_beyond_what_pieces_keep_is_told_as_such() {
     let valley = Shape::Mesh(Mesh {

@@ -4,11 +4,12 @@ use crate::Lane;
 
 /// Rows of a block of a single variant: one AVX-512 register.
 const ROWS_OF_ONE: usize = 8;
-/// Rows of a block of packs: enough sums in flight together with those of the next block, and little padding.
+/// Rows of a block of packs: enough concurrent sums together with those of the next block, and little
+/// padding.
 const ROWS_OF_PACKS: usize = 4;
 
-/// A matrix per lane. Rows are kept in blocks, each column by column, so that the sums of a block run side by
-/// side.
+/// A matrix per lane. Rows are stored in blocks, each column by column, so that the sums of a block run side
+/// by side.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks<L> {
     entries: Vec<L>,
@@ -41,8 +42,8 @@ impl<L: Lane> Blocks<L> {
         }
     }
 
-    /// `y = matrix * xi` over the first columns of `xi`; `y` holds [`Self::padded_rows`]. To be inlined into
-    /// a dispatched kernel.
+    /// `y = matrix * xi` over the first columns of `xi`; `y` holds [`Self::padded_rows`]. It must be inlined
+    /// into a dispatched kernel.
     #[inline(always)]
     pub fn apply(&self, xi: &[L], y: &mut [L]) {
         if L::WIDTH == 1 {

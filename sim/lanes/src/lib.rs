@@ -2,8 +2,8 @@
 //! side by side ([`Pack`]).
 //!
 //! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers, so a variant gives the
-//! same bits in any lane of any width. Packs are plain arrays that the compiler vectorises; [`dispatch`]
-//! picks the widest instruction set the processor has at run time.
+//! same bits in any lane of any width. Packs are plain arrays that the compiler vectorises. At run time
+//! [`dispatch`] selects the widest instruction set of the processor.
 
 mod blocks;
 mod mask;
@@ -16,7 +16,7 @@ pub use pack::Pack;
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A number, or several that go through the same operations together.
+/// A number, or several numbers with the same operations.
 pub trait Lane:
     Copy
     + Debug
@@ -33,10 +33,10 @@ pub trait Lane:
     + AddAssign
     + SubAssign
 {
-    /// The truth values that comparisons of this type give.
+    /// The result type of comparisons.
     type Mask: LaneMask;
 
-    /// How many variants travel side by side.
+    /// Number of variants side by side.
     const WIDTH: usize;
 
     /// The same value in every lane.
@@ -98,14 +98,14 @@ pub trait Lane:
         Self::splat(0.0)
     }
 
-    /// The smaller of the two; `other` where `self` is not a number.
+    /// The smaller of the two; `other` if `self` is NaN.
     #[inline(always)]
     #[must_use]
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
 
-    /// The larger of the two; `other` where `self` is not a number.
+    /// The larger of the two; `other` if `self` is NaN.
     #[inline(always)]
     #[must_use]
     fn max(self, other: Self) -> Self {

@@ -4,8 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use crate::{Lane, PackMask};
 
-/// `N` numbers that go through the same operations; 8 of them fill one AVX-512 register or two AVX2
-/// registers.
+/// `N` numbers with the same operations; 8 of them fill one AVX-512 register or two AVX2 registers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub struct Pack<const N: usize>(pub [f64; N]);

@@ -2,7 +2,7 @@
 
 use crate::domain::C64;
 
-/// For each point of `from` the index of its partner in `to`; both have the same length.
+/// For each point of `from`, the index of its partner in `to`; both have the same length.
 ///
 /// Hungarian method with potentials, O(n^3). Source: Kuhn, Naval Research Logistics 2 (1955), in the
 /// shortest-path form of Jonker and Volgenant, Computing 38 (1987).

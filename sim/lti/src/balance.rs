@@ -1,10 +1,10 @@
-//! Balancing by powers of two: a diagonal similarity that makes rows and columns of a matrix alike in size
+//! Balancing by powers of two: a diagonal similarity that gives rows and columns of a matrix comparable norms
 //! without any rounding.
 //!
 //! Source: Parlett and Reinsch, Numerische Mathematik 13 (1969); Osborne, JACM 7 (1960). Departure: a row (or
-//! column) of zeros, which leaves the scale of its column (row) free, is scaled so that the other becomes no
-//! larger than the rest of the matrix. Inputs appended to a state matrix are of this kind, and would
-//! otherwise set its norm.
+//! column) of zeros leaves the scale of its column (row) free. That scale is chosen so that the column (row)
+//! does not exceed the rest of the matrix. Inputs appended to a state matrix are of this kind, and would
+//! otherwise determine its norm.
 
 use nalgebra::DMatrix;
 
@@ -17,9 +17,9 @@ pub struct Balanced {
     pub scale: Vec<f64>,
 }
 
-/// Sweeps after which balancing stops even if something would still improve; convergence takes three or four.
+/// Largest number of sweeps; convergence takes three or four.
 const MAX_SWEEPS: usize = 50;
-/// A change is made only if it shrinks row plus column norm by this factor (Parlett and Reinsch's choice).
+/// A change is made only if it reduces the sum of row and column norm by this factor (Parlett and Reinsch).
 const WORTHWHILE: f64 = 0.95;
 /// Scales stay within 2^+-400, so that neither they nor their quotients leave the range of doubles.
 const MAX_EXPONENT: i32 = 400;
@@ -56,8 +56,8 @@ pub fn balance(matrix: &DMatrix<f64>) -> Balanced {
     Balanced { matrix: m, scale: exponents.into_iter().map(|e| 2_f64.powi(e)).collect() }
 }
 
-/// Makes the nonzero partner of each zero row (column) no larger than what remains of the matrix without such
-/// pairs.
+/// Reduces the nonzero partner of each zero row (column) until it does not exceed the rest of the matrix
+/// without such pairs.
 fn shrink_one_sided(m: &mut DMatrix<f64>, exponents: &mut [i32]) {
     let n = m.nrows();
     let one_sided: Vec<bool> = (0..n)
@@ -101,7 +101,7 @@ fn off_diagonal_norms(m: &DMatrix<f64>, i: usize) -> (f64, f64) {
     (row, column)
 }
 
-/// The wanted change of an exponent, limited so that the total stays in range.
+/// The requested change of an exponent, limited so that the total stays in range.
 fn bounded(current: i32, wanted: f64) -> i32 {
     let limit = f64::from(MAX_EXPONENT);
     let total = (f64::from(current) + wanted).clamp(-limit, limit);

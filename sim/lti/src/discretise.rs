@@ -1,5 +1,5 @@
-//! Exact discretisation: the sampled system whose samples equal those of the continuous one for a held or a
-//! linearly joined input.
+//! Exact discretisation: the samples of the result equal those of the continuous system, for an input that is
+//! held or linear between samples.
 //!
 //! Source: Astrom and Wittenmark, Computer-Controlled Systems (3rd ed.), sections 2.3 and 3.2 (delays);
 //! Franklin, Powell and Workman, Digital Control of Dynamic Systems, section 6.3.3 (triangle hold).
@@ -11,7 +11,7 @@ use crate::error::{LtiError, require_not_negative, require_positive};
 use crate::expm::expm_integrals;
 use crate::state_space::{DiscreteStateSpace, StateSpace};
 
-/// A delay within this share of a period of a whole number of samples is that number: 0.003 s at 1 kHz is
+/// Tolerance of a delay that is a whole number of samples, as a share of the period: 0.003 s at 1 kHz is
 /// three samples.
 const WHOLE_SAMPLE: f64 = 1e-9;
 
@@ -26,13 +26,12 @@ impl StateSpace {
         StateSpace::discrete(e.transition, e.step, self.c().clone(), self.d().clone(), period_s)
     }
 
-    /// The system behind a zero-order hold whose every change arrives `delay_s` late, by any real number of
+    /// The system behind a zero-order hold whose changes arrive `delay_s` late, by any real number of
     /// seconds.
     ///
-    /// The delay is split into whole samples and a remainder. Appended to the n states are the held inputs
-    /// still under way, newest first: `u[k-1], u[k-2], ...`, m each. A delay of the sampled output is the
-    /// same as one of the input as far as the response from input to output goes, so a loop's two delays may
-    /// be added here.
+    /// The delay is split into whole samples and a remainder. The held inputs in transit are appended to the
+    /// n states, newest first: `u[k-1], u[k-2], ...`, m each. From input to output, a delay of the sampled
+    /// output equals one of the input, so the two delays of a loop may be added here.
     ///
     /// # Errors
     /// [`LtiError::OutOfRange`] unless the period is positive, the delay not negative, and both finite.
@@ -85,10 +84,10 @@ impl StateSpace {
         StateSpace::discrete(a, b, c, d, period_s)
     }
 
-    /// First-order (triangle) hold: exact where the input runs in straight lines from sample to sample.
+    /// First-order (triangle) hold: exact for inputs that are linear between samples.
     ///
-    /// The state is x less the share of the present input, `x[k] - ramp u[k] / T`, so that the sampled system
-    /// is causal.
+    /// The state is x less the contribution of the present input, `x[k] - ramp u[k] / T`, so that the sampled
+    /// system is causal.
     ///
     /// # Errors
     /// [`LtiError::OutOfRange`] unless the period is positive and finite.
@@ -106,15 +105,15 @@ impl StateSpace {
     /// not exact.
     ///
     /// # Errors
-    /// [`LtiError::OutOfRange`] unless the period is positive and finite; [`LtiError::AtPole`] where the
-    /// system has a pole at 2 / T.
+    /// [`LtiError::OutOfRange`] unless the period is positive and finite; [`LtiError::AtPole`] if the system
+    /// has a pole at 2 / T.
     pub fn bilinear(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
         require_positive("sample time (s)", period_s)?;
         let identity = DMatrix::<f64>::identity(self.states(), self.states());
         let half = self.a() * (0.5 * period_s);
         let inverse =
             (&identity - &half).try_inverse().ok_or(LtiError::AtPole { re: 2.0 / period_s, im: 0.0 })?;
-        // The factor T that the transform brings is given to the output matrix.
+        // The output matrix includes the factor T of the transform.
         let a = &inverse * (identity + half);
         let b = &inverse * self.b();
         let c = self.c() * &inverse * period_s;
@@ -123,8 +122,8 @@ impl StateSpace {
     }
 }
 
-/// Frequency response (1 - exp(-s T)) / (s T) of a zero-order hold at s, with the sampler's 1 / T counted in;
-/// 1 at s = 0.
+/// Frequency response (1 - exp(-s T)) / (s T) of a zero-order hold at s, including the sampler's factor 1 /
+/// T; 1 at s = 0.
 pub fn zero_order_hold_response(s: C64, period_s: f64) -> C64 {
     let x = s * period_s;
     if x.norm() < 1e-4 {

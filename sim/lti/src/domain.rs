@@ -1,5 +1,4 @@
-//! Continuous and discrete time as types, so that the two cannot be confused and what they share is written
-//! once.
+//! Continuous and discrete time as types: they cannot be confused, and shared code is written once.
 
 use std::fmt::Debug;
 
@@ -10,7 +9,7 @@ use crate::error::{LtiError, require_positive};
 /// A complex number of double precision.
 pub type C64 = Complex<f64>;
 
-/// Where the eigenvalues of a system must lie for it to be stable, and how they map to the s plane.
+/// The stability region of the eigenvalues of a system, and their map to the s plane.
 pub trait TimeDomain: Copy + Debug + PartialEq {
     /// The point of the stability boundary at an angular frequency: s = j w, or z = exp(j w T).
     fn boundary_point(self, angular_frequency_rad_per_s: f64) -> C64;
@@ -19,7 +18,7 @@ pub trait TimeDomain: Copy + Debug + PartialEq {
     /// The s-plane equivalent (rad/s) of an eigenvalue: itself, or ln(z) / T (principal branch; -inf for z =
     /// 0).
     fn s_of_point(self, point: C64) -> C64;
-    /// Largest angular frequency with a meaning of its own, rad/s: infinity, or pi / T.
+    /// Largest distinguishable angular frequency, rad/s: infinity, or pi / T.
     fn nyquist_rad_per_s(self) -> f64;
 
     /// Growth rate (1/s) of the motion that belongs to an eigenvalue; negative is stable.

@@ -61,7 +61,7 @@ pub fn eigen(a: &DMatrix<f64>) -> Result<Eigen, LtiError> {
     Ok(Eigen { values: order.iter().map(|&k| values[k]).collect(), vectors })
 }
 
-/// A matrix of numbers, square and balanced.
+/// A square, finite matrix, balanced.
 pub(crate) fn checked_balance(a: &DMatrix<f64>) -> Result<Balanced, LtiError> {
     require_shape("A", a, (a.nrows(), a.nrows()))?;
     require_finite("A", a)?;
@@ -89,8 +89,7 @@ impl<T: TimeDomain> StateSpace<T> {
         eigenvalues(self.a())
     }
 
-    /// Largest growth rate of any free motion, 1/s; negative for a stable system, -infinity where there are
-    /// no states.
+    /// Largest growth rate of any free motion, 1/s; negative for a stable system, -infinity without states.
     ///
     /// # Errors
     /// [`LtiError::EigenvaluesNotConverged`].

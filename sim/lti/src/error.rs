@@ -1,4 +1,4 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 use std::borrow::Cow;
 
@@ -28,7 +28,7 @@ pub enum LtiError {
         /// Name of the input.
         quantity: &'static str,
     },
-    /// A number lies outside the range in which it has a meaning.
+    /// A number is outside its valid range.
     #[error("{quantity} is {value}, which is outside {range}")]
     OutOfRange {
         /// Name of the number, with its unit.
@@ -59,7 +59,7 @@ pub enum LtiError {
     /// A feedback connection has no unique solution: I + D1 D2 is singular.
     #[error("the algebraic loop of the feedback connection has no unique solution")]
     AlgebraicLoop,
-    /// The response was asked for at a pole.
+    /// The response was evaluated at a pole.
     #[error("the response at {re} + {im}j is infinite: a pole lies there")]
     AtPole {
         /// Real part of the point (s or z).
@@ -73,11 +73,11 @@ pub enum LtiError {
         /// Order of the matrix.
         order: usize,
     },
-    /// The transfer function vanishes identically, or its rank is below its size at every frequency: every
-    /// point is a zero.
+    /// The transfer function is identically zero, or its rank is deficient at every frequency: every point is
+    /// a zero.
     #[error("the transfer function has deficient rank at every frequency, so its zeros are not isolated")]
     Degenerate,
-    /// A record is too short for what was asked.
+    /// A record is too short for the estimate.
     #[error("{needed} samples are needed, but the record has {found}")]
     RecordTooShort {
         /// Samples needed.
@@ -93,7 +93,7 @@ pub enum LtiError {
         /// Samples of the second record.
         right: usize,
     },
-    /// The input carries no power at a frequency at which a response was asked for.
+    /// The input has no power at a requested frequency.
     #[error("the input has no power at {frequency_hz} Hz")]
     NotExcited {
         /// The frequency, Hz.
@@ -143,7 +143,7 @@ impl Remedy for LtiError {
     }
 }
 
-/// Fails with [`LtiError::NotFinite`] where a value is not finite.
+/// Fails with [`LtiError::NotFinite`] if a value is not finite.
 pub(crate) fn require_finite<'a>(
     quantity: &'static str,
     values: impl IntoIterator<Item = &'a f64>,

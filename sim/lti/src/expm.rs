@@ -1,7 +1,7 @@
 //! Matrix exponential, its integrals, and Taylor coefficients of free motion.
 //!
 //! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear
-//! solve, so what is exact in A stays exact in exp(A): a row of zeros gives a row of the identity, bit for
+//! solve, so exact structure of A stays exact in exp(A): a row of zeros gives a row of the identity, bit for
 //! bit, and a block triangle stays one. Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van
 //! Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
 
@@ -12,7 +12,7 @@ use crate::error::{LtiError, require_finite, require_shape};
 
 /// The 1-norm to which a matrix is scaled. Above one half, terms begin to cancel; below, squarings add up.
 const SCALED_NORM: f64 = 0.5;
-/// Term at which the Taylor series ends in any case: 0.5^40 / 40! is 1e-60.
+/// Largest number of Taylor terms: 0.5^40 / 40! is 1e-60.
 const MAX_TERMS: usize = 40;
 /// Largest matrix that is multiplied by plain loops.
 const LARGEST_PLAIN: usize = 24;
@@ -55,12 +55,12 @@ fn one_norm(m: &DMatrix<f64>) -> f64 {
     m.column_iter().map(|column| column.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max)
 }
 
-/// Taylor polynomial of exp, taken until no element of the sum changes any more. At least as many terms as
-/// there are states are taken: in a chain of integrators the corner of the matrix appears only then.
+/// Taylor polynomial of exp, continued until no element of the sum changes. It has at least as many terms as
+/// there are states, since the corner element of a chain of integrators appears only then.
 fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
     let size = n * n;
-    // One term after another, in one piece of memory.
+    // All terms in one block of memory.
     let mut terms = DMatrix::<f64>::identity(n, n).as_slice().to_vec();
     let mut sum_of_sizes = terms.clone();
     for k in 1..=MAX_TERMS.max(n) {
@@ -78,7 +78,7 @@ fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
             break;
         }
     }
-    // Smallest first: the rounding of the sum is then that of its last addition.
+    // Smallest terms first: the rounding of the sum is then that of its last addition.
     let mut sum = DMatrix::zeros(n, n);
     for term in terms[size..].rchunks_exact(size.max(1)) {
         sum.iter_mut().zip(term).for_each(|(sum, t)| *sum += t);
@@ -89,8 +89,8 @@ fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// `out = a b` of square matrices of order `n`, column by column. Small ones are not worth the packing of a
-/// general product.
+/// `out = a b` of square matrices of order `n`, column by column. For small matrices this is faster than the
+/// packing of a general product.
 fn multiply(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
     if n > LARGEST_PLAIN {
         let [a, b] = [a, b].map(|m| DMatrixView::from_slice(m, n, n));
@@ -100,7 +100,7 @@ fn multiply(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
     for (column, factors) in out.chunks_exact_mut(n.max(1)).zip(b.chunks_exact(n.max(1))) {
         column.fill(0.0);
         for (a, &factor) in a.chunks_exact(n.max(1)).zip(factors) {
-            // Zeros are frequent: speeds are states of their own, and inputs are held.
+            // Zeros are frequent: speeds are separate states, and inputs are held.
             if factor != 0.0 {
                 for (sum, a) in column.iter_mut().zip(a) {
                     *sum += a * factor;
@@ -137,8 +137,8 @@ pub fn expm_integrals(
     let mut block = DMatrix::zeros(n + 2 * m, n + 2 * m);
     block.view_mut((0, 0), (n, n)).copy_from(&(a * duration_s));
     block.view_mut((0, n), (n, m)).copy_from(&(b * duration_s));
-    // The ramp runs from 0 to 1 over the duration, so that the block holds no bare duration; it is undone
-    // below.
+    // The ramp runs from 0 to 1 over the duration, so that the block does not contain the duration itself.
+    // The scaling is undone below.
     for j in 0..m {
         block[(n + j, n + m + j)] = 1.0;
     }
@@ -170,7 +170,7 @@ pub fn taylor_coefficients(
     Ok(coefficients)
 }
 
-/// exp(A t) x0 without forming the exponential: Taylor series over substeps, for when the norm of A t is
+/// exp(A t) x0 without forming the exponential: Taylor series over substeps. Suitable if the norm of A t is
 /// small or only one motion is needed.
 ///
 /// # Errors
@@ -223,8 +223,8 @@ mod tests {
         {
             let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -w * w, -2.0 * zeta * w]);
             let (found, truth) = (expm(&(a * t)).unwrap(), oscillator(w, zeta, t));
-            // Elements are compared in units in which position and speed are alike; phase w t itself is known
-            // to w t roundings.
+            // Elements are compared in units in which position and speed have equal scale; the phase w t
+            // itself is known to w t roundings.
             let scale = [[1.0, 1.0 / w], [w, 1.0]];
             for i in 0..2 {
                 for j in 0..2 {

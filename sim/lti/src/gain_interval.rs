@@ -1,9 +1,8 @@
-//! For which values of a gain is a loop stable? Edges, the motion that appears at each, and every interval
-//! there is.
+//! Stable values of a gain: every interval, its edges, and the motion that appears at each edge.
 //!
-//! The growth rates of all motions, sorted, are continuous functions of the gain. They are sampled on a
-//! logarithmic grid, which is refined wherever one of them bends so much that it might touch the limit
-//! between samples; edges are then bisected.
+//! The sorted growth rates of all motions are continuous functions of the gain. They are sampled on a
+//! logarithmic grid. The grid is refined where a rate bends so much that it might reach the limit between
+//! samples; edges are then bisected.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,27 +14,27 @@ use crate::search::bisect;
 
 /// Width to which an edge is bracketed, relative to the gain.
 const EDGE_WIDTH: f64 = 1e-14;
-/// Halvings of one interval of the grid in search of a narrow crossing.
+/// Largest number of bisections of one grid interval in search of a narrow crossing.
 const MAX_REFINEMENTS: usize = 16;
 /// A motion whose growth rate is within this many roundings of the limit is marginal.
 const MARGINAL_ROUNDINGS: f64 = 16.0;
 
-/// Where and how finely to look for stable gains.
+/// Range and resolution of a search for stable gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainSearch {
     /// Smallest gain of interest.
     pub lower: f64,
     /// Largest gain of interest; may be infinite.
     pub upper: f64,
-    /// A gain that makes a difference to the loop: the centre of the logarithmic grid.
+    /// A gain with a noticeable effect on the loop: the centre of the logarithmic grid.
     pub scale: f64,
     /// Decades of the grid above and below `scale`. An infinite search ends at scale * 10^decades.
     pub decades: u32,
     /// Grid points in each decade, before refinement.
     pub points_per_decade: u32,
-    /// Motions that grow more slowly than this count as stable, 1/s. Zero, except for machines without
-    /// damping, which are marginal at every gain: there a small positive number finds the gain at which
-    /// motions begin to grow.
+    /// Motions that grow more slowly than this count as stable, 1/s. Usually zero. Machines without damping
+    /// are marginal at every gain; for them a small positive number finds the gain at which motions begin to
+    /// grow.
     pub growth_limit_per_s: f64,
 }
 
@@ -106,8 +105,8 @@ impl<T: TimeDomain> AffineLoop<T> {
     /// The loop u = -k y around a system with one input and one output, and without feed-through.
     ///
     /// # Errors
-    /// [`LtiError::Shape`]; [`LtiError::OutOfRange`] where D is not zero, since A then is no longer affine in
-    /// the gain.
+    /// [`LtiError::Shape`]; [`LtiError::OutOfRange`] if D is not zero, since A is then not affine in the
+    /// gain.
     pub fn negative_feedback(system: &crate::StateSpace<T>) -> Result<Self, LtiError> {
         system.require_siso()?;
         let d = system.d()[(0, 0)];
@@ -131,7 +130,7 @@ impl<T: TimeDomain> AffineLoop<T> {
         self.domain
     }
 
-    /// The gain at which both matrices weigh alike, a natural scale for [`GainSearch`].
+    /// The gain at which both matrices have equal weight, a natural scale for [`GainSearch`].
     pub fn gain_scale(&self) -> f64 {
         let balanced = balance(&self.a0);
         let n = self.a0.nrows();
@@ -152,10 +151,10 @@ impl<T: TimeDomain> AffineLoop<T> {
 /// An edge of stability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainEdge {
-    /// The gain, to about 1e-14 relative as far as the eigenvalues themselves are that exact.
+    /// The gain, to about 1e-14 relative if the eigenvalues are that accurate.
     pub gain: f64,
-    /// Frequency of the motion that is about to grow, Hz; 0 for a drift, the Nyquist frequency for one that
-    /// alternates from sample to sample.
+    /// Frequency of the motion that begins to grow, Hz; 0 for a drift, the Nyquist frequency for a motion
+    /// that alternates from sample to sample.
     pub frequency_hz: f64,
     /// Its eigenvalue (s or z plane), imaginary part not negative.
     pub eigenvalue: C64,
@@ -163,7 +162,7 @@ pub struct GainEdge {
     pub eigenvector: DVector<C64>,
 }
 
-/// An interval of stable gains; `None` where it reaches the end of the search.
+/// An interval of stable gains; an edge is `None` at the end of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StableInterval {
     /// Lower edge.
@@ -184,12 +183,12 @@ impl StableInterval {
 /// All intervals of stable gains within the search, rising.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StableGains {
-    /// The intervals; empty where no gain is stable.
+    /// The intervals; empty if no gain is stable.
     pub intervals: Vec<StableInterval>,
 }
 
 impl StableGains {
-    /// The interval that contains a gain, or else the nearest one; `None` where no gain is stable.
+    /// The interval that contains a gain, or else the nearest one; `None` if no gain is stable.
     pub fn nearest(&self, gain: f64) -> Option<&StableInterval> {
         self.intervals.iter().min_by(|a, b| a.distance(gain).total_cmp(&b.distance(gain)))
     }
@@ -198,7 +197,7 @@ impl StableGains {
 /// Growth rates at one gain.
 pub(crate) struct Sample {
     gain: f64,
-    /// Excess over the limit, falling; those within rounding are exactly zero.
+    /// Excess over the limit, falling; values within rounding are exactly zero.
     excess: Vec<f64>,
 }
 
@@ -244,7 +243,7 @@ pub fn stable_gains<T: TimeDomain>(
 ) -> Result<StableGains, LtiError> {
     let sample = |gain: f64| {
         let a = closed_loop(gain);
-        // Over many periods lifted into one, an unstable loop grows beyond all numbers.
+        // Lifted over many periods, an unstable loop overflows.
         if a.iter().all(|v| v.is_finite()) {
             sample_growth(domain, &a, gain, search.growth_limit_per_s)
         } else {
@@ -260,8 +259,8 @@ pub fn stable_gains<T: TimeDomain>(
         }
         samples.push(next);
     }
-    // A pole that creeps towards the border as the gain grows without bound ends up within rounding of it:
-    // that is the end of what can be told, no edge.
+    // A pole that approaches the border as the gain grows without bound is finally within rounding of it.
+    // Beyond that, stability cannot be decided; it is not an edge.
     if search.upper.is_infinite()
         && let Some(last_told) = samples.iter().rposition(|sample| !sample.is_marginal())
         && samples[last_told].is_stable()
@@ -308,8 +307,8 @@ pub(crate) fn sample_growth<T: TimeDomain>(
     let balanced = checked_balance(a)?;
     let poles = eigenvalues_of_balanced(&balanced)?;
     // Rounding of an eigenvalue is relative to order and norm of the balanced matrix. In the z plane a growth
-    // rate is ln |z| / T, and no norm is below the 1 of the border; where periods are lifted, it may be many
-    // decades above.
+    // rate is ln |z| / T, and no norm is below the 1 of the border. For lifted periods the norm may be many
+    // decades larger.
     let nyquist = domain.nyquist_rad_per_s();
     let norm = balanced.matrix.norm();
     let unit = |pole: C64| {
@@ -339,8 +338,9 @@ fn refine(
     out: &mut Vec<Sample>,
 ) -> Result<(), LtiError> {
     let middle = sample(0.5 * (left.gain + right.gain))?;
-    // A growth rate that bends by more than its distance from the limit may cross it twice unseen. Those of
-    // matrices that change order cannot be compared, and -inf (a pole at z = 0) is never near the limit.
+    // A growth rate that bends by more than its distance from the limit may cross it twice between samples.
+    // Rates of matrices with different orders cannot be compared, and -inf (a pole at z = 0) is never near
+    // the limit.
     let suspicious = left.excess.iter().zip(&middle.excess).zip(&right.excess).any(|((l, m), r)| {
         let bend = (m - 0.5 * (l + r)).abs();
         let distance = l.abs().min(m.abs()).min(r.abs());
@@ -383,8 +383,8 @@ mod tests {
 
     #[test]
     fn regress_a_loop_lifted_over_many_periods_is_not_searched_for_what_rounding_makes_of_it() {
-        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain
-        // and drown the others in their rounding.
+        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain,
+        // and their rounding hides the others.
         let count = Cell::new(0);
         let lifted = |k: f64| {
             count.set(count.get() + 1);

@@ -1,4 +1,4 @@
-//! Systems made of systems: series, parallel, append and feedback.
+//! Connected systems: series, parallel, append and feedback.
 
 use nalgebra::DMatrix;
 
@@ -46,7 +46,7 @@ impl<T: TimeDomain> StateSpace<T> {
     /// The output of `self` drives the input of `next`; states of `self` come first.
     ///
     /// # Errors
-    /// [`LtiError::Shape`] where the outputs of `self` are not as many as the inputs of `next`;
+    /// [`LtiError::Shape`] if the number of outputs of `self` is not that of the inputs of `next`;
     /// [`LtiError::SampleTimes`].
     pub fn series(&self, next: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(next)?;
@@ -66,7 +66,7 @@ impl<T: TimeDomain> StateSpace<T> {
     /// Both systems with the same input, outputs added.
     ///
     /// # Errors
-    /// [`LtiError::Shape`] where inputs or outputs differ in number; [`LtiError::SampleTimes`].
+    /// [`LtiError::Shape`] if numbers of inputs or outputs differ; [`LtiError::SampleTimes`].
     pub fn parallel(&self, other: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(other)?;
         require_shape("D of the second system", other.d(), self.d().shape())?;
@@ -84,7 +84,7 @@ impl<T: TimeDomain> StateSpace<T> {
     ///
     /// # Errors
     /// [`LtiError::Shape`] unless `back` goes from the outputs of `self` to its inputs;
-    /// [`LtiError::SampleTimes`]; [`LtiError::AlgebraicLoop`] where I + D `D_back` is singular.
+    /// [`LtiError::SampleTimes`]; [`LtiError::AlgebraicLoop`] if I + D `D_back` is singular.
     pub fn feedback(&self, back: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(back)?;
         require_shape("D of the feedback system", back.d(), (self.inputs(), self.outputs()))?;

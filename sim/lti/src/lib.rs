@@ -1,26 +1,27 @@
-//! Linear systems for force-controlled machines: what a model of springs, masses, actuators and sampled
-//! controllers does near an operating point, computed as exactly as double precision allows.
+//! Linear systems for force-controlled machines: the behaviour of springs, masses, actuators and sampled
+//! controllers near an operating point, as exact as double precision allows.
 //!
 //! - [`StateSpace`] in [`Continuous`] or [`Discrete`] time, connected in series, parallel and feedback;
 //! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay, first-order
-//!   hold;
+//! hold;
 //! - poles, transmission zeros, zero-pole-gain form, frequency response with exact delays;
-//! - [`stable_gains`]: every interval of a gain with which a loop is stable, and what happens at its edges;
-//!   [`root_locus`];
+//! - [`stable_gains`]: every interval of stable gains of a loop, and what happens at its edges;
+//! [`root_locus`];
 //! - [`LoopTransfer`]: margins, sensitivity peaks and Nyquist's count;
 //! - [`spectral`]: frequency responses estimated from records, with their uncertainty.
 //!
-//! Inputs, outputs and states carry whatever units the caller gives them; time is in seconds, frequencies are
-//! in Hz where the name says so and otherwise in rad/s. Nothing here prints, reads files or starts threads.
+//! Inputs, outputs and states have the units of the caller. Time is in seconds. Frequencies are in Hz if the
+//! name says so and otherwise in rad/s. This crate does not print, read files or start threads.
 //!
 //! # Example: how far may the gain of a sampled force loop rise?
 //! ```
 //! use feeler_lti::{AffineLoop, LoopTransfer, StateSpace};
 //! use nalgebra::dmatrix;
 //!
-//! // 12 kg on a guide of 60 N s/m, against a force sensor of 2e5 N/m and 120 N s/m; from drive force to sensor force.
+//! // From drive force to sensor force: 12 kg on a guide of 60 N s/m, a sensor of 2e5 N/m and 120 N s/m.
 //! let (m, b, k) = (12.0, 180.0, 2e5);
-//! let axis = StateSpace::new(dmatrix![0.0, 1.0; -k / m, -b / m], dmatrix![0.0; 1.0 / m], dmatrix![k, 0.0], dmatrix![0.0])?;
+//! let axis = StateSpace::new(dmatrix![0.0, 1.0; -k / m, -b / m],
+//!     dmatrix![0.0; 1.0 / m], dmatrix![k, 0.0], dmatrix![0.0])?;
 //!
 //! // Continuous proportional control is stable at every gain ...
 //! let continuous = AffineLoop::negative_feedback(&axis)?.stable_gains()?;

@@ -1,4 +1,4 @@
-//! An open loop as its frequency response, sampled as finely as its resonances, crossings and delay need.
+//! The frequency response of an open loop, sampled as finely as resonances, crossings and delay require.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,29 +10,28 @@ use crate::state_space::StateSpace;
 /// Neighbouring points of the sampled response differ by less than this in ln L and ln(1 + L): 8 degrees or
 /// 15 % each.
 const LOG_STEP: f64 = 0.15;
-/// Neighbouring frequencies closer than this share of theirs are not split further: there is a pole or zero
-/// on the boundary.
+/// Neighbouring frequencies closer than this relative distance are not split: there is a pole or zero on the
+/// boundary.
 const MIN_RELATIVE_GAP: f64 = 1e-9;
-/// Beyond the last landmark, the response counts as settled once it is this close to its value at infinity.
+/// Beyond the last landmark, the response has settled if it is this close to its value at infinity.
 const SETTLED: f64 = 1e-3;
-/// Modulus of the loop that is large enough for an arc about one of its poles.
+/// Modulus of the loop at which an arc about one of its poles is small enough.
 const LARGE: f64 = 1e3;
-/// How often an arc is made ten times smaller to get there; a pole that cancels never makes the loop large.
+/// Largest number of tenfold reductions of an arc; the loop never becomes large at a pole that cancels.
 const MAX_SHRINKS: usize = 16;
-/// A pole whose damping ratio is below this lies on the stability boundary as far as can be told.
+/// A pole whose damping ratio is below this counts as on the stability boundary.
 const ON_BOUNDARY: f64 = 1e-9;
-/// A pole this much slower than the fastest, or than half of the sampling rate, is an integrator's: the
+/// A pole this much slower than the fastest pole, or than half of the sampling rate, is an integrator: the
 /// square root of rounding, for double ones.
 const INTEGRATES: f64 = 1e-9;
-/// Shares of half of the sampling rate that are still far enough from zero frequency for z to differ from 1
-/// by what rounding leaves of it.
+/// Smallest share of half of the sampling rate at which z can be distinguished from 1 despite rounding.
 const TOLD_APART: f64 = 1e-12;
-/// The same where the response is infinite at zero frequency beyond doubt: the cube root of rounding, for
-/// triple ones.
+/// The same if the response is certainly infinite at zero frequency: the cube root of rounding, for triple
+/// integrators.
 const INTEGRATE_TOGETHER: f64 = 1e-5;
 
-/// An open loop with one input and one output, negative feedback understood: the closed loop has the poles
-/// where 1 + L = 0.
+/// An open loop with one input and one output and negative feedback: the closed loop has the poles where 1 +
+/// L = 0.
 #[derive(Debug, Clone)]
 pub struct LoopTransfer<T: TimeDomain = Continuous> {
     evaluator: TransferEvaluator,
@@ -46,7 +45,7 @@ pub struct LoopTransfer<T: TimeDomain = Continuous> {
 /// One point of the sampled response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopPoint {
-    /// Where on the s plane: on the imaginary axis, or on a small arc to the right of a pole there.
+    /// Point of the s plane: on the imaginary axis, or on a small arc to the right of a pole there.
     pub s: C64,
     /// The open loop there.
     pub value: C64,
@@ -86,7 +85,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
     fn build(system: &StateSpace<T>, delay_s: f64) -> Result<Self, LtiError> {
         system.require_siso()?;
         let domain = system.domain();
-        // Points at z = 0 (pure delays) have no place in the s plane and shape nothing.
+        // Points at z = 0 (pure delays) have no s-plane equivalent and do not shape the response.
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
@@ -98,8 +97,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
         let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);
         let evaluator = TransferEvaluator::new(system);
-        // Rounding puts an integrator's pole next to the origin, on either side of it, and several together
-        // farther out.
+        // Rounding moves an integrator's pole away from the origin to either side, and several of them
+        // farther.
         let singular = evaluator.at(domain.point_of_s(C64::new(0.0, 0.0))).is_err();
         let near = if singular { INTEGRATE_TOGETHER } else { INTEGRATES };
         for pole in poles_s.iter_mut().filter(|p| p.norm() <= near * fastest) {
@@ -146,13 +145,13 @@ impl<T: TimeDomain> LoopTransfer<T> {
         self.poles_s.iter().filter(|p| p.re > 0.0 && !on_boundary(**p)).count()
     }
 
-    /// Natural frequencies (rad/s) of poles and zeros, between which a response bends.
+    /// Natural frequencies (rad/s) of poles and zeros, at which a response bends.
     fn landmarks(&self) -> impl Iterator<Item = C64> {
         self.poles_s.iter().chain(&self.zeros_s).copied()
     }
 
-    /// Frequency (rad/s) beyond which nothing happens any more: the Nyquist frequency, or where the response
-    /// has settled.
+    /// Frequency (rad/s) beyond which the response is constant: the Nyquist frequency, or the frequency at
+    /// which it has settled.
     fn last_frequency(&self, gain: f64) -> Result<f64, LtiError> {
         let nyquist = self.domain.nyquist_rad_per_s();
         if nyquist.is_finite() {
@@ -173,11 +172,11 @@ impl<T: TimeDomain> LoopTransfer<T> {
     }
 
     /// The response of `gain` times the loop along the upper half of the stability boundary, from zero
-    /// frequency to the last that matters, passing poles on the boundary on small arcs to their right. Fine
-    /// enough to tell how often it runs round -1.
+    /// frequency to the last that matters. It passes poles on the boundary on small arcs to their right, and
+    /// is fine enough to count its turns about -1.
     ///
     /// # Errors
-    /// [`LtiError::AtPole`] where a pole on the boundary could not be told from its neighbours.
+    /// [`LtiError::AtPole`] if a pole on the boundary could not be distinguished from its neighbours.
     pub fn sampled(&self, gain: f64) -> Result<Vec<LoopPoint>, LtiError> {
         let evaluate = |s: C64| Ok(LoopPoint { s, value: self.at_s(s)? * gain });
         let last = self.last_frequency(gain)?;
@@ -201,8 +200,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
             self.poles_s.iter().filter(|p| on_boundary(**p) && p.im >= 0.0).map(|p| p.im).collect();
         avoided.sort_by(f64::total_cmp);
         avoided.dedup_by(|a, b| (*a - *b).abs() <= 1e-6 * b.abs());
-        // Closer to a pole than this, z cannot be told from it: a zero there cancels it, as one of an
-        // integrator of next to no gain does.
+        // Closer to a pole than this, z equals the pole up to rounding. A zero there cancels it, as for an
+        // integrator with almost no gain.
         let closest = Some(self.domain.nyquist_rad_per_s())
             .filter(|nyquist| nyquist.is_finite())
             .map_or(0.0, |nyquist| TOLD_APART * nyquist);
@@ -214,8 +213,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
                 .map(|p| (p - C64::new(0.0, w)).norm())
                 .filter(|d| *d > 1e-6 * w.max(1e-12 * last));
             let mut radius = (1e-3 * nearest.fold(if w > 0.0 { w } else { last }, f64::min)).max(closest);
-            // Roots of the closed loop near the pole must stay outside the arc, so the loop has to be large
-            // on it.
+            // Roots of the closed loop near the pole must stay outside the arc, so the loop must be large on
+            // it.
             for _ in 0..MAX_SHRINKS {
                 if radius <= closest || (self.at_s(C64::new(radius, w))? * gain).norm() > LARGE {
                     break;
@@ -237,8 +236,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
         Ok(stretches)
     }
 
-    /// Frequencies between two ends at which to begin: a logarithmic grid, and a cluster round each pole and
-    /// zero as wide as its damping.
+    /// Initial frequencies between two ends: a logarithmic grid, and a cluster about each pole and zero as
+    /// wide as its damping.
     fn nodes(&self, start: f64, end: f64) -> Vec<f64> {
         let slowest = self.landmarks().map(C64::norm).filter(|w| *w > 0.0).fold(end, f64::min);
         let first = if start > 0.0 { start } else { (1e-3 * slowest).min(0.1 * end) };
@@ -289,7 +288,7 @@ impl Stretch {
     }
 }
 
-/// Pushes the points between two nodes that are needed, and the second node.
+/// Adds the points needed between two nodes, and the second node.
 fn split(
     stretch: &Stretch,
     evaluate: &impl Fn(C64) -> Result<LoopPoint, LtiError>,
@@ -320,8 +319,8 @@ pub(crate) fn winding_rad(points: &[LoopPoint]) -> f64 {
 
 impl<T: TimeDomain> LoopTransfer<T> {
     /// Unstable poles of the loop closed with `gain`, by Nyquist's count: those of the open loop plus the
-    /// clockwise turns about -1. A loop with a delay and a feed-through of `gain` >= 1 in modulus has
-    /// infinitely many, and the count has no meaning.
+    /// clockwise encirclements of -1. A loop with a delay and a feed-through of `gain` >= 1 in modulus has
+    /// infinitely many, and the count is then not valid.
     ///
     /// # Errors
     /// [`LtiError::AtPole`].
@@ -329,8 +328,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         Ok(self.count_from(&self.sampled(gain)?))
     }
 
-    /// The count from points already sampled. By symmetry the whole contour turns twice as far as its upper
-    /// half.
+    /// The count from sampled points. By symmetry the whole contour turns twice as far as its upper half.
     pub(crate) fn count_from(&self, points: &[LoopPoint]) -> usize {
         let counterclockwise = (winding_rad(points) / PI).round();
         (self.unstable_poles() as f64 - counterclockwise).max(0.0) as usize

@@ -1,4 +1,4 @@
-//! How far a loop is from instability: gain, phase, delay and disk margins, sensitivity peaks.
+//! Distance of a loop from instability: gain, phase, delay and disk margins, sensitivity peaks.
 //!
 //! Sources: Astrom and Murray, Feedback Systems, chapter 10; Seiler, Packard and Gahinet, IEEE Control
 //! Systems Magazine 40 (2020), for the disk margin.
@@ -12,13 +12,13 @@ use crate::search::{bisect, maximum};
 
 /// Crossings are bisected to this relative width of the frequency.
 const CROSSING: f64 = 1e-15;
-/// An end of the frequency range counts as real where its imaginary part is below this share.
+/// An end of the frequency range counts as real if its imaginary part is below this share.
 const REAL: f64 = 1e-9;
 
 /// A frequency at which the loop is real and negative: multiplied by `factor` it would pass through -1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GainMargin {
-    /// The factor: above 1 how far the gain may rise, below 1 how far it may fall.
+    /// The factor: above 1 the possible rise of the gain, below 1 the possible fall.
     pub factor: f64,
     /// The frequency, Hz.
     pub frequency_hz: f64,
@@ -31,7 +31,7 @@ pub struct PhaseMargin {
     pub margin_rad: f64,
     /// The frequency, Hz.
     pub frequency_hz: f64,
-    /// Additional delay (s) that would turn the loop to -1 here.
+    /// Additional delay (s) that would move the loop to -1 at this frequency.
     pub delay_s: f64,
 }
 
@@ -42,7 +42,7 @@ impl PhaseMargin {
     }
 }
 
-/// A largest value and where it is reached.
+/// A largest value and its frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// The value.
@@ -67,13 +67,13 @@ impl DiskMargin {
         (low, 1.0 / low)
     }
 
-    /// Phase (rad) by which the loop may turn either way, gain fixed: 2 atan(alpha / 2).
+    /// Phase (rad) by which the loop may turn in either direction, gain fixed: 2 atan(alpha / 2).
     pub fn phase_rad(&self) -> f64 {
         2.0 * (0.5 * self.alpha).atan()
     }
 }
 
-/// The margins of a loop. They speak of robustness only where the closed loop is stable.
+/// The margins of a loop. They measure robustness only if the closed loop is stable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {
     /// Whether the closed loop is stable, by Nyquist's count.
@@ -91,12 +91,12 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// The smallest rise of gain that reaches -1; `None` where none does.
+    /// The smallest rise of gain that reaches -1; `None` if there is none.
     pub fn smallest_increase(&self) -> Option<GainMargin> {
         self.gain.iter().copied().filter(|m| m.factor > 1.0).min_by(|a, b| a.factor.total_cmp(&b.factor))
     }
 
-    /// The smallest fall of gain that reaches -1; `None` where none does.
+    /// The smallest fall of gain that reaches -1; `None` if there is none.
     pub fn smallest_decrease(&self) -> Option<GainMargin> {
         self.gain.iter().copied().filter(|m| m.factor < 1.0).max_by(|a, b| a.factor.total_cmp(&b.factor))
     }
@@ -106,7 +106,7 @@ impl Margins {
         self.phase.iter().copied().min_by(|a, b| a.margin_rad.abs().total_cmp(&b.margin_rad.abs()))
     }
 
-    /// The crossing of the unit circle that the least additional delay turns to -1.
+    /// The crossing of the unit circle that reaches -1 with the least additional delay.
     pub fn smallest_delay(&self) -> Option<PhaseMargin> {
         self.phase.iter().copied().min_by(|a, b| a.delay_s.total_cmp(&b.delay_s))
     }
@@ -133,7 +133,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
     pub fn margins(&self) -> Result<Margins, LtiError> {
         let points = self.sampled(1.0)?;
         let closed_loop_stable = self.count_from(&points) == 0;
-        // Arcs about poles on the boundary are no frequencies.
+        // Arcs about poles on the boundary are not frequencies.
         let on_axis: Vec<LoopPoint> = points.into_iter().filter(|p| p.s.re.abs() <= 0.0).collect();
         let mut gain = Vec::new();
         let mut phase = Vec::new();
@@ -194,7 +194,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
 /// An interval of gains with which a loop is stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopGainInterval {
-    /// Lower end; 0 where the interval begins there.
+    /// Lower end; 0 if the interval begins there.
     pub lower: f64,
     /// Upper end.
     pub upper: f64,
@@ -205,15 +205,15 @@ pub struct LoopGainInterval {
 }
 
 impl<T: TimeDomain> LoopTransfer<T> {
-    /// Every interval of gains in (0, `upper`] with which the loop is stable, delays exact: candidates are
-    /// the gains that put a real, negative value of the response on -1; Nyquist's count decides between them.
-    /// An end at `upper` is the end of the search.
+    /// Every interval of stable gains in (0, `upper`], with exact delays. Candidates are the gains that move
+    /// a real, negative value of the response to -1; Nyquist's count decides between them. An end at `upper`
+    /// is the end of the search.
     ///
     /// # Errors
     /// [`LtiError::OutOfRange`] unless `upper` is positive and finite; [`LtiError::AtPole`].
     pub fn stable_gains_up_to(&self, upper: f64) -> Result<Vec<LoopGainInterval>, LtiError> {
         crate::error::require_positive("largest gain", upper)?;
-        // The response scaled by the largest gain is followed as far as it can matter.
+        // The response scaled by the largest gain covers all frequencies that can matter.
         let points = self.sampled(upper)?;
         let mut edges = vec![(0.0, 0.0)];
         let nyquist = self.domain().nyquist_rad_per_s();
@@ -245,7 +245,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
                 continue;
             }
             match intervals.last_mut() {
-                // A real value at which nothing changes sides is no edge.
+                // A real value without a change of stability is not an edge.
                 Some(last) if last.upper >= lower => {
                     (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU);
                 }

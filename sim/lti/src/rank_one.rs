@@ -1,12 +1,10 @@
-//! Stable gains of a loop of many states, of which the gain acts in one place: `A0 + k b c`.
+//! Stable gains of a loop with many states whose gain acts in one place: `A0 + k b c`.
 //!
-//! It has an eigenvalue s where `1 = k G(s)` with `G(s) = c (s I - A0)^-1 b`: on the border of stability
-//! at the
-//! frequencies at which G is real, and there with the gain `1 / G`. Between two such gains the number of
-//! unstable
-//! motions does not change, and at each it changes by the way that its root goes (D-decomposition; Neimark
-//! 1948).
-//! One reduction of A0 and one value of G at each frequency cost what a few eigenvalue problems do.
+//! Such a loop has an eigenvalue s where `1 = k G(s)` with `G(s) = c (s I - A0)^-1 b`. It is on the border of
+//! stability at the frequencies at which G is real, with the gain `1 / G`. Between two such gains the number
+//! of unstable motions is constant. At each it changes in the direction in which the root crosses
+//! (D-decomposition; Neimark 1948). One reduction of A0 and one value of G at each frequency cost as much as
+//! a few eigenvalue problems.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,25 +16,25 @@ use crate::response::TransferEvaluator;
 use crate::search::root;
 use crate::state_space::StateSpace;
 
-/// Rounding within which a matrix is one column times one row.
+/// Rounding within which a matrix counts as one column times one row.
 const ONE_PLACE: f64 = 1e-10;
-/// Frequencies in each decade, before the response is followed more finely.
+/// Frequencies in each decade, before refinement.
 const POINTS_PER_DECADE: f64 = 24.0;
-/// Decades beyond the slowest and the fastest pole.
+/// Factor by which frequencies extend beyond the slowest and the fastest pole.
 const BEYOND: f64 = 1e3;
-/// Distances from the frequency of a pole, in units of how far it is from the border.
+/// Distances from the frequency of a pole, in units of its distance from the border.
 const BESIDE: [f64; 8] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
-/// The phase of G turns by less than this between neighbours, rad, if dividing the step so often helps.
+/// Largest change of the phase of G between neighbours, rad, up to the limit on divisions.
 const TURN: f64 = 0.5;
 const HALVINGS: usize = 24;
 /// Width to which a frequency is located.
 const LOCATED: f64 = 1e-15;
-/// Share of G that its imaginary part may be where it is called real.
+/// Largest imaginary part of G, as a share of G, at which it counts as real.
 const REAL: f64 = 1e-6;
-/// Widths, as shares of a frequency, within which a crossing that has moved a little is looked for.
+/// Widths, as shares of a frequency, of the search for a crossing that has moved slightly.
 const NEAR: [f64; 4] = [1e-3, 5e-3, 2e-2, 8e-2];
 
-/// A loop of which the gain acts in one place.
+/// A loop whose gain acts in one place.
 #[derive(Debug)]
 pub struct RankOneLoop<'a, T: TimeDomain> {
     domain: T,
@@ -46,8 +44,7 @@ pub struct RankOneLoop<'a, T: TimeDomain> {
     response: TransferEvaluator,
 }
 
-/// A gain with a root on the border, its frequency, and by how much the number of unstable motions rises
-/// there.
+/// A gain with a root on the border, its frequency, and the increase of the number of unstable motions.
 struct Crossing {
     gain: f64,
     w: f64,
@@ -55,7 +52,7 @@ struct Crossing {
 }
 
 impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
-    /// From A0 and A1 of `A0 + k A1`; `None` where A1 is more than one column times one row.
+    /// From A0 and A1 of `A0 + k A1`; `None` if A1 is not one column times one row.
     pub fn new(domain: T, zero: &'a DMatrix<f64>, slope: &'a DMatrix<f64>) -> Option<Self> {
         if slope.is_empty() {
             return None;
@@ -75,8 +72,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(self.response.at(self.domain.boundary_point(w))?[(0, 0)])
     }
 
-    /// The gain that an edge moves to from frequency `w` when the loop changes a little; `None` where none
-    /// is near.
+    /// The new gain of an edge at frequency `w` after a small change of the loop; `None` if no edge is near.
     ///
     /// # Errors
     /// [`LtiError::AtPole`].
@@ -92,9 +88,8 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(None)
     }
 
-    /// Every interval of stable gains of a search from zero on; `None` where the count of unstable motions
-    /// and the
-    /// eigenvalues do not agree, so that another way has to be taken.
+    /// Every interval of stable gains of a search from zero on. `None` if the count of unstable motions
+    /// disagrees with the eigenvalues, so that another method is needed.
     ///
     /// # Errors
     /// Those of [`eigenvalues`].
@@ -146,7 +141,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(Some(StableGains { intervals }))
     }
 
-    /// What begins to grow at a crossing: `(s I - A0)^-1 b`.
+    /// The motion that begins to grow at a crossing: `(s I - A0)^-1 b`.
     fn edge(&self, crossing: &Crossing) -> Result<GainEdge, LtiError> {
         let s = self.domain.boundary_point(crossing.w);
         let n = self.zero.nrows();
@@ -179,7 +174,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         }
         let mut before: Option<(f64, C64)> = None;
         for w in frequencies {
-            // A pole on the border is passed over: next to it the response is large, and its gain nothing.
+            // A pole on the border is skipped: near it the response is large, so its gain is almost zero.
             let Ok(value) = self.response(w) else { continue };
             if let Some(start) = before {
                 self.between(start, (w, value), HALVINGS, &mut found)?;
@@ -189,7 +184,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(found)
     }
 
-    /// Crossings between two frequencies, followed as finely as the phase asks for.
+    /// Crossings between two frequencies, refined as the phase requires.
     fn between(
         &self,
         start: (f64, C64),
@@ -219,20 +214,19 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(())
     }
 
-    /// 1 where the root at this frequency becomes unstable as the gain rises, -1 where it becomes stable:
-    /// from
-    /// `1 = k G(s)`, `ds/dk = -G^2 / G'`.
+    /// 1 if the root at this frequency becomes unstable as the gain rises, -1 if it becomes stable: from `1 =
+    /// k G(s)`, `ds/dk = -G^2 / G'`.
     fn outwards(&self, w: f64) -> Result<isize, LtiError> {
         let point = self.domain.boundary_point(w);
         let (value, slope) = self.response.with_derivative(point)?;
         let moved = -value[(0, 0)] * value[(0, 0)] / slope[(0, 0)];
-        // Of a sampled loop outwards, of a continuous one to the right.
+        // Outwards for a sampled loop, to the right for a continuous one.
         let out =
             if self.domain.nyquist_rad_per_s().is_finite() { (point.conj() * moved).re } else { moved.re };
         Ok(if out > 0.0 { 1 } else { -1 })
     }
 
-    /// Frequencies at which the response is looked at, rising: evenly by ratio, and about every pole.
+    /// Frequencies of the response, rising: spaced by a constant ratio, and about every pole.
     fn frequencies(&self) -> Result<Vec<f64>, LtiError> {
         let poles: Vec<C64> = eigenvalues(self.zero)?
             .into_iter()
@@ -263,10 +257,10 @@ mod tests {
     use crate::domain::Continuous;
     use crate::gain_interval::stable_gains;
 
-    /// Edges are as exact as eigenvalues of forty states.
+    /// Edges are as exact as the eigenvalues of forty states.
     const SAME: f64 = 1e-7;
 
-    /// A chain of lightly damped masses, pushed at one end and read at the other or in the middle.
+    /// A chain of lightly damped masses, driven at one end and measured at the other or in the middle.
     fn chain(masses: usize, read: usize) -> (DMatrix<f64>, DMatrix<f64>) {
         let n = masses;
         let mut a = DMatrix::zeros(2 * n, 2 * n);
@@ -318,7 +312,7 @@ mod tests {
         }
     }
 
-    /// 1 % more stiffness moves the edge, and the search near it finds where to.
+    /// 1 % more stiffness moves the edge, and the search near it finds the new place.
     #[test]
     fn truth_an_edge_is_found_again_after_a_small_change() {
         let (zero, slope) = chain(5, 4);

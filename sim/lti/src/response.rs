@@ -1,4 +1,4 @@
-//! Frequency response and other values of a transfer function, by one solve for each point.
+//! Frequency response and other values of a transfer function, with one solve for each point.
 
 use nalgebra::DMatrix;
 use nalgebra::linalg::Hessenberg;
@@ -8,8 +8,8 @@ use crate::domain::{C64, TimeDomain};
 use crate::error::LtiError;
 use crate::state_space::StateSpace;
 
-/// From this many states on A is brought to Hessenberg form once, after which a point costs the square of
-/// their number instead of its cube (A. Laub, IEEE Trans. Automatic Control 26, 1981).
+/// From this number of states on, A is first reduced to Hessenberg form. A point then costs the square of the
+/// number of states instead of its cube (A. Laub, IEEE Trans. Automatic Control 26, 1981).
 const MANY_STATES: usize = 24;
 
 /// A system prepared (balanced) for the evaluation of C (p I - A)^-1 B + D at many points p.
@@ -166,14 +166,14 @@ impl<T: TimeDomain> StateSpace<T> {
     /// Gain at zero frequency (outputs x inputs).
     ///
     /// # Errors
-    /// [`LtiError::AtPole`] where the system integrates.
+    /// [`LtiError::AtPole`] if the system integrates.
     pub fn dc_gain(&self) -> Result<DMatrix<f64>, LtiError> {
         Ok(self.at(self.domain().point_of_s(C64::new(0.0, 0.0)))?.map(|v| v.re))
     }
 }
 
-/// Phase (rad) of each element of a sequence, continued without jumps of more than half a turn; the first
-/// lies in (-pi, pi].
+/// Phase (rad) of each element of a sequence, continued without jumps of more than half a turn; the first is
+/// in (-pi, pi].
 pub fn unwrapped_phase_rad(values: &[C64]) -> Vec<f64> {
     let mut phase: Vec<f64> = values.iter().map(|v| v.arg()).collect();
     for i in 1..phase.len() {
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
     use crate::domain::Continuous;
 
-    /// A chain of equal masses and springs, driven at one end and seen at the other.
+    /// A chain of equal masses and springs, driven at one end and measured at the other.
     fn chain(bodies: usize) -> StateSpace<Continuous> {
         let (k, c) = (1e5, 10.0);
         let n = 2 * bodies;
@@ -215,15 +215,15 @@ mod tests {
         for bodies in [4, 12, 40, 90] {
             let evaluator = TransferEvaluator::new(&chain(bodies));
             assert_eq!(evaluator.is_hessenberg, 2 * bodies >= MANY_STATES);
-            // Poles crowd at the upper edge of the band, 632 rad/s; there rounding of A is seen a million
-            // times larger.
+            // Poles are dense at the upper edge of the band, 632 rad/s; rounding of A appears a million times
+            // larger there.
             for w in [0.1, 3.0, 20.0, 150.0, 500.0] {
                 let s = C64::new(0.0, w);
                 let spring = s * 10.0 + 1e5;
                 let t = (s * s / spring / 2.0 + 1.0).acos();
                 let truth = t.sin() / ((t * (bodies + 1) as f64).sin() * spring) * 1e5;
                 let found = evaluator.at(s).unwrap()[(0, 0)];
-                // Rounding of A is seen through the sharpest of modes, damped by 1e-4 and more of its
+                // Rounding of A is amplified by the sharpest mode, with damping of at least 1e-4 of its
                 // frequency.
                 assert!((found - truth).norm() <= 1e-9 * truth.norm(), "{bodies} {w}: {found} {truth}");
             }

@@ -7,11 +7,11 @@ use crate::domain::C64;
 use crate::eigen::eigenvalues;
 use crate::error::{LtiError, require_finite};
 
-/// Halvings of a gain step in search of an unambiguous continuation. Where branches meet there is none, and
-/// either continuation is right.
+/// Bisections of a gain step in search of an unambiguous continuation. No such step exists if branches meet;
+/// then either continuation is correct.
 const MAX_HALVINGS: usize = 6;
-/// A continuation is unambiguous if no pole moves further than this share of its distance to the nearest
-/// other.
+/// A continuation is unambiguous if no pole moves farther than this share of its distance to the nearest
+/// other pole.
 const CLEAR_MOVE: f64 = 0.3;
 
 /// Poles over a gain, each branch continuous.
@@ -54,7 +54,7 @@ pub fn root_locus(closed_loop: impl Fn(f64) -> DMatrix<f64>, gains: &[f64]) -> R
     Ok(RootLocus { gains: gains.to_vec(), branches })
 }
 
-/// Poles at the end of a gain step, in the order of those at its start.
+/// Poles at the end of a gain step, in the order of the poles at its start.
 fn advance(
     poles: &impl Fn(f64) -> Result<Vec<C64>, LtiError>,
     from: &[C64],

@@ -1,12 +1,11 @@
-//! One-dimensional searches: the root of a function that changes sign, and the largest value between two
-//! points.
+//! One-dimensional searches: the root of a function that changes sign, and the maximum between two points.
 
-/// Halvings after which a bracket of doubles cannot shrink any more, whatever its ends.
+/// Bisections after which a bracket of doubles cannot shrink any more, whatever its ends.
 const MAX_HALVINGS: usize = 200;
 /// Share of the first bracket by which interpolation is moved towards its middle there.
 const TRUNCATION: f64 = 0.2;
-/// A step of Newton's method below this, relative to the place, ends the search: the next one would be its
-/// square.
+/// A step of Newton's method below this, relative to the position, ends the search: the next step would be
+/// its square.
 const PLACE: f64 = 1e-12;
 
 /// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
@@ -21,7 +20,7 @@ pub(crate) fn bisect<E>(
 ) -> Result<f64, E> {
     let positive_at_a = f(a)? > 0.0;
     for _ in 0..MAX_HALVINGS {
-        // Far apart, halve the exponent; close together, the difference.
+        // Far apart, bisect the exponent; close together, the difference.
         let middle = if a > 0.0 && b > 4.0 * a { (a * b).sqrt() } else { a + 0.5 * (b - a) };
         if (b - a).abs() <= relative_width * a.abs().max(b.abs()) || middle <= a || middle >= b {
             break;
@@ -70,9 +69,9 @@ pub(crate) fn root<E>(
     Ok(a + 0.5 * (b - a))
 }
 
-/// The point and value of the maximum of `f` between `a` and `b`, where `f` has one, by golden section.
+/// The point and value of the maximum of `f` between `a` and `b`, if `f` has one, by golden section.
 ///
-/// A maximum is flat, so its place is found to about 1e-8 of the interval and its value to rounding.
+/// A maximum is flat: its position is found to about 1e-8 of the interval, its value to rounding.
 pub(crate) fn maximum<E>(
     mut a: f64,
     mut b: f64,
@@ -95,9 +94,9 @@ pub(crate) fn maximum<E>(
     Ok(if fx >= fy { (x, fx) } else { (y, fy) })
 }
 
-/// The place of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's method
-/// on its slope, kept inside the bracket. `slope_and_curvature` gives the first two derivatives, both times
-/// any positive factor.
+/// The position of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's
+/// method on its slope, kept inside the bracket. `slope_and_curvature` gives the first two derivatives, both
+/// times any positive factor.
 pub(crate) fn largest(
     mut a: f64,
     mut b: f64,

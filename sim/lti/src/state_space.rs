@@ -121,7 +121,7 @@ impl<T: TimeDomain> StateSpace<T> {
         self.d.nrows()
     }
 
-    /// The single-input single-output system from one input to one output; all states are kept.
+    /// The single-input single-output system from one input to one output, with all states.
     ///
     /// # Errors
     /// [`LtiError::NoSuchChannel`].

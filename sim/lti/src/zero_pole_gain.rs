@@ -17,14 +17,14 @@ pub struct ZeroPoleGain {
 }
 
 impl ZeroPoleGain {
-    /// Poles less zeros: the power of 1 / s with which the response falls at high frequency.
+    /// Poles less zeros: the power of 1 / s that the response follows at high frequency.
     pub fn relative_degree(&self) -> usize {
         self.poles.len().saturating_sub(self.zeros.len())
     }
 
     /// Value at a point of the s or z plane.
     pub fn at(&self, point: C64) -> C64 {
-        // Factors are taken in turn from both lists, so that neither product leaves the range of doubles.
+        // Factors alternate between both lists, so that neither product overflows.
         let mut value = C64::new(self.leading_coefficient, 0.0);
         for i in 0..self.poles.len().max(self.zeros.len()) {
             if let Some(zero) = self.zeros.get(i) {
@@ -47,7 +47,7 @@ impl<T: TimeDomain> StateSpace<T> {
     pub fn zero_pole_gain(&self) -> Result<ZeroPoleGain, LtiError> {
         self.require_siso()?;
         let mut form = ZeroPoleGain { zeros: self.zeros()?, poles: self.poles()?, leading_coefficient: 1.0 };
-        // A real point beyond all poles and zeros, where no factor is small and the ratio is real.
+        // A real point beyond all poles and zeros: no factor is small there, and the ratio is real.
         let radius = form.zeros.iter().chain(&form.poles).map(|v| v.norm()).fold(0.0, f64::max);
         let point = C64::new(if radius > 0.0 { 2.0 * radius } else { 1.0 }, 0.0);
         form.leading_coefficient = TransferEvaluator::new(self).at(point)?[(0, 0)].re / form.at(point).re;

@@ -1,11 +1,11 @@
-//! Transmission zeros: where the Rosenbrock system matrix loses rank.
+//! Transmission zeros: points at which the Rosenbrock system matrix loses rank.
 //!
 //! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position
-//! ...), and rounding spreads a k-fold infinite zero to a finite radius of eps^(-1/k). They are therefore
-//! removed beforehand by orthogonal rank reduction (counted by the Markov parameters where there is one input
-//! and one output); what is left has an invertible feed-through and is a generalised eigenvalue problem whose
-//! infinite part is simple. Each zero is then polished on the unreduced system by Newton's method on its
-//! determinant. Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
+//! ...). Rounding moves a k-fold infinite zero to a finite radius of eps^(-1/k). They are therefore removed
+//! first by orthogonal rank reduction (by the Markov parameters for one input and one output). The rest has
+//! an invertible feed-through and is a generalised eigenvalue problem with a simple infinite part. Newton's
+//! method on the determinant of the unreduced system then polishes each zero. Source: Emami-Naeini and Van
+//! Dooren, Automatica 18 (1982).
 
 use nalgebra::DMatrix;
 
@@ -15,18 +15,18 @@ use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
 use crate::error::LtiError;
 use crate::state_space::StateSpace;
 
-/// With several inputs or outputs, what is below this multiple of (order x eps x norm) counts as zero in the
+/// With several inputs or outputs, values below this multiple of (order x eps x norm) count as zero in the
 /// reduction.
 const RANK_ROUNDINGS: f64 = 16.0;
-/// Newton steps allowed to polish a zero; two usually suffice.
+/// Largest number of Newton steps to polish a zero; two usually suffice.
 const MAX_POLISH: usize = 8;
-/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction, so the
-/// zero stays as found.
+/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction; the
+/// zero then stays unchanged.
 const MAX_CORRECTION: f64 = 1e-2;
 
-/// A Newton step below this share of a zero shows that the zero has been found.
+/// A Newton step below this share of a zero shows that the zero is correct.
 const ALREADY_FOUND: f64 = 1e-3;
-/// Sweeps of the joint improvement; from bad starting points a dozen or two are needed.
+/// Sweeps of the joint improvement; poor starting points need one or two dozen.
 const MAX_SWEEPS: usize = 100;
 
 /// System matrices during reduction.
@@ -39,11 +39,11 @@ struct Reduced {
 }
 
 impl<T: TimeDomain> StateSpace<T> {
-    /// Finite transmission (invariant) zeros, by rising modulus; decoupling zeros (poles that cannot be
-    /// reached or seen) are among them.
+    /// Finite transmission (invariant) zeros, by rising modulus. They include decoupling zeros (poles that
+    /// cannot be controlled or observed).
     ///
     /// # Errors
-    /// [`LtiError::Degenerate`] where a single-input single-output transfer function vanishes identically;
+    /// [`LtiError::Degenerate`] if a single-input single-output transfer function is identically zero;
     /// [`LtiError::EigenvaluesNotConverged`].
     ///
     /// # Example
@@ -51,8 +51,9 @@ impl<T: TimeDomain> StateSpace<T> {
     /// use feeler_lti::StateSpace;
     /// use nalgebra::dmatrix;
     /// // (s + 3) / (s + 1)(s + 2)
-    /// let system = StateSpace::new(dmatrix![-3.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0], dmatrix![1.0, 3.0],
-    /// dmatrix![0.0])?; let zeros = system.zeros()?;
+    /// let system = StateSpace::new(dmatrix![-3.0, -2.0; 1.0, 0.0],
+    ///     dmatrix![1.0; 0.0], dmatrix![1.0, 3.0], dmatrix![0.0])?;
+    /// let zeros = system.zeros()?;
     /// assert_eq!(zeros.len(), 1);
     /// assert!((zeros[0].re + 3.0).abs() < 1e-14);
     /// # Ok::<(), feeler_lti::LtiError>(())
@@ -80,8 +81,8 @@ impl<T: TimeDomain> StateSpace<T> {
     }
 }
 
-/// The system with states, inputs and outputs scaled by powers of two so that all parts of its matrix are
-/// alike in size.
+/// The system with states, inputs and outputs scaled by powers of two, so that all parts of its matrix have
+/// comparable size.
 fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
     let (n, m, p) = (system.states(), system.inputs(), system.outputs());
     let size = n + m.max(p);
@@ -99,14 +100,13 @@ fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
     }
 }
 
-/// Removes the infinite zeros of a system with one input and one output. `None` where its transfer function
-/// vanishes.
+/// Removes the infinite zeros of a system with one input and one output. `None` if its transfer function is
+/// zero.
 ///
-/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which follows from
-/// rounding by the same product of moduli
-/// |C| |A|^k |B|. That bound is element by element, so it stays sharp for machines whose masses and springs differ by many decades, and it
-/// vanishes where no path leads from input to output. The same number makes the feed-through of the reduced
-/// system exact.
+/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ... Rounding is bounded by the
+/// same product of moduli |C| |A|^k |B|. That bound holds for each element, so it stays sharp for machines
+/// whose masses and springs differ by many decades. It is zero if no path leads from input to output. The
+/// same number makes the feed-through of the reduced system exact.
 fn reduce_single(system: &Reduced) -> Option<Reduced> {
     let n = system.a.nrows();
     let mut r = system.clone();
@@ -116,8 +116,8 @@ fn reduce_single(system: &Reduced) -> Option<Reduced> {
     let (a_modulus, c_modulus) = (system.a.abs(), system.c.abs());
     let (mut x, mut x_modulus) = (system.b.clone(), system.b.abs());
     for step in 1..=n {
-        // One step of the reduction: turn the states so that the output is the last one alone, and hold that
-        // state at zero.
+        // One step of the reduction: rotate the states so that the output is the last state alone, and hold
+        // that state at zero.
         let (v, _) = row_compression(&r.c.transpose(), 0.0);
         let order: Vec<usize> = (1..r.a.nrows()).chain([0]).collect();
         let v = v.select_columns(&order);
@@ -155,7 +155,7 @@ fn transpose(r: &Reduced) -> Reduced {
     Reduced { a: r.a.transpose(), b: r.c.transpose(), c: r.b.transpose(), d: r.d.transpose() }
 }
 
-/// Removes the infinite zeros that show in the rows of D, until D has full row rank.
+/// Removes the infinite zeros visible in the rows of D, until D has full row rank.
 fn reduce(mut r: Reduced, tolerance: f64) -> Reduced {
     loop {
         // Rows of D: U^T D = [D1; 0].
@@ -168,8 +168,8 @@ fn reduce(mut r: Reduced, tolerance: f64) -> Reduced {
         if quiet == 0 {
             return Reduced { c: c1, d: d1, ..r };
         }
-        // Columns of C2: C2 V = [0 S], from the row compression of its transpose with the found directions
-        // put last.
+        // Columns of C2: C2 V = [0 S], from the row compression of its transpose, with the found directions
+        // last.
         let (v, rho) = row_compression(&c2.transpose(), tolerance);
         let n = r.a.nrows();
         if rho == 0 {
@@ -264,14 +264,14 @@ fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
             polished.push(better.conj());
         }
     }
-    // Unequal counts mean that pairs were not exactly conjugate; the zeros then stay as they were found.
+    // Unequal counts mean that pairs were not exactly conjugate; the zeros then stay unchanged.
     if polished.len() == zeros.len() {
         *zeros = polished;
     }
 }
 
-/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'); zero where P is singular, since
-/// the point then is exact.
+/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'). It is zero if P is singular,
+/// since the point is then exact.
 fn newton_step(system: &Reduced, point: C64) -> C64 {
     let n = system.a.nrows();
     let order = n + system.d.nrows();
@@ -293,7 +293,7 @@ fn newton_step(system: &Reduced, point: C64) -> C64 {
     if step.is_finite() { step } else { C64::new(0.0, 0.0) }
 }
 
-/// Newton's method as long as its steps shrink; then rounding sets their size.
+/// Newton's method as long as its steps shrink; after that, rounding determines their size.
 fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
     let mut zero = start;
     let mut last = MAX_CORRECTION * start.norm().max(slowest);
@@ -308,9 +308,9 @@ fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
     zero
 }
 
-/// Where zeros lie many decades apart the small ones drown in the rounding of the large ones. All are then
-/// improved together by the method of Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973), which is
-/// Newton's on the determinant with the other zeros divided out.
+/// If zeros differ by many decades, rounding of the large ones hides the small ones. All are then improved
+/// together by the method of Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973): Newton's method on
+/// the determinant, divided by the other zeros.
 fn improve_together(system: &Reduced, zeros: &mut [C64]) {
     let coarse = |z: &C64| !z.is_finite() || newton_step(system, *z).norm() > ALREADY_FOUND * z.norm();
     if !zeros.iter().any(coarse) {
@@ -318,7 +318,7 @@ fn improve_together(system: &Reduced, zeros: &mut [C64]) {
     }
     let scale = system.a.norm();
     for (k, zero) in zeros.iter_mut().enumerate() {
-        // Any distinct starting points will do; those off the axes are free to go either way.
+        // Any distinct starting points suffice; those off the axes may move either way.
         if !zero.is_finite() {
             *zero = C64::from_polar(scale, 1.0 + k as f64);
         }

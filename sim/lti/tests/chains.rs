@@ -40,8 +40,8 @@ impl Chain {
     fn held_squared(&self, held: usize) -> Vec<f64> {
         let n = self.masses.len();
         let free: Vec<usize> = (0..n).filter(|i| *i != held).collect();
-        // M^-1/2 K M^-1/2 is symmetric, so its eigenvalues are found by another method than those of the
-        // state matrix.
+        // M^-1/2 K M^-1/2 is symmetric, so its eigenvalues come from another method than those of the state
+        // matrix.
         let stiffness = |i: usize, j: usize| {
             let above = self.stiffnesses.get(i.max(j) + usize::from(i == j)).copied().unwrap_or(0.0);
             let between = |k: usize| self.stiffnesses[k];
@@ -71,13 +71,14 @@ fn chain() -> impl Strategy<Value = Chain> {
 }
 
 /// Relative accuracy of zeros in the scale of the fastest motion: the rounding of a matrix with frequencies
-/// over four decades or so.
+/// over four decades.
 const ROUNDING: f64 = 1e-11;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// Where a body is driven and seen, the zeros are the resonances of what is left with that body held.
+    /// If drive and sensor are on the same body, the zeros are the resonances of the rest with that body
+    /// held.
     #[test]
     fn prop_colocated_zeros_are_resonances_with_the_body_held(chain in chain(), choice in 0_usize..100) {
         let body = choice % chain.masses.len();

@@ -1,4 +1,4 @@
-//! Margins at the edge of what rounding can tell.
+//! Margins at the limit of rounding.
 
 use feeler_lti::{LoopTransfer, StateSpace};
 use nalgebra::dmatrix;
@@ -20,8 +20,8 @@ fn regress_an_integrator_s_pole_moved_by_rounding_is_still_one() {
 
 #[test]
 fn regress_an_integrator_that_its_zero_all_but_cancels_leaves_the_margins_of_the_rest() {
-    // 0.5 / (z - 0.5) under 1 + k / (z - 1): of the integrator no more than rounding is left. The rest is
-    // -1/3 at z = -1 and stable up to 3.
+    // 0.5 / (z - 0.5) under 1 + k / (z - 1): the integrator is below rounding. The rest is -1/3 at z = -1 and
+    // stable up to 3.
     for integral in [1e-9, 1e-13, 1e-15] {
         let open = StateSpace::discrete(
             dmatrix![1.0, 0.0; 0.5 * integral, 0.5],

@@ -1,4 +1,4 @@
-//! Laws that hold for all systems, on random ones.
+//! Laws that hold for all systems, tested on random ones.
 #![cfg(test)]
 
 use feeler_lti::{
@@ -31,8 +31,8 @@ fn growth_rates<T: TimeDomain>(system: &StateSpace<T>, gain: f64) -> Vec<f64> {
     eigenvalues(&closed).unwrap().into_iter().map(|p| system.domain().growth_per_s(p)).collect()
 }
 
-/// Motions that grow or decay by less than this (1/s) are too near the edge to be compared; the systems have
-/// rates of about 100 1/s.
+/// Motions that grow or decay by less than this (1/s) are too close to the edge to be compared; the systems
+/// have rates of about 100 1/s.
 const UNDECIDED_PER_S: f64 = 1e-6;
 
 fn check_gains<T: TimeDomain>(system: &StateSpace<T>, exponents: &[f64]) -> Result<(), TestCaseError> {
@@ -140,7 +140,7 @@ proptest! {
         }
     }
 
-    /// The response vanishes at each zero and explodes at each pole, and both lists together reproduce it.
+    /// The response is zero at each zero and infinite at each pole, and both lists together reproduce it.
     #[test]
     fn prop_zeros_and_poles_by_substitution(system in stable_system(100.0), angle in 0.0_f64..6.0) {
         let form = system.zero_pole_gain().unwrap();
@@ -148,8 +148,8 @@ proptest! {
         let (direct, factored) = (system.at(away).unwrap()[(0, 0)], form.at(away));
         prop_assert!((direct - factored).norm() < 1e-9 * direct.norm(), "{direct} {factored}");
         for zero in &form.zeros {
-            // Newton's step from a zero, H / H', is what substitution leaves in units of s. Beyond 1e6 rates
-            // D all but vanishes.
+            // Newton's step from a zero, H / H', is the error of the substitution in units of s. Beyond 1e6
+            // times the rates D is almost zero.
             if zero.norm() < 1e6 {
                 let evaluator = feeler_lti::TransferEvaluator::new(&system);
                 if let Ok((value, slope)) = evaluator.with_derivative(*zero) {
@@ -174,8 +174,8 @@ proptest! {
         prop_assert!((at(&first.feedback(&second).unwrap()) - truth).norm() < 1e-9 * (1.0 + truth.norm()));
     }
 
-    /// A gain lies in one of the stable intervals exactly if the closed loop's eigenvalues say so: no
-    /// interval or gap is missed.
+    /// A gain is in one of the stable intervals exactly if the closed loop's eigenvalues are stable: the
+    /// search misses no interval or gap.
     #[test]
     fn prop_stable_gains_agree_with_eigenvalues(
         system in stable_system(100.0),
@@ -188,7 +188,7 @@ proptest! {
         check_gains(&sampled, &exponents)?;
     }
 
-    /// Nyquist's count, which knows only the response, finds as many unstable poles as there are eigenvalues.
+    /// Nyquist's count uses only the response, and finds as many unstable poles as there are eigenvalues.
     #[test]
     fn prop_nyquist_count_equals_eigenvalues(system in stable_system(100.0), gain in -300.0_f64..300.0, period_share in 0.0_f64..1.0) {
         let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();

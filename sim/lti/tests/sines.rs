@@ -1,4 +1,4 @@
-//! Sums of sines, and what a record was excited with.
+//! Sums of sines, and recognition of a record's excitation.
 #![cfg(test)]
 
 mod common;
@@ -44,7 +44,7 @@ fn truth_the_sines_of_a_record_are_found() {
     let found = find_sines(&sines(&wanted, 1), PERIOD_S).unwrap();
     assert_eq!(found.frequencies_hz.len(), wanted.len());
     for ((f, w), a) in found.frequencies_hz.iter().zip(&wanted).zip(&found.amplitudes) {
-        // Steps of Gauss and Newton converge as neighbours lie apart; a millionth of a line is left.
+        // Gauss-Newton steps converge according to the distance of neighbours; a millionth of a line remains.
         assert!((f - w).abs() < 1e-4 && (a - 1.0).abs() < 1e-3, "{f} {w} {a}");
     }
 }
@@ -56,8 +56,8 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
     let clean = respond(&system, &input);
     let exact = response_at_sines(&input, &clean, PERIOD_S, &wanted).unwrap();
     for ((g, t), f) in exact.response.iter().zip(truth(&system, &wanted)).zip(&wanted) {
-        // The machine starts at rest: a transient of some 1 / (2 pi 8) s, which Hann's window weighs by (pi
-        // 0.02 / 4)^2, three in ten thousand of what the sines have over the record's 4 s.
+        // The machine starts at rest: a transient of about 1 / (2 pi 8) s. Hann's window weights it by (pi
+        // 0.02 / 4)^2, three in ten thousand of the sines over the record's 4 s.
         assert!((g - t).norm() < 3e-4, "{f} Hz: {g} {t}");
     }
     let mut held = 0;
@@ -69,8 +69,8 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
         let values = estimate.response.iter().zip(truth(&system, &wanted)).zip(bands);
         held += values.filter(|((g, t), band)| (*g - t).norm() <= band.magnitude_high - g.norm()).count();
     }
-    // Several hundred values: the share is known to about 1 %; noise known from a few lines only is spread by
-    // as much again.
+    // Several hundred values: the share is known to about 1 %; noise known from a few lines only spreads by
+    // the same again.
     let share = f64::from(u32::try_from(held).unwrap()) / (10.0 * wanted.len() as f64);
     assert!((0.92..=0.98).contains(&share), "{share}");
 }
@@ -94,7 +94,8 @@ fn truth_each_way_to_excite_is_recognised() {
     let chirp: Vec<f64> =
         (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
     assert_eq!(recognise(&chirp), RecordedExcitation::Sweep);
-    // The same in a record that begins or ends in silence, from some frequency on, or by ratios of frequency.
+    // The same in a record that begins or ends in silence, from some frequency on, or spaced by frequency
+    // ratios.
     let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
     let geometric = |t: f64| (TAU * 2.0 * 2.5 / 80_f64.ln() * (80_f64.powf(t / 2.5) - 1.0)).sin();
     let octave = |t: f64| (TAU * (60.0 + 12.0 * t) * t).sin();
@@ -114,7 +115,7 @@ fn truth_each_way_to_excite_is_recognised() {
     assert!(matches!(recognise(&steps), RecordedExcitation::Uneven { .. }), "{:?}", recognise(&steps));
 }
 
-/// y = G (u + e u^2): the square shows on the lines that the multisine leaves out.
+/// y = G (u + e u^2): the square appears on the lines that the multisine omits.
 #[test]
 fn truth_distortion_shows_beside_the_lines_of_one_multisine() {
     let system = plant();

@@ -23,7 +23,7 @@ fn add(a: &[f64], b: &[f64], factor: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + factor * b).collect()
 }
 
-/// Share of the values whose 95 % band (magnitude and phase) holds the truth.
+/// Share of the values whose 95 % band (magnitude and phase) contains the true value.
 fn coverage(system: &DiscreteStateSpace, estimate: &ResponseEstimate) -> f64 {
     let values = estimate.response.iter().zip(truth(system, estimate)).zip(estimate.confidence(0.95));
     let held = values.filter(|((found, truth), band)| {
@@ -34,8 +34,8 @@ fn coverage(system: &DiscreteStateSpace, estimate: &ResponseEstimate) -> f64 {
     held.count() as f64 / estimate.response.len() as f64
 }
 
-/// A band made of a disk's extremes holds a little more than the disk; with some hundred lines the share is
-/// known to about 2 %.
+/// A band made of a disk's extremes contains slightly more than the disk; with some hundred lines the share
+/// is known to about 2 %.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=1.0;
 
 #[test]
@@ -47,7 +47,7 @@ fn truth_noise_response_lies_in_its_band() {
     let estimate = spectra.response(Estimator::H1, 2.0, 300.0).unwrap();
     assert_eq!(estimate.response.len(), 299);
     assert!(COVERAGE.contains(&coverage(&system, &estimate)), "{}", coverage(&system, &estimate));
-    // The bands are tight where the coherence is high: a few per cent.
+    // The bands are narrow where the coherence is high: a few per cent.
     let low = estimate.within(2.0, 40.0);
     assert!(
         low.confidence(0.95)
@@ -100,7 +100,7 @@ fn truth_local_polynomial_removes_leakage() {
         .zip(truth(&system, &estimate))
         .map(|(g, t)| (g - t).norm() / t.norm())
         .fold(0.0, f64::max);
-    // Local cubic remainder: a mode 16 Hz wide seen over 3 Hz leaves some 1e-3; one windowed record leaves
+    // Local cubic remainder: a mode 16 Hz wide over 3 Hz leaves about 1e-3; one windowed record leaves
     // several per cent.
     assert!(worst < 1e-2, "{worst}");
     let noisy = add(&output, &random.normal(input.len()), 0.3);
@@ -136,7 +136,7 @@ fn truth_periodic_response_is_exact_without_noise_and_banded_with() {
         .zip(truth(&system, &exact))
         .map(|(g, t)| (g - t).norm() / t.norm())
         .fold(0.0, f64::max);
-    // Transients have decayed by exp(-50 * 2) after two periods; what is left is rounding over the smallest
+    // Transients have decayed by exp(-50 * 2) after two periods; the remainder is rounding over the smallest
     // response.
     assert!(worst < 1e-10, "{worst}");
     let noisy = add(&output, &Uniform(6).normal(input.len()), 0.3);
@@ -263,8 +263,8 @@ fn truth_amplitude_and_dominant_frequency() {
     }
     let (frequency_hz, amplitude) = dominant_frequency(&record, PERIOD_S, (80.0, 400.0)).unwrap().unwrap();
     assert!((frequency_hz - 120.0).abs() < 1e-3 && (amplitude - 0.5).abs() < 1e-4);
-    // The transform itself, at and beside the place found: no neighbour is larger, and the amplitude is that
-    // of the transform there.
+    // The transform itself, at the found frequency and beside it: no neighbour is larger, and the amplitude
+    // is that of the transform there.
     let mean = record.iter().sum::<f64>() / record.len() as f64;
     let weights = Window::Hann.weights(record.len());
     let at = |hz: f64| {

@@ -1,4 +1,4 @@
-//! The space that links take up, and whether they run into each other.
+//! Shapes of links, and their collisions.
 
 use feeler_arm::Chain;
 use feeler_geometry::{GeometryError, Shape, overlap_m};
@@ -9,21 +9,20 @@ const THINNEST: f64 = 1e-3;
 /// Overlap by rounding, m.
 const TOUCHING: f64 = 1e-9;
 
-/// What the base, or what a joint moves, is made of.
+/// The shapes of the base, or of the bodies that a joint moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyShapes {
     /// `base`, or the name of the link.
     pub name: String,
     /// Its shapes, in the frame of the base or of that joint.
     pub shapes: Vec<(Shape, Isometry3<f64>)>,
-    /// Half the thickness of what has no shapes of its own and is a capsule from its joint to the next; zero
-    /// otherwise.
+    /// Half the thickness of a body without its own shapes, which is a capsule from its joint to the next;
+    /// zero otherwise.
     pub radius_m: f64,
 }
 
-/// Capsules from each joint to the next, for links of which nothing else is known, the base first: as thick
-/// as the cylinder that has their mass and their smallest moment of inertia, the base as thick as the first
-/// link.
+/// Capsules from each joint to the next, for links without known shapes, the base first. Each is as thick as
+/// the cylinder with the link's mass and smallest moment of inertia; the base is as thick as the first link.
 pub fn link_capsules(chain: &Chain) -> Vec<BodyShapes> {
     let radius = |i: usize| {
         let inertial = &chain.joints[i].inertial;
@@ -31,7 +30,7 @@ pub fn link_capsules(chain: &Chain) -> Vec<BodyShapes> {
         (2.0 * least / inertial.mass_kg).sqrt().max(THINNEST)
     };
     let body = |i: usize| {
-        // Body 0 is the base, body i what joint i - 1 moves.
+        // Body 0 is the base, body i is moved by joint i - 1.
         let next = chain.joints.get(i).map_or(chain.tool, |joint| joint.place).translation.vector;
         let radius_m = if i == 0 { radius(0) } else { radius(i - 1) };
         let name = if i == 0 { "base".to_owned() } else { chain.joints[i - 1].link.clone() };
@@ -40,7 +39,7 @@ pub fn link_capsules(chain: &Chain) -> Vec<BodyShapes> {
     (0..=chain.joints()).map(body).collect()
 }
 
-/// A capsule from a frame's origin to a point of it; a ball where the two are one.
+/// A capsule from a frame's origin to one of its points; a ball if the two coincide.
 fn capsule(end: Vector3<f64>, radius_m: f64) -> (Shape, Isometry3<f64>) {
     let length = end.norm();
     if length < THINNEST {
@@ -54,9 +53,9 @@ fn capsule(end: Vector3<f64>, radius_m: f64) -> (Shape, Isometry3<f64>) {
     )
 }
 
-/// The first two bodies of an arm that overlap at a pose, and how deep. Neighbours may: a joint is between
-/// them. So may capsules whose ends are nearer to each other along the arm than they are thick, which overlap
-/// at every pose.
+/// The first two bodies of an arm that overlap at a pose, and the depth. Neighbours may overlap, since a
+/// joint connects them. So may capsules whose ends are closer along the arm than their thickness; these
+/// overlap at every pose.
 pub(crate) fn overlap(
     chain: &Chain,
     bodies: &[BodyShapes],
@@ -64,7 +63,7 @@ pub(crate) fn overlap(
 ) -> Result<Option<(String, String, f64)>, GeometryError> {
     let skeleton = chain.skeleton(pose);
     let frame = |body: usize| if body == 0 { Isometry3::identity() } else { skeleton[body - 1] };
-    // Length of the arm from the end of one body to the beginning of another.
+    // Length of the arm from the end of one body to the start of another.
     let between = |i: usize, j: usize| -> f64 {
         let origin = |k: usize| frame(k) * Point3::origin();
         (i + 1..j).map(|k| (origin(k + 1) - origin(k)).norm()).sum()

@@ -10,12 +10,12 @@ use crate::bodies::{self, BodyShapes, numbers};
 use crate::error::ManipulatorError;
 use crate::joint::JointPart;
 
-/// A joint overlaps with itself by rounding, m.
+/// Overlap of a joint with itself by rounding, m.
 const TOUCHING: f64 = 1e-9;
-/// A free way along the normal is followed as far as this many times the arm's length.
+/// Largest free path along the normal, as a multiple of the arm's length.
 const REACHES: f64 = 2.0;
 
-/// An arm of few joints goes along the normal on an arc: so far beside it, over its way, it may get.
+/// An arm with few joints follows an arc along the normal: its largest lateral deviation over its path.
 const ON_AN_ARC: f64 = 0.1;
 
 /// A shape where it stands.
@@ -23,27 +23,27 @@ const ON_AN_ARC: f64 = 0.1;
 pub struct Part {
     /// The shape.
     pub shape: Shape,
-    /// Where it is: of a tip in the tool's frame, of a workpiece in the base's.
+    /// Its place: for a tip in the tool's frame, for a workpiece in the base's.
     pub place: Place,
 }
 
 /// How the arm begins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
-    /// Joint positions, rad or m; gears relaxed.
+    /// Joint positions, rad or m; gears are relaxed.
     pub pose: Vec<f64>,
-    /// From the tool into the workpiece, in the base's frame: the direction in which force is controlled.
+    /// The direction of force control: from the tool into the workpiece, in the base's frame.
     pub normal: [f64; 3],
-    /// Speed of the tool along the normal, m/s; nothing bends at first.
+    /// Speed of the tool along the normal, m/s; all parts start as a rigid arm.
     pub speed_m_per_s: f64,
 }
 
 /// Position control of the tool's other directions.
 ///
-/// With five joints or fewer only its position is held, and with one nothing is.
+/// With five joints or fewer only the position is held, and with one joint nothing is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// Natural frequency, Hz; zero for no position control at all.
+    /// Natural frequency, Hz; zero without position control.
     pub bandwidth_hz: f64,
     /// Damping ratio.
     pub damping_ratio: f64,
@@ -79,31 +79,31 @@ pub struct Cell {
     pub arm: Arm,
     /// One per joint, effects applied.
     pub joints: Vec<JointPart>,
-    /// The space that base and links take up, the base first.
+    /// Shapes of base and links, the base first.
     pub bodies: Vec<BodyShapes>,
     /// How it begins.
     pub start: Start,
     /// What touches the workpiece.
     pub tip: Part,
-    /// What is touched; it stands still.
+    /// The workpiece, which does not move.
     pub workpiece: Part,
     /// Position control of the other directions.
     pub hold: Hold,
-    /// The axis along the normal: its one contact is that of tip and workpiece, its one controller drives the
-    /// force along the normal, and its sensors read the contact's force or the way of the body that the
-    /// controller drives: the tool's way along the normal, as the joints' encoders tell it.
+    /// The axis along the normal. It has one contact, between tip and workpiece, and one controller, which
+    /// drives the force along the normal. Its sensors read the contact's force or the displacement of the
+    /// driven body: the tool's displacement along the normal, from the joints' encoders.
     pub scenario: Scenario,
-    /// Longest step, s; from the fastest mode where absent.
+    /// Longest step, s; by default from the fastest mode.
     pub step_s: Option<f64>,
 }
 
 impl Cell {
-    /// What holds the other directions when the arm is seen as an axis.
+    /// How the other directions are held in the reduction to an axis.
     pub fn others(&self) -> Others {
         if self.hold.bandwidth_hz > 0.0 { Others::Held } else { Others::Free }
     }
 
-    /// The axis that the arm is along the normal at the start.
+    /// The axis that represents the arm along the normal at the start.
     ///
     /// # Errors
     /// Those of [`Arm::reduce`].
@@ -121,8 +121,8 @@ impl Cell {
         Vector3::from(self.start.normal).normalize()
     }
 
-    /// Checks that the arm does not run into itself at the start, that the tip does not stand in the
-    /// workpiece, and that it can reach it along the normal.
+    /// Checks the start: the arm must not collide with itself, the tip must be outside the workpiece and must
+    /// be able to reach it along the normal.
     ///
     /// # Errors
     /// [`ManipulatorError::SelfIntersects`], [`ManipulatorError::Penetrates`],
@@ -167,7 +167,7 @@ impl Cell {
     }
 }
 
-/// How far a way along the normal is followed, m.
+/// Largest path along the normal, m.
 pub(crate) fn farthest_m(chain: &Chain) -> f64 {
     let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
     REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>()

@@ -1,4 +1,4 @@
-//! What can be wrong with an arm against a workpiece.
+//! Errors of an arm against a workpiece.
 
 use std::borrow::Cow;
 
@@ -39,7 +39,7 @@ pub enum ManipulatorError {
         /// How deep.
         depth_m: f64,
     },
-    /// On its way along the normal the tip passes the workpiece.
+    /// The tip passes the workpiece on its path along the normal.
     #[error("along the normal from its start the tip never meets the workpiece")]
     NeverMeets,
     /// The place of contact is beyond the arm's reach.
@@ -49,11 +49,11 @@ pub enum ManipulatorError {
         short(*.travel_m), short(.place_m[0]), short(.place_m[1]), short(.place_m[2]), short(*.left_m)
     )]
     OutOfReach {
-        /// How far it would have to go.
+        /// Required path, m.
         travel_m: f64,
         /// Where the tool would be.
         place_m: [f64; 3],
-        /// How far away the best pose is.
+        /// Distance of the best pose, m.
         left_m: f64,
     },
     /// Two bodies of the arm overlap at the start.
@@ -66,17 +66,17 @@ pub enum ManipulatorError {
         /// How deep.
         depth_m: f64,
     },
-    /// A step at which the stiffest mode grows.
+    /// A step with which the stiffest mode grows.
     #[error("steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s")]
     Step {
         /// What was asked for.
         step_s: f64,
         /// Rate of the fastest mode.
         rate_per_s: f64,
-        /// The longest step that can be taken.
+        /// The longest possible step, s.
         most_s: f64,
     },
-    /// A run of more steps than anybody waits for.
+    /// A run with too many steps to wait for.
     #[error(
         "{what} asks for steps of {step_s:.3e} s, and {duration_s} s are {steps:.3e} of them, while at most \
          {most:.0e} are taken"

@@ -1,5 +1,5 @@
-//! The equations of motion of one mode: what acts at a state, what follows from it, and how far the state is
-//! from leaving the mode.
+//! The equations of motion of one mode: forces and derivatives at a state, and its distance from leaving the
+//! mode.
 
 use feeler_arm::{Arm, Posture};
 use feeler_geometry::Pair;
@@ -13,14 +13,14 @@ use crate::joint::JointPart;
 use crate::mode::{Change, Mode, index_of};
 use crate::state::{Layout, filtered};
 
-/// The whole arm and what it touches.
+/// The whole arm and its workpiece.
 #[derive(Clone, Debug)]
 pub(crate) struct Plant {
     pub(crate) arm: Arm,
     pub(crate) joints: Vec<JointPart>,
     pub(crate) pair: Pair,
     pub(crate) law: ForceLaw,
-    /// How much farther away the surface is than its shape says, m.
+    /// Additional distance of the surface beyond its shape, m.
     pub(crate) gap_m: f64,
     pub(crate) sensors: Vec<SensorPart>,
     pub(crate) layout: Layout,
@@ -28,10 +28,10 @@ pub(crate) struct Plant {
     pub(crate) normal: Vector3<f64>,
 }
 
-/// How tip and workpiece stand to each other.
+/// Relative position of tip and workpiece.
 #[derive(Clone, Debug)]
 pub(crate) struct Touch {
-    /// Depth, m, and its rate, m/s; below zero apart.
+    /// Depth, m, and its rate, m/s; negative when apart.
     pub(crate) depth: f64,
     pub(crate) rate: f64,
     pub(crate) point_m: [f64; 3],
@@ -44,20 +44,20 @@ pub(crate) struct Touch {
 pub(crate) struct Evaluation<'a> {
     pub(crate) posture: Posture<'a>,
     pub(crate) touch: Option<Touch>,
-    /// The contact's law, whether it acts or not, N.
+    /// Force of the contact's law, active or not, N.
     law_n: f64,
     /// Force between tip and workpiece and its elastic part, N.
     pub(crate) force_n: f64,
     pub(crate) spring_n: f64,
-    /// Torque of each drive, after its lags.
+    /// Torque of each drive after its lags.
     pub(crate) drive: Vec<f64>,
     gear: Vec<f64>,
-    /// Torque on each motor but for its dry friction.
+    /// Torque on each motor without its dry friction.
     net: Vec<f64>,
 }
 
 impl Plant {
-    /// What acts at a state; `inputs` are the commands as the drives act on them.
+    /// Forces at a state; `inputs` are the commands on which the drives act.
     pub(crate) fn evaluate(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Evaluation<'_> {
         let layout = &self.layout;
         let posture = self.arm.chain().posture(layout.links(x));
@@ -89,7 +89,7 @@ impl Plant {
     fn touch(&self, posture: &Posture<'_>, speeds: &[f64]) -> Option<Touch> {
         let tool = posture.tool();
         let (position, turn) = numbers(&tool);
-        // Shapes that cannot be measured have been refused before.
+        // Shapes without a distance algorithm have been rejected before.
         let nearest = self.pair.nearest(position, turn).ok()??;
         let normal = Vector3::from(nearest.normal);
         let arm = Vector3::from(nearest.point_m) - tool.translation.vector;
@@ -101,7 +101,7 @@ impl Plant {
         Some(Touch { depth: -nearest.distance_m - self.gap_m, rate, point_m: nearest.point_m, normal, along })
     }
 
-    /// The contact's force and its elastic part if it acts, N.
+    /// The contact's force and its elastic part when it acts, N.
     fn law_of(&self, touch: &Touch) -> (f64, f64) {
         let law = self.law;
         let whole = NonlinearTerm { law: NonlinearLaw::Contact { contact: 0, law, unilateral: true } };
@@ -109,10 +109,10 @@ impl Plant {
         (whole.value(touch.depth, touch.rate), elastic.value(touch.depth, touch.rate))
     }
 
-    /// What a sensor reads before its filters, as a function of the state.
+    /// Signal of a sensor before its filters, as a function of the state.
     pub(crate) fn source(&self, sensor: &SensorPart, now: &Evaluation<'_>) -> f64 {
         match sensor.source {
-            // A wrist sensor feels the part of the force that is against the controlled direction.
+            // A wrist sensor measures the component of the force against the controlled direction.
             Source::Contact(_, Quantity::SpringForce) => now.spring_n * self.cosine(now),
             _ => now.force_n * self.cosine(now),
         }
@@ -122,7 +122,7 @@ impl Plant {
         now.touch.as_ref().map_or(1.0, |touch| touch.normal.dot(&self.normal))
     }
 
-    /// Derivatives of the state; `None` if the mass matrix has lost its meaning.
+    /// Derivatives of the state; `None` if the mass matrix is not positive definite.
     pub(crate) fn slope(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<DVector<f64>> {
         let layout = &self.layout;
         let n = layout.joints;
@@ -163,7 +163,7 @@ impl Plant {
         Some(slope)
     }
 
-    /// Which limits of their positions links are beyond: -1 the lower, 1 the upper, 0 none.
+    /// Links beyond their position limits: -1 the lower, 1 the upper, 0 none.
     pub(crate) fn beyond(&self, x: &DVector<f64>) -> Vec<i8> {
         let side = |(position, [lower, upper]): (&f64, [f64; 2])| {
             i8::from(*position > upper) - i8::from(*position < lower)
@@ -176,8 +176,8 @@ impl Plant {
             .collect()
     }
 
-    /// What the stop at the end of a joint's travel puts on its link: a buffer as stiff and as damped as the
-    /// joint's gear, which only pushes back.
+    /// Torque of the stop at the end of a joint's travel on its link: a buffer with the stiffness and damping
+    /// of the joint's gear, which only pushes back.
     fn stop(&self, joint: usize, position: f64, speed: f64) -> f64 {
         let ([lower, upper], gear) = (self.arm.chain().joints[joint].limits, &self.joints[joint].gear);
         let push = |depth: f64, rate: f64| {
@@ -186,8 +186,8 @@ impl Plant {
         push(lower - position, -speed) - push(position - upper, speed)
     }
 
-    /// Depth of the contact, m (below zero apart), its rate, m/s, and how fast that grows, m/s2, but for the
-    /// turning of normal and arm; `None` if the two are far apart.
+    /// Depth of the contact, m (negative when apart), its rate, m/s, and its acceleration, m/s2, without the
+    /// rotation of normal and arm. `None` if the two are far apart.
     pub(crate) fn compression(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<[f64; 3]> {
         let touch = self.evaluate(x, mode, inputs).touch?;
         let n = self.layout.joints;
@@ -195,8 +195,8 @@ impl Plant {
         Some([touch.depth, touch.rate, touch.along.dot(&slope.rows(3 * n, n))])
     }
 
-    /// How far a state is from leaving its mode, for each change that there can be: zero or above within it.
-    /// In N, N m and rad/s, whichever it is.
+    /// Distances of a state from leaving its mode, one for each possible change, in N, N m or rad/s. They are
+    /// zero or positive within the mode.
     pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, now: &Evaluation<'_>) -> Vec<(Change, f64)> {
         let mut margins = Vec::with_capacity(1 + 3 * self.layout.joints);
         let contact = self.contact_rules(mode.contact, now);
@@ -218,7 +218,7 @@ impl Plant {
     }
 
     fn contact_rules(&self, state: ContactState, now: &Evaluation<'_>) -> Vec<(f64, ContactState)> {
-        // Far apart it is as far from touching as it is from being measured.
+        // Far apart, the distance from touching is that from being measured.
         let Some(touch) = &now.touch else {
             return state.guards(&-1.0, || vec![(-1.0, ContactState::Open)]);
         };
@@ -243,7 +243,7 @@ impl Plant {
         ]
     }
 
-    /// Takes a change of mode at a state: the states that the switch leaves and enters.
+    /// Applies a change of mode at a state; returns the old and new state of the switch.
     pub(crate) fn change(
         &self,
         change: Change,
@@ -264,7 +264,7 @@ impl Plant {
         }
     }
 
-    /// The mode of a state at the start, all surfaces apart until their margins are asked.
+    /// The mode of an initial state, with all surfaces apart until their margins are evaluated.
     pub(crate) fn first_mode(&self, x: &DVector<f64>, inputs: &[f64]) -> Mode {
         let n = self.layout.joints;
         let mut mode = Mode::open(n);

@@ -5,16 +5,16 @@ use nalgebra::{DMatrix, DVector, Isometry3, Vector3};
 
 use crate::cell::Hold;
 
-/// Singular values below this share of the largest count as directions in which the arm cannot move.
+/// Singular values below this share of the largest are directions in which the arm cannot move.
 const SINGULAR: f64 = 1e-6;
-/// From this number of joints on, the tool's orientation is held, too.
+/// From this number of joints on, the tool's orientation is held as well.
 const ALL_DIRECTIONS: usize = 6;
 
-/// Holds the tool at a place in all directions but one: with `T` the Jacobian of the held directions and `M`
+/// Holds the tool at a place in all directions but one. With `T` the Jacobian of the held directions and `M`
 /// the mass of links and rotors, the torques are `T' (T M^-1 T')^-1 (w^2 e - 2 zeta w v)` (O. Khatib, "A
 /// unified approach for motion and force control of robot manipulators", IEEE J. Robotics and Automation 3,
-/// 1987), so that every held direction has the natural frequency `w` and none of these torques pushes along
-/// the normal.
+/// 1987). Every held direction then has the natural frequency `w`, and none of these torques pushes along the
+/// normal.
 #[derive(Clone, Debug)]
 pub(crate) struct HoldControl {
     hold: Hold,
@@ -28,8 +28,8 @@ impl HoldControl {
         Self { hold, home: arm.chain().tool_place(pose), normal, reflected: arm.reflected_inertia_kg_m2() }
     }
 
-    /// Joint torques for a force along the normal and what holds the other directions, from what the encoders
-    /// tell.
+    /// Joint torques for a force along the normal and for holding the other directions, from the encoder
+    /// readings.
     pub(crate) fn torques(
         &self,
         arm: &Arm,
@@ -74,9 +74,9 @@ impl HoldControl {
     }
 }
 
-/// Two directions square to a normal and to each other.
+/// Two directions perpendicular to a normal and to each other.
 fn sides(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    // The axis that is farthest from the normal.
+    // The axis with the largest angle to the normal.
     let least = normal.map(f64::abs).imin();
     let first = normal.cross(&Vector3::ith(least, 1.0)).normalize();
     [first, normal.cross(&first)]

@@ -1,5 +1,4 @@
-//! What moves a joint: the drive of a URDF's joint as elements of the plant, so that every effect is applied
-//! by its one definition.
+//! The drive of a URDF's joint as elements of the plant, so that every effect has a single definition.
 
 use feeler_arm::JointDrive;
 use feeler_plant::assembly::{Drive, Friction, Link, SensorPart, assemble};
@@ -16,11 +15,11 @@ const GUIDE: &str = "guide";
 const GEAR: &str = "gear";
 const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
-/// The link's own inertia is the chain's business.
+/// The chain has the link's own inertia.
 const ANY_INERTIA: f64 = 1.0;
 
-/// The elements of a joint: guide, gear, drive and encoder. What each is to the library, and the effects that
-/// it takes.
+/// The elements of a joint: guide, gear, drive and encoder. Each has its kind in the library and the effects
+/// that it accepts.
 const ELEMENTS: [(HostKind, &[Kind]); 4] = [
     (
         HostKind::Spring,
@@ -47,29 +46,28 @@ const ELEMENTS: [(HostKind, &[Kind]); 4] = [
     (HostKind::MotionSensor, &[Kind::EncoderResolution]),
 ];
 
-/// The effects that a joint takes.
+/// The effects that a joint accepts.
 pub fn joint_effects() -> impl Iterator<Item = Kind> {
     ELEMENTS.iter().flat_map(|(_, kinds)| kinds.iter().copied())
 }
 
-/// Which element of a joint an effect disturbs; none for an effect that a joint does not take.
+/// The joint's element that an effect acts on; `None` if a joint does not accept it.
 fn element_of(kind: Kind) -> Option<usize> {
     ELEMENTS.iter().position(|(_, kinds)| kinds.contains(&kind))
 }
 
-/// What the element that such an effect disturbs is to the library; none for an effect that a joint does not
-/// take.
+/// Kind, in the library, of the element that such an effect acts on; `None` if a joint does not accept it.
 pub fn joint_effect_host(kind: Kind) -> Option<HostKind> {
     element_of(kind).map(|element| ELEMENTS[element].0)
 }
 
-/// The motor's side of a joint, its gear, its drive and its encoder, effects applied; all at the joint's side
-/// of the gear.
+/// The motor's side of a joint, its gear, its drive and its encoder, with effects applied; all values at the
+/// joint's side of the gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPart {
     /// Name of the joint.
     pub name: String,
-    /// Inertia of the rotor at the joint, kg m² (kg for a joint that slides).
+    /// Inertia of the rotor at the joint, kg m² (kg for a prismatic joint).
     pub inertia: f64,
     /// Friction of the motor's side, and constant loads.
     pub guide: Link,
@@ -77,7 +75,7 @@ pub struct JointPart {
     pub gear: Link,
     /// From command to torque.
     pub drive: Drive,
-    /// What the controller knows of the motor's position.
+    /// The controller's reading of the motor position.
     pub encoder: SensorPart,
 }
 
@@ -105,8 +103,8 @@ impl JointPart {
         }
     }
 
-    /// Torque of the gear on the link for a twist (motor before link) and its rate, by the states of its
-    /// lower and upper flank where it has play.
+    /// Torque of the gear on the link for a twist (motor before link) and its rate. With play it depends on
+    /// the states of the lower and upper flank.
     pub(crate) fn gear_torque(&self, twist: [f64; 2], flanks: [ContactState; 2]) -> f64 {
         if self.gear.play <= 0.0 {
             return self.law(twist, None)[1];
@@ -119,8 +117,8 @@ impl JointPart {
             .sum()
     }
 
-    /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law:
-    /// positive where it is compressed and where it pushes.
+    /// Compression of a flank as the torque of its linear spring alone, and the whole torque of its law:
+    /// positive when compressed and when pushing.
     pub(crate) fn pressed(&self, twist: [f64; 2], side: StopSide) -> [f64; 2] {
         self.law(twist, Some(side)).map(|torque| side.sign() * torque)
     }
@@ -133,7 +131,7 @@ impl JointPart {
         [linear, linear + hardening.value(depth, 0.0) + self.gear.damping * rate]
     }
 
-    /// What the dry friction of a motor at rest could still take forward and backward, with `net` on it.
+    /// Remaining dry friction of a motor at rest forward and backward, with the torque `net` on it.
     pub(crate) fn room(&self, net: f64) -> [f64; 2] {
         [self.friction(0.0, 1.0) - net, self.friction(0.0, -1.0) + net]
     }
@@ -148,8 +146,8 @@ impl JointPart {
         self.drive.ripples.iter().map(term).sum()
     }
 
-    /// Size of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero speed
-    /// the most that it holds.
+    /// Magnitude of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero
+    /// speed the largest holding torque.
     pub(crate) fn friction(&self, speed: f64, sign: f64) -> f64 {
         let Friction { forward, backward, stribeck_excess: excess, stribeck_velocity: velocity, .. } =
             self.guide.friction;
@@ -226,7 +224,7 @@ fn machine(
     Ok(machine)
 }
 
-/// A mistake of an element of the joint as one of the joint: `springs.gear.effects.backlash` is
+/// Converts the key of a mistake from an element to the joint: `springs.gear.effects.backlash` becomes
 /// `effects.backlash`.
 fn of_joint(problem: Problem) -> Problem {
     let key =
@@ -266,7 +264,7 @@ mod tests {
         let joint = JointPart::new("elbow", &drive(), false, &effects).unwrap();
         let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING * (1.0 + b.abs()), "{a} {b}");
         near(joint.inertia, 1.0);
-        // Nothing within the play; beyond it the depth alone counts.
+        // No torque within the play; beyond it only the depth counts.
         let [lower, upper] =
             [[ContactState::Pushing, ContactState::Open], [ContactState::Open, ContactState::Pushing]];
         near(joint.gear_torque([0.005, 1.0], [ContactState::Open; 2]), 0.0);

@@ -1,21 +1,21 @@
-//! Which contacts push and which joints stick: between changes of these the motion is smooth. The states and
-//! their rules are those of every machine ([`feeler_plant::motion::modes`]).
+//! The mode: which contacts push and which joints stick. The motion is smooth while it lasts. States and
+//! rules are those of every machine ([`feeler_plant::motion::modes`]).
 
 use feeler_plant::motion::{ContactState, FrictionState, StopSide};
 
-/// What is in touch, and what slides.
+/// Contacts in touch, and sliding joints.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mode {
     /// Tip and workpiece.
     pub(crate) contact: ContactState,
     /// Lower and upper flank of each gear's play.
     pub(crate) flanks: Vec<[ContactState; 2]>,
-    /// The dry friction of each motor; `None` where there is none.
+    /// The dry friction of each motor; `None` without friction.
     pub(crate) slides: Vec<Option<FrictionState>>,
 }
 
 impl Mode {
-    /// Everything apart, and nothing that sticks.
+    /// All contacts apart, and no joint sticking.
     pub(crate) fn open(joints: usize) -> Self {
         Self {
             contact: ContactState::Open,
@@ -30,18 +30,18 @@ impl Mode {
     }
 }
 
-/// A switch, and the state that it goes to.
+/// A switch, and its new state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change {
     /// Of tip and workpiece.
     Contact(ContactState),
     /// Of a flank of a gear.
     Flank(usize, StopSide, ContactState),
-    /// Of the dry friction of a motor; `None`: it comes to rest, and the torques on it decide.
+    /// Of the dry friction of a motor. `None`: it comes to rest, and its torques decide.
     Slide(usize, Option<FrictionState>),
 }
 
-/// The place of a flank among the two of its gear.
+/// Index of a flank among the two of its gear.
 pub(crate) fn index_of(side: StopSide) -> usize {
     usize::from(side == StopSide::Upper)
 }

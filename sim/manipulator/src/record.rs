@@ -10,12 +10,12 @@ use crate::mode::Change;
 /// Joint events that are kept.
 const MOST_EVENTS: usize = 1_000_000;
 
-/// A joint that met the upper limit of its position.
+/// A joint that reached the upper limit of its position.
 pub const UPPER: &str = "upper limit";
 /// The lower one.
 pub const LOWER: &str = "lower limit";
 
-/// A joint that stuck or broke loose, whose play met a flank or left it, or that met the end of its travel.
+/// A joint that stuck or broke loose, met or left a flank of its play, or reached the end of its travel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEvent {
     /// When, s.
@@ -30,9 +30,9 @@ pub struct JointEvent {
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// Force, compression and command along the normal, readings, and whether a joint's torque was at its
-    /// limit (`joints.limited`), at the rate of the measures; with the contact's events.
+    /// limit (`joints.limited`), at the rate of the measures, with the contact's events.
     pub measures: Trace,
-    /// The same, and joints, tool, point of contact and normal, at the rate of the file.
+    /// The same, with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
     /// What happened in the joints.
     pub joint_events: Vec<JointEvent>,
@@ -43,7 +43,7 @@ pub(crate) fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
     Observer::record(trace, t_s, row);
 }
 
-/// Names of the recorded signals: those of the measures, and those that the motion has beside them.
+/// Names of the recorded signals: those of the measures, and the additional ones of the motion.
 pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     let contact = &assembly.contacts[0].name;
     let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
@@ -72,7 +72,7 @@ pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     [measures, motion]
 }
 
-/// Notes joints that have come to the end of their travel.
+/// Records joints that have reached the end of their travel.
 pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i8]) {
     for (joint, (was, is)) in before.iter().zip(now).enumerate() {
         if was != is && *is != 0 && record.joint_events.len() < MOST_EVENTS {
@@ -81,7 +81,7 @@ pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i
     }
 }
 
-/// Notes a change from one state to another as the event that it is, if it is one.
+/// Records a change of state as an event, if it is one.
 pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
     let Some(kind) = EventKind::of(Switch::Contact(0), from, to) else { return };
     match change {

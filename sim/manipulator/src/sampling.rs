@@ -1,4 +1,4 @@
-//! What happens at instants: readings, control, commands that arrive.
+//! Actions at instants: readings, control, arrivals of commands.
 
 use std::collections::VecDeque;
 
@@ -12,10 +12,10 @@ use crate::cell::Cell;
 use crate::error::ManipulatorError;
 use crate::hold::HoldControl;
 
-/// A command of a drive counts as beyond its limit from this share of it on.
+/// Share of its limit from which a command of a drive counts as limited.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// The controller, with its clock and what is under way.
+/// The controller, with its clock and its outputs in transit.
 #[derive(Debug)]
 pub(crate) struct Control {
     controller: Controller<f64>,
@@ -30,7 +30,7 @@ pub(crate) struct Control {
     reading: Option<(usize, Tap<f64>)>,
     motion: Option<(usize, Tap<f64>)>,
     motion_is_velocity: bool,
-    /// Force along the normal and joint torques, and when they arrive.
+    /// Force along the normal and joint torques in transit, with their arrival times.
     pending: VecDeque<(f64, f64, DVector<f64>)>,
     hold: HoldControl,
     last: Option<DVector<f64>>,
@@ -75,12 +75,12 @@ impl Control {
         })
     }
 
-    /// Whether it has sampled, and its approach has not ended.
+    /// Whether it has sampled and is still in its approach.
     pub(crate) fn is_approaching(&self) -> bool {
         self.next_sample > 0 && !self.controller.in_contact_phase()
     }
 
-    /// When something is due next: a sample, a reading for one, or the arrival of an output.
+    /// Time of the next action: a sample, a reading for one, or the arrival of an output.
     pub(crate) fn next_instant_s(&self) -> f64 {
         let taps = [&self.reading, &self.motion].into_iter().flatten().map(|(_, tap)| tap.next_s);
         let arrival = self.pending.front().map_or(f64::INFINITY, |(t, ..)| *t);
@@ -95,7 +95,7 @@ impl Control {
         }
     }
 
-    /// Takes the sample that is due; `motors` are what the joints' encoders tell.
+    /// Takes the sample that is due; `motors` are the readings of the joints' encoders.
     pub(crate) fn sample(&mut self, t_s: f64, arm: &Arm, sensors: &[Sensing<f64>], motors: &[f64]) {
         let sample_s = self.next_s;
         let read = |tapped: &mut Option<(usize, Tap<f64>)>| {
@@ -108,7 +108,7 @@ impl Control {
         let force_n = self.controller.sample(sample_s, &inputs, self.wanted);
         let now = DVector::from_column_slice(motors);
         if let Some(last) = &self.last {
-            // Backward Euler of a first-order filter on the differences.
+            // Backward Euler form of a first-order filter on the differences.
             let tau = self.velocity_filter_s;
             self.speeds = (tau * &self.speeds + &now - last) / (tau + self.period_s);
         }
@@ -147,7 +147,7 @@ impl Drives {
         }
     }
 
-    /// Takes new commands; what a drive acts on at once goes into `inputs`.
+    /// Takes new commands; those without delay go into `inputs`.
     pub(crate) fn issue(&mut self, t_s: f64, torques: &DVector<f64>, inputs: &mut [f64]) {
         for ((chain, torque), input) in self.chains.iter_mut().zip(torques).zip(inputs) {
             if let Some(acting) = chain.issue(t_s, *torque) {
@@ -170,7 +170,7 @@ impl Drives {
         self.chains.iter().map(DriveChain::next_arrival_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether some command is beyond its limit.
+    /// Whether some command exceeds its limit.
     pub(crate) fn limited(&self) -> bool {
         self.chains.iter().zip(&self.limits).any(|(chain, limit)| chain.command.abs() >= limit * AT_LIMIT)
     }

@@ -1,4 +1,4 @@
-//! An arm and its controller through time.
+//! Simulation of an arm and its controller over time.
 
 use feeler_arm::Reduction;
 use feeler_engine::parts::{Sensing, Tap, due};
@@ -17,13 +17,13 @@ use crate::sampling::{Control, Drives};
 use crate::state::{Layout, filtered};
 use crate::stepping::{advance, settle};
 
-/// Steps over the time in which the fastest mode turns by a radian or decays by 1/e.
+/// Step over the time in which the fastest mode turns by a radian or decays by 1/e.
 const STEP_SHARE: f64 = 0.4;
-/// The same for the longest step; classical Runge-Kutta is stable to 2.78.
+/// The same for the longest step; classical Runge-Kutta is stable up to 2.78.
 const LONGEST_SHARE: f64 = 2.5;
-/// Compression at which a contact that is no linear spring is taken for one, m.
+/// Compression at which a nonlinear contact is linearised, m.
 const TYPICAL_DEPTH_M: f64 = 1e-4;
-/// Joint positions beyond which a motion has left all bounds, rad or m.
+/// Joint positions beyond which a motion has diverged, rad or m.
 const BOUND: f64 = 1e6;
 
 /// How a run ended.
@@ -63,12 +63,12 @@ pub struct Simulation {
     beyond: Vec<i8>,
 }
 
-/// Most steps of a run: some ten minutes of work.
+/// Largest number of steps of a run: about ten minutes of work.
 const MOST_STEPS: f64 = 1e7;
 
 impl Simulation {
-    /// A cell at its start, with a record of the measures at `rate_hz` and of the motion at every `every`th
-    /// of its rows.
+    /// A cell at its start. It records the measures at `rate_hz` and the motion at every `every`th of its
+    /// rows.
     ///
     /// # Errors
     /// Mistakes of arm, shapes, wiring and controller; see [`ManipulatorError`].
@@ -163,12 +163,12 @@ impl Simulation {
         &self.assembly
     }
 
-    /// Whether the controller is still in its approach: it waits for a force that it has not met.
+    /// Whether the controller is still in its approach and waits for its contact force.
     pub fn is_approaching(&self) -> bool {
         self.control.is_approaching()
     }
 
-    /// Whether the tool may come to the workpiece by going on along the normal: the workpiece is on its way,
+    /// Whether the tool can reach the workpiece by continuing along the normal: the workpiece is on its path,
     /// and no joint is at the end of its travel.
     pub fn has_a_way(&self) -> bool {
         let tool = self.plant.arm.chain().tool_place(self.plant.layout.links(&self.x));
@@ -182,9 +182,8 @@ impl Simulation {
         matches!(ahead, Ok(Some(_))) && self.beyond.iter().all(|side| *side == 0)
     }
 
-    /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast
-    /// that grows, m/s, and how fast this does, m/s2 (but for the turning of the normal); `None` if they are
-    /// far apart.
+    /// Penetration of tip and workpiece at the present time, m (negative across a gap), its rate, m/s, and
+    /// its acceleration, m/s2 (without the rotation of the normal). `None` if they are far apart.
     pub fn compression(&self) -> Option<[f64; 3]> {
         self.plant.compression(&self.x, &self.mode, &self.inputs)
     }
@@ -194,7 +193,7 @@ impl Simulation {
         self.record
     }
 
-    /// Moves on to an instant; what is due there is served at the next call, or where the run ends.
+    /// Continues to an instant; actions due there are executed at the next call, or at the end of the run.
     pub fn run_to(&mut self, until_s: f64) -> Finished {
         let end = loop {
             self.serve();
@@ -210,7 +209,7 @@ impl Simulation {
         Finished { end, end_s: self.t_s, steps: self.steps }
     }
 
-    /// Serves what is due at the end of a run.
+    /// Executes the actions that are due at the end of a run.
     pub fn finish(&mut self) {
         self.serve();
     }
@@ -253,8 +252,8 @@ impl Simulation {
         bounded.then_some(())
     }
 
-    /// Serves every instant that is due, in the order of the engine: readings are taken, the controller
-    /// samples, signals are recorded, commands arrive.
+    /// Serves every instant that is due, in the order of the engine: readings, samples of the controller,
+    /// records, arrivals of commands.
     fn serve(&mut self) {
         let t_s = self.t_s;
         let samples = due(self.control.next_s, t_s);
@@ -287,7 +286,7 @@ impl Simulation {
         }
     }
 
-    /// What each sensor gets: after its filters, before its delay.
+    /// Signal of each sensor after its filters and before its delay.
     fn signals(&self, motors: &[f64]) -> Vec<f64> {
         let plant = &self.plant;
         let now = plant.evaluate(&self.x, &self.mode, &self.inputs);
@@ -346,7 +345,7 @@ impl Simulation {
     }
 }
 
-/// The longest step: what was asked for, or a share of the fastest mode's time.
+/// The longest step: as requested, or a share of the fastest mode's time.
 fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, ManipulatorError> {
     let law = plant.law;
     let stiffness = law.stiffness * law.exponent * TYPICAL_DEPTH_M.powf(law.exponent - 1.0);
@@ -380,7 +379,7 @@ fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, Mani
     Ok(step_s)
 }
 
-/// What makes the steps short, in words and as a key.
+/// The cause of short steps, in words and as a key.
 fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String, String) {
     if cell.step_s.is_some() {
         return ("`run.step`".into(), "run.step".into());
@@ -389,7 +388,7 @@ fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String,
         return ("the damping of the contact".into(), "contacts".into());
     }
     let reflected = cell.arm.reflected_inertia_kg_m2();
-    // The rate of a rotor on its gear, by which a joint's own motion is recognised.
+    // The rate of a rotor on its gear, which identifies a joint's own motion.
     let rate = |i: usize| {
         let drive = &cell.arm.drives()[i];
         (drive.stiffness_n_m_per_rad / reflected[i]).sqrt().max(drive.damping_n_m_s_per_rad / reflected[i])

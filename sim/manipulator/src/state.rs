@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use crate::joint::JointPart;
 
-/// Where each number stands in the state: motors, links, their speeds, lags of drives, filters of sensors.
+/// Positions of the numbers in the state: motors, links, their speeds, lags of drives, filters of sensors.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub(crate) joints: usize,
@@ -55,8 +55,7 @@ pub(crate) fn order(filter: &LowPass) -> usize {
     }
 }
 
-/// The signal after a row of filters whose numbers begin at `first`; the derivatives of these go into
-/// `slope`.
+/// The signal after a series of filters whose states begin at `first`; their derivatives go into `slope`.
 pub(crate) fn filtered(
     filters: &[LowPass],
     first: usize,

@@ -1,4 +1,4 @@
-//! Steps that end where the mode does.
+//! Steps that end with their mode.
 
 use feeler_plant::motion::SwitchState;
 use nalgebra::DVector;
@@ -6,13 +6,13 @@ use nalgebra::DVector;
 use crate::evaluation::Plant;
 use crate::mode::{Change, Mode};
 
-/// Changes within one step after which the rest of it is taken as it is, and the changes at its end.
+/// Number of changes within one step after which the rest is taken in one piece, with the changes at its end.
 const MOST_CHANGES: usize = 32;
-/// Trials to find the end of a mode; every third halves what is left.
+/// Largest number of trials for the end of a mode; every third is a bisection.
 const TRIALS: usize = 120;
-/// How closely the end of a mode is found, over the step.
+/// Tolerance of the end of a mode, over the step.
 const CLOSE: f64 = 1e-11;
-/// How far beside a secant it is tried, over the step.
+/// Offset of a trial from the secant, over the step.
 const NUDGE: f64 = 0.4 * CLOSE;
 
 /// Classical Runge-Kutta over `h` within a mode.
@@ -30,8 +30,8 @@ fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
     plant.margins(x, mode, &now).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
 }
 
-/// Changes the mode until the state is within it, at one instant; a change is taken once. `changed` gets it
-/// with the states that its switch left and entered.
+/// Changes the mode at one instant until the state is within it; each change occurs once. `changed` receives
+/// each change with the old and new state of its switch.
 pub(crate) fn settle(
     plant: &Plant,
     x: &mut DVector<f64>,
@@ -55,8 +55,8 @@ pub(crate) fn settle(
     }
 }
 
-/// Moves a state on by `h`; `changed` gets the time from the beginning of the step of every switch. `None`
-/// where the numbers leave all bounds.
+/// Moves a state by `h`; `changed` receives the time of every switch from the start of the step. `None` if
+/// the state is not finite.
 pub(crate) fn advance(
     plant: &Plant,
     x: &mut DVector<f64>,
@@ -87,8 +87,8 @@ pub(crate) fn advance(
     Some(())
 }
 
-/// The first instant outside the mode, and the state there, by secants and halving. `next` is the state after
-/// `h`, where the least margin is `ends`.
+/// The first instant outside the mode, and the state there, by secants and bisection. `next` is the state
+/// after `h`, where the smallest margin is `ends`.
 fn locate(
     plant: &Plant,
     x: &DVector<f64>,
@@ -105,8 +105,8 @@ fn locate(
         }
         let middle = 0.5 * (low + high);
         let secant = low + (high - low) * low_margin / (low_margin - high_margin);
-        // Where the secant is right, a little after it and a little before it close the border in; every
-        // third trial halves whatever is left.
+        // If the secant is right, trials slightly after and before it bracket the border; every third trial
+        // is a bisection.
         let nudged = match trial % 3 {
             0 => secant + NUDGE * h,
             1 => secant - NUDGE * h,

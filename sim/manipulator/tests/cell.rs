@@ -1,5 +1,5 @@
-//! The arm in its cell: order of the steps, the arm's own simulation against a wall, dry friction, and
-//! refusals.
+//! The arm in its cell: order of the steps, comparison with the arm's own simulation against a wall, dry
+//! friction, and rejected input.
 
 #![expect(
     clippy::unwrap_used,
@@ -80,7 +80,7 @@ fn contact(stiffness: f64, damping: f64) -> Contact {
     Contact::kelvin_voigt("tip", GROUND, stiffness, damping)
 }
 
-/// A table whose top is `gap_m` under the tool, which points down at a place; the tip's lowest point is the
+/// A table whose top is `gap_m` below the tool, which points down at a place; the tip's lowest point is the
 /// tool's origin.
 fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenario) -> Cell {
     let joints = arm
@@ -114,8 +114,8 @@ fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
     simulation.into_record().measures.columns.swap_remove(0)
 }
 
-/// Fourth order: halving the step divides the error by 16; the least slope of its logarithm that still tells
-/// fourth order from third.
+/// Fourth order: halving the step divides the error by 16. This is the smallest slope of its logarithm that
+/// separates fourth order from third.
 const FOURTH: f64 = 3.6;
 
 #[test]
@@ -136,8 +136,8 @@ fn order_the_force_of_an_impact_converges_at_fourth_order_through_touch_and_lift
     }
 }
 
-/// The tip's point wanders off the tool's origin by the radius times the turn of the tool in an impact; both
-/// steppers' own errors are smaller.
+/// The tip's point moves away from the tool's origin by the radius times the rotation of the tool in an
+/// impact; the errors of both integrators are smaller.
 const SAME_ARM: f64 = 2e-3;
 
 #[test]
@@ -162,14 +162,14 @@ fn reference_an_impact_on_a_table_is_that_of_the_arm_against_a_plane_wall() {
 
 #[test]
 fn truth_motors_held_by_dry_friction_stay_where_they_are() {
-    // 2 N at 0.7 m at most are 1.4 N m, under the friction of the three large joints; the wrist's 1 N m holds
+    // 2 N at 0.7 m at most are 1.4 N m, below the friction of the three large joints; the wrist's 1 N m holds
     // 2 N at 0.26 m.
     let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
     let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
     let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
     assert!(simulation.run_to(0.05).end.is_none_or(|end| end == RunEnd::Completed));
     assert_eq!(simulation.links(), cell.start.pose);
-    // A tenth of the friction lets go of them.
+    // A tenth of the friction releases them.
     let loose = self::cell(six_joint(0.1), [0.65, 0.1], 1e-3, 0.0, cell.scenario.clone());
     let mut simulation = Simulation::new(&loose, 1e3, 1).unwrap();
     simulation.run_to(0.6);
@@ -205,7 +205,7 @@ fn truth_starts_that_make_no_sense_are_refused() {
     assert!(matches!(Simulation::new(&long, 1e3, 1), Err(ManipulatorError::Step { .. })));
 }
 
-/// A lever of 0.8 m about y; nothing is in reach of it.
+/// A lever of 0.8 m about y; nothing is within its reach.
 fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, force_n: f64) -> Cell {
     let text = r#"<robot name="lever"><link name="base"/>
         <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
@@ -249,7 +249,7 @@ fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The gear rings at 2650 1/s when friction sets in; the motor's speed then differs from the lever's by 3e-4
+/// The gear rings at 2650 1/s when friction begins. The motor's speed then differs from the lever's by 3e-4
 /// of 1.1 rad/s^2 times 0.056 s.
 const RINGING_S: f64 = 5e-5;
 
@@ -274,7 +274,7 @@ fn truth_a_motor_crosses_half_its_play_under_its_own_inertia() {
     assert!((meets[0] / expected_s - 1.0).abs() < ALMOST_LEVEL, "{meets:?}");
 }
 
-/// Times of rows, in the arithmetic of the clocks.
+/// Tolerance of row times, in the arithmetic of the clocks.
 const ROW: f64 = 1e-9;
 
 #[test]
@@ -293,8 +293,8 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
     }
 }
 
-/// The time is reported at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by
-/// some percent.
+/// The time is reported at the end of a step, of at most 0.2 ms here; the joint's speed changes by some per
+/// cent on the way.
 const MET_S: f64 = 0.1;
 
 #[test]

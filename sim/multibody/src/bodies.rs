@@ -12,9 +12,9 @@ use rapier3d_f64::prelude::{
     RigidBodyBuilder, RigidBodyHandle, Rotation, Vector,
 };
 
-/// Largest turn in one step, rad. Rapier integrates orientations to first order in it and normalises, which
-/// is an error of a twelfth of its cube: within this, less than a twentieth of the turn; and the turn cannot
-/// be mistaken for one the other way.
+/// Largest rotation in one step, rad. Rapier integrates orientations to first order and normalises them, with
+/// an error of a twelfth of the cube of the rotation. Within this limit the error is less than a twentieth of
+/// the rotation, and the direction of rotation is unambiguous.
 pub const LARGEST_TURN: f64 = FRAC_PI_4;
 
 /// The moving bodies of a machine, stepped by Rapier.
@@ -24,7 +24,7 @@ pub struct RapierBodies {
     bodies: Vec<Tracked>,
 }
 
-/// A body, and where Rapier left it.
+/// A body, and its last pose from Rapier.
 struct Tracked {
     handle: RigidBodyHandle,
     position: f64,
@@ -32,15 +32,14 @@ struct Tracked {
 }
 
 impl RapierBodies {
-    /// One Rapier body per coordinate of `motion`, at the machine's initial state: what is rigidly joined is
-    /// one body with the sum of the masses.
+    /// One Rapier body per coordinate of `motion`, at the machine's initial state. Rigidly joined bodies
+    /// become one body with the sum of the masses.
     pub fn new(motion: &Motion, axis: Axis) -> Self {
         let mut world = PhysicsWorld { gravity: Vector::ZERO, ..PhysicsWorld::default() };
         world.integration_parameters = IntegrationParameters {
-            // With held forces, sub-steps would only move positions ahead of the velocities they were
-            // computed from.
+            // With constant forces, sub-steps would only move positions ahead of their velocities.
             num_solver_iterations: 1,
-            // A game's speed limit would hide a motion that diverges.
+            // Rapier's default speed limit would hide a motion that diverges.
             normalized_max_linear_velocity: f64::MAX,
             ..IntegrationParameters::default()
         };
@@ -51,8 +50,8 @@ impl RapierBodies {
             .map(|g| {
                 let (mass, position, speed) =
                     (motion.coordinates().mass_kg(g), state[layout.q(g)], state[layout.v(g)]);
-                // The mass of a turning body and the inertia of a sliding one take no part, and must not be
-                // zero.
+                // The mass of a rotating body and the inertia of a sliding one have no effect, but must not
+                // be zero.
                 let properties = MassProperties::new(Vector::ZERO, mass, Vector::splat(mass));
                 let body = RigidBodyBuilder::dynamic()
                     .additional_mass_properties(properties)
@@ -112,7 +111,7 @@ impl Tracked {
     }
 }
 
-/// Why a turning body is not followed any further.
+/// The error for a body that rotates too fast.
 fn too_fast(speed: f64, step_s: f64) -> EngineError {
     let message = format!(
         "a body has come to turn at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier \

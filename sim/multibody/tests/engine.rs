@@ -1,5 +1,4 @@
-//! Rapier moving the bodies, against this project's own semi-implicit Euler and against what must hold of any
-//! engine.
+//! Rapier against this project's own semi-implicit Euler, and against properties of every engine.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
@@ -142,8 +141,8 @@ fn truth_a_wheel_turns_through_many_circles() {
 
 #[test]
 fn truth_a_turn_too_large_for_one_step_is_refused_with_the_step_that_does() {
-    // 800 rad/s in steps of 10 ms are 8 rad; an eighth of a circle at 800 rad/s takes 0.98 ms, and friction
-    // has slowed the wheel a little.
+    // 800 rad/s in steps of 10 ms are 8 rad. An eighth of a turn at 800 rad/s takes 0.98 ms, and friction has
+    // slowed the wheel slightly.
     let scenario = scenario(flywheel(800.0), Integrator::External, 1e-2, 1.0);
     let program = Program::new(&scenario).unwrap();
     let bodies: Box<dyn BodyEngine> = Box::new(RapierBodies::new(program.motion(), scenario.machine.axis));

@@ -1,5 +1,5 @@
-//! The machine: what the user wrote ([`description`]), names resolved and effects applied ([`assembly`]), and
-//! its equations of motion ([`motion`]).
+//! The machine: the user's description ([`description`]), the same with names resolved and effects applied
+//! ([`assembly`]), and its equations of motion ([`motion`]).
 
 pub mod assembly;
 pub mod description;

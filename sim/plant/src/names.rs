@@ -1,6 +1,6 @@
 //! Suggestions for misspelt names.
 
-/// The candidate most like `written`, if any is alike: at most half of its letters differ, whatever their
+/// The most similar candidate to `written`, if any is similar: at most half of its letters differ, ignoring
 /// case.
 pub fn nearest<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let score = |candidate: &str| strsim::jaro_winkler(written, candidate);
@@ -11,7 +11,7 @@ pub fn nearest<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>)
         .map(|(_, candidate)| candidate)
 }
 
-/// "did you mean `mass`?", or the choice where nothing is alike.
+/// "did you mean `mass`?", or the choice if nothing is similar.
 pub fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     match nearest(written, candidates.iter().copied()) {
@@ -21,7 +21,7 @@ pub fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item = &'a 
     }
 }
 
-/// "`a`, `b`, `c`", shortened where long.
+/// "`a`, `b`, `c`", shortened if long.
 pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 16;
     let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();

@@ -1,5 +1,5 @@
-//! What every effect of the library keeps to, whatever it does: names, bounds, documentation, hosts, and that
-//! its null is the ideal machine.
+//! Requirements on every effect of the library: names, bounds, documentation, hosts, and that its null is the
+//! ideal machine.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -12,8 +12,8 @@ use feeler_plant::effects::{
     Change, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
 };
 
-/// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and
-/// sensors of all kinds.
+/// An axis on a base in front of a workpiece, with an element for every effect: bodies, rigid and flexible
+/// springs, and sensors of all kinds.
 fn machine() -> Machine {
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
     let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
@@ -64,7 +64,7 @@ fn ideal() -> Assembly {
 }
 
 fn hosts(assembly: &Assembly) -> Vec<Host> {
-    // Node 0 is ground, which is no element.
+    // Node 0 is ground, which is not an element.
     (1..assembly.nodes.len())
         .map(Host::Body)
         .chain((0..assembly.links.len()).map(Host::Spring))
@@ -83,7 +83,7 @@ fn typical(definition: &Definition) -> Vec<f64> {
     definition.parameters.iter().map(|parameter| parameter.default.unwrap_or(parameter.typical)).collect()
 }
 
-/// The machines that an effect with these values makes of the ideal one, by the hosts that take it.
+/// The machines that an effect with these values makes of the ideal one, by the hosts that accept it.
 fn outcomes(definition: &Definition, values: &[f64]) -> Vec<(Host, Assembly)> {
     let ideal = ideal();
     let mut outcomes = Vec::new();
@@ -196,7 +196,7 @@ fn prop_bounds_contain_null_typical_and_default() {
                     parameter.name
                 );
             }
-            // A fit walks in units of the typical value.
+            // A fit steps in units of the typical value.
             assert!(
                 parameter.default.is_some() || parameter.typical != 0.0,
                 "{}.{}",
@@ -225,7 +225,7 @@ fn prop_names_are_kebab_and_snake_case_and_unique() {
     }
 }
 
-/// The effects as the design lists them: kind, places, and parameters with their units.
+/// The effects as listed in the design: kind, places, and parameters with their units.
 type Row = (String, BTreeSet<String>, Vec<(String, String)>);
 
 fn rows_of_the_table(text: &str) -> Vec<Row> {
@@ -251,7 +251,7 @@ fn parameters_of_a_cell(cell: &str) -> Vec<(String, String)> {
 fn row_of(definition: &Definition) -> Row {
     let places =
         definition.hosts.iter().map(|&host| definition.place_under(host).name().to_owned()).collect();
-    // A parameter with a default is a choice of the model, beyond the table.
+    // A parameter with a default is a choice of the model, in addition to the table.
     let required = definition.parameters.iter().filter(|parameter| parameter.default.is_none());
     let with_unit =
         |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).into_owned());
@@ -267,7 +267,7 @@ fn reference_kinds_places_parameters_and_units_are_those_of_the_design() {
         return;
     };
     let designed = rows_of_the_table(&text);
-    // The library has grown beyond that table since.
+    // The library has since grown beyond that table.
     let library: Vec<Row> = LIBRARY.iter().map(|definition| row_of(definition)).collect();
     let kept: Vec<Row> =
         library.into_iter().filter(|row| designed.iter().any(|other| other.0 == row.0)).collect();
@@ -286,7 +286,7 @@ fn truth_the_null_is_the_ideal_machine() {
         let mut tried = 0;
         for (host, mut changed) in outcomes(definition, &values) {
             if let (Host::Spring(i), HostKind::RigidSpring) = (host, ideal.host_kind(host)) {
-                // Backlash makes a rigid spring a stiff one even at zero width.
+                // Backlash turns a rigid spring into a stiff one even at zero width.
                 assert_eq!((definition.kind, changed.links[i].rigid), (Kind::Backlash, false));
                 assert!(changed.links[i].stiffness > 0.0);
                 changed.links[i] = ideal.links[i].clone();

@@ -1,4 +1,4 @@
-//! What the errors of every crate must keep, for their tests.
+//! Requirements on the errors of every crate, for their tests.
 
 use std::collections::HashSet;
 use std::mem::discriminant;
@@ -17,8 +17,8 @@ const EMPTY_WORDS: [&str; 8] = [
     "this is a mistake of feeler itself",
 ];
 
-/// What is missing from errors that a crate can return; nothing where all is well. `errors` holds each
-/// variant at least once, and `source` is the text of the file that declares the enum and no other one.
+/// Violations among the errors that a crate can return; empty if there are none. `errors` holds each variant
+/// at least once, and `source` is the text of the file that declares only this enum.
 pub fn violations<E: Remedy>(errors: &[E], source: &str) -> Vec<String> {
     let mut found = Vec::new();
     let variants = source.lines().filter(|line| line.trim_start().starts_with("#[error(")).count();

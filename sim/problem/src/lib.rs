@@ -1,7 +1,7 @@
 //! Mistakes as data: what is wrong, where, and what to do about it.
 //!
-//! `Display` of an error says what is wrong and no more. Where it is and what to do about it are values of
-//! their own ([`Remedy`]), so that no program takes a message apart to find them.
+//! `Display` of an error states what is wrong and no more. The place and the remedy are separate values
+//! ([`Remedy`]), so that no program has to parse a message.
 //!
 //! ```
 //! use std::borrow::Cow;

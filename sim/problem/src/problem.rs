@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A number as a message shows it: four significant digits, with an exponent where it is very large or small.
+/// A number as in a message: four significant digits, with an exponent if it is very large or small.
 pub fn short(value: f64) -> String {
     let rounded = format!("{value:.3e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-4..1e6).contains(&f64::abs(rounded)) {
@@ -12,11 +12,10 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// One mistake: where it is and what to do about it.
+/// One mistake: its place and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Dotted path of the key, as in `bodies.motor.mass`, or a file with its row; empty where neither is
-    /// meant.
+    /// Dotted path of the key, as in `bodies.motor.mass`, or a file with its row; empty if neither applies.
     pub key: String,
     /// What is wrong.
     pub message: String,

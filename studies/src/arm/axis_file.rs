@@ -9,14 +9,14 @@ use feeler_plant::effects::Kind;
 use super::error::ArmFileError;
 use feeler_files::{ArmFile, Document, FormatError};
 
-/// Share of the largest stable gain that a file starts with.
+/// Initial gain of a file, as a share of the largest stable gain.
 const GAIN_SHARE: f64 = 0.25;
-/// Gain of the machine from which the largest stable one is found.
+/// Gain of the machine in the search for the largest stable one.
 const TRIED_GAIN: f64 = 0.1;
-/// Largest gain that a file starts with.
+/// Largest initial gain of a file.
 const LARGEST_GAIN: f64 = 2.0;
 
-/// Part of the way from drive to tool from which on a mode is named among those that share it.
+/// Smallest share of the path from drive to tool at which a mode is named.
 const SHARES: f64 = 0.1;
 
 /// What the tool touches: the force sensor in series with the workpiece.
@@ -28,22 +28,21 @@ pub struct ToolContact {
     pub damping_n_s_per_m: f64,
 }
 
-/// The axis that an arm is.
+/// The axis that represents an arm.
 #[derive(Clone, Debug)]
 pub struct AxisFile {
-    /// The machine and scenario, which analyze, run, sweep and why take.
+    /// The machine and scenario, as input of analyze, run, sweep and why.
     pub text: String,
     /// Its numbers.
     pub reduction: Reduction,
-    /// How well it stands for the whole arm in contact.
+    /// Its agreement with the whole arm in contact.
     pub agreement: Agreement,
-    /// Largest stable proportional force gain at 1 kHz; zero where none is stable, infinite where every one
-    /// is.
+    /// Largest stable proportional force gain at 1 kHz; zero if no gain is stable, infinite if all are.
     pub largest_gain: f64,
 }
 
-/// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they
-/// stand.
+/// Why the numbers of an axis do not make a valid machine file. The user has not written that file, so it has
+/// no place.
 fn no_machine(error: &FormatError) -> ArmFileError {
     let why = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
     ArmFileError::Extreme { why }
@@ -85,7 +84,7 @@ pub fn axis_file(
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
 }
 
-/// The largest stable gain of a report: zero where none is stable, infinite where all are.
+/// The largest stable gain of a report: zero if no gain is stable, infinite if all are.
 fn largest_stable(gain: Option<&GainReport>) -> f64 {
     match gain.map(|gain| (gain.sampled.all.bands.is_empty(), gain.sampled.stable[1])) {
         Some((true, _)) => 0.0,
@@ -94,7 +93,7 @@ fn largest_stable(gain: Option<&GainReport>) -> f64 {
     }
 }
 
-/// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the landmarks.
+/// Why an axis cannot be trusted, if it differs from the whole arm by more than 5 % in one of the landmarks.
 pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     if agreement.is_trusted() {
         return None;
@@ -128,8 +127,8 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     ))
 }
 
-/// A largest stable gain in words where it is no number: `none` where no gain is stable, `every gain` where
-/// all are.
+/// A largest stable gain in words, if it is not a number: `none` if no gain is stable, `every gain` if all
+/// are.
 pub fn gain_in_words(gain: f64) -> Option<&'static str> {
     match gain {
         gain if gain.is_nan() => Some("unknown"),
@@ -196,7 +195,7 @@ fn percent(misfit: f64) -> String {
     if misfit.is_finite() { format!("{:.2}", 100.0 * misfit) } else { "no number of".into() }
 }
 
-/// How many bodies there are beside motor and tool, and why.
+/// Number of bodies besides motor and tool, and the reason.
 fn bodies_note(axis: &Reduction) -> String {
     let frequencies: Vec<String> =
         axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();

@@ -1,4 +1,4 @@
-//! What can be wrong with the axis of an arm.
+//! Errors of the axis of an arm.
 
 use std::borrow::Cow;
 
@@ -19,10 +19,10 @@ pub enum ArmFileError {
     /// The arm file.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The machine that it gives has numbers that no machine file takes.
+    /// Numbers of the resulting machine are outside the range of machine files.
     #[error("the axis of this arm on this contact cannot be simulated: {why}")]
     Extreme {
-        /// What is wrong with its numbers.
+        /// The mistake in its numbers.
         why: String,
     },
     /// Its linear theory.

@@ -10,27 +10,27 @@ use super::axis_file::ToolContact;
 use super::error::ArmFileError;
 use feeler_files::ArmFile;
 
-/// Places of the tool: a rectangle in x and y of the base at one height.
+/// Positions of the tool: a rectangle in x and y of the base at one height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// First and last x, m, and how many.
+    /// First and last x, m, and their number.
     pub x: (f64, f64, usize),
-    /// First and last y, m, and how many.
+    /// First and last y, m, and their number.
     pub y: (f64, f64, usize),
     /// Height, m.
     pub z_m: f64,
 }
 
-/// What an arm can do at one place.
+/// Results at one position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapPoint {
     /// Where the tool is, m.
     pub place_m: [f64; 3],
-    /// The pose, and the axis's masses, stiffness and bandwidth there; else why there is none.
+    /// The pose, and the axis's masses, stiffness and bandwidth there; otherwise the reason.
     pub found: Result<MapValues, NoAxis>,
 }
 
-/// Why a place of a map has no axis.
+/// Why a position of a map has no axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum NoAxis {
     /// No pose within the joint limits brings the tool there.
@@ -59,15 +59,15 @@ pub struct MapValues {
     pub pose: Vec<f64>,
     /// Mass along the normal.
     pub mass_kg: f64,
-    /// Stiffness of all joints in series along the normal, the motors locked.
+    /// Stiffness of all joints in series along the normal, with locked motors.
     pub stiffness_n_per_m: f64,
-    /// How well the axis stands for the whole arm in contact.
+    /// Agreement of the axis with the whole arm in contact.
     pub agreement: Agreement,
 }
 
-/// The arm's axis and its force bandwidth at every place of a grid, the tool's x axis along the normal; poses
-/// follow from one place to the next, beginning at `start`. A place without an axis says why. `progress` is
-/// told the share of the places that are done, by any thread.
+/// The arm's axis and its force bandwidth at every position of a grid, with the tool's x axis along the
+/// normal. Each pose starts from that of the previous position, the first from `start`. A position without an
+/// axis has a reason. Any thread may call `progress` with the completed share.
 ///
 /// # Errors
 /// [`ArmError::Normal`].
@@ -87,7 +87,7 @@ pub fn bandwidth_map(
     let mut last = start.to_vec();
     for i in 0..grid.x.2 {
         for k in 0..grid.y.2 {
-            // Back and forth, so that neighbours follow each other.
+            // Back and forth, so that consecutive positions are neighbours.
             let k = if i % 2 == 0 { k } else { grid.y.2 - 1 - k };
             let place_m = [step(grid.x, i), step(grid.y, k), grid.z_m];
             let target = tool_target(file, place_m, normal)?;
@@ -120,7 +120,7 @@ fn reason(error: ArmFileError) -> NoAxis {
     }
 }
 
-/// Why places of a map have no axis, and how many for each reason, in the order of the alphabet.
+/// Reasons for positions without an axis, and the number for each, in alphabetical order.
 pub fn without_axis(map: &[MapPoint]) -> Vec<(&str, usize)> {
     let mut reasons: Vec<&str> =
         map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
@@ -128,7 +128,7 @@ pub fn without_axis(map: &[MapPoint]) -> Vec<(&str, usize)> {
     reasons.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect()
 }
 
-/// Where the tool goes, its x axis along the normal where the arm has the joints for it.
+/// Target of the tool; its x axis is along the normal if the arm has enough joints.
 ///
 /// # Errors
 /// [`ArmError::Normal`].

@@ -1,4 +1,4 @@
-//! Arms as axes: the machine file of an arm along a contact normal, and the force bandwidth that it allows.
+//! Arms as axes: the machine file of an arm along a contact normal, and its force bandwidth.
 
 mod axis_file;
 mod error;

@@ -1,33 +1,32 @@
-//! How far a measured response and the linear one agree, and where the output has little to do with the
-//! input.
+//! Agreement of a measured response with the linear one, and frequencies at which the output hardly depends
+//! on the input.
 
 use super::response::Response;
 
-/// Frequencies at which the coherence is at least this count when responses are compared: the first of these
-/// with enough of them.
+/// Smallest coherence of frequencies in the comparison of responses: the first of these with enough
+/// frequencies.
 pub const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
-/// Where an estimate has no coherence, a frequency counts whose phase is known to this many degrees: half of
-/// the response's size.
+/// Without coherence, a frequency counts if its phase is known to this many degrees: half of the magnitude.
 pub const KNOWN_DEG: f64 = 30.0;
 /// Enough frequencies, as a share of all.
 const ENOUGH: f64 = 0.05;
-/// Coherence below which a response is mostly something else.
+/// A response with less coherence is mostly noise or distortion.
 pub const INCOHERENT: f64 = 0.8;
 
-/// How the estimate compares with the linear response.
+/// Comparison of the estimate with the linear response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Coherence from which a frequency counts; absent if the estimate has none.
+    /// Smallest coherence of the counted frequencies; `None` if the estimate has none.
     pub coherence: Option<f64>,
     /// Frequencies that count.
     pub compared: usize,
-    /// Largest difference of size among them, dB.
+    /// Largest difference of magnitude among them, dB.
     pub decibels: f64,
     /// Largest difference of phase among them, degrees.
     pub degrees: f64,
     /// Share of all frequencies at which the linear response lies within the confidence band.
     pub within: f64,
-    /// Largest difference of size over all frequencies, known well or not, dB, and where it is, Hz.
+    /// Largest difference of magnitude over all frequencies, counted or not, dB, and its frequency, Hz.
     pub widest: [f64; 2],
 }
 
@@ -41,7 +40,7 @@ pub struct Incoherent {
 }
 
 impl Response {
-    /// How measured and linear response compare.
+    /// Comparison of measured and linear response.
     pub fn agreement(&self) -> Agreement {
         let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
         let known = self.estimate.coherence.as_ref();
@@ -81,7 +80,7 @@ impl Response {
         }
     }
 
-    /// Where the output has little to do with the input; absent if nothing is known of it.
+    /// Frequencies at which the output hardly depends on the input; `None` if nothing is known.
     pub fn incoherent(&self) -> Option<Incoherent> {
         let (coherence, f) = (self.estimate.coherence.as_ref()?, &self.estimate.frequencies_hz);
         let mut spans: Vec<[f64; 2]> = Vec::new();

@@ -5,13 +5,13 @@ use feeler_plant::description::{Machine, Quantity, SignalName};
 
 use super::error::{FrfError, require};
 
-/// Times the least spacing from which on there is a gap between two frequencies.
+/// Smallest distance of two frequencies that counts as a gap, over the smallest spacing.
 const GAP: f64 = 1.5;
 /// Step between frequencies at which a curve is drawn, as a share of them.
 const STEP: f64 = 0.01;
 
-/// Frequencies (Hz) between those of an estimate at which nothing was measured: all the way from each to the
-/// next where they are isolated, and in the gaps where they are not.
+/// Frequencies (Hz) between those of an estimate, without measurements: everywhere between isolated
+/// frequencies, otherwise only in the gaps.
 pub fn between(frequencies_hz: &[f64], isolated: bool) -> Vec<f64> {
     let spacing = frequencies_hz.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let gaps = frequencies_hz.windows(2).filter(|pair| isolated || pair[1] - pair[0] > GAP * spacing);
@@ -23,16 +23,16 @@ pub fn between(frequencies_hz: &[f64], isolated: bool) -> Vec<f64> {
     filled.collect()
 }
 
-/// What the sensor reads whose reading a signal is.
+/// The signal that a sensor reads, if the given signal is its reading.
 pub fn sensed(machine: &Machine, signal: &SignalName) -> Option<String> {
     let sensor = machine.sensors.get(&signal.element).filter(|_| signal.quantity == Quantity::Reading)?;
     Some(sensor.reads.to_string())
 }
 
-/// Refuses an output at which nothing of the input arrives, by linear theory.
+/// Rejects an output that the input does not affect, by linear theory.
 ///
 /// # Errors
-/// The refusal, or a machine that linear theory cannot take.
+/// The refusal, or a machine outside linear theory.
 pub fn require_path(
     experiment: &Experiment,
     (low_hz, high_hz): (f64, f64),

@@ -1,20 +1,20 @@
-//! In which bands nonlinear distortion exceeds the noise, and how large it is there.
+//! Bands in which nonlinear distortion exceeds the noise, and its size there.
 
 use feeler_lti::C64;
 use feeler_lti::spectral::Evidence;
 
-/// Standard deviations by which a band's distortion must exceed what the noise makes of it.
+/// Standard deviations by which a band's distortion must exceed the expected noise.
 const DEVIATIONS: f64 = 5.0;
-/// Fewest lines of a band, and the ratio of its ends at least: halves of an octave.
+/// Smallest number of lines of a band, and smallest ratio of its ends: half an octave.
 const FEWEST: usize = 4;
 const RATIO: f64 = std::f64::consts::SQRT_2;
 
-/// Noise and nonlinear distortion, which periodic excitations separate.
+/// Noise and nonlinear distortion, as periodic excitations separate them.
 #[derive(Clone, Debug)]
 pub struct Separated {
     /// Variance of one realisation by noise, per frequency.
     pub noise: Vec<f64>,
-    /// And by nonlinear distortion, below zero by chance where there is none.
+    /// The same by nonlinear distortion; without distortion negative by chance.
     pub distortion: Vec<f64>,
     /// Whether there is distortion at all.
     pub evidence: Evidence,
@@ -27,14 +27,14 @@ pub struct DistortionBand {
     pub low_hz: f64,
     /// Last frequency, Hz.
     pub high_hz: f64,
-    /// Power over that of the response, each summed over the band.
+    /// Power relative to the response, each summed over the band.
     pub share: f64,
     #[serde(skip)]
     sums: [f64; 2],
 }
 
-/// The bands in which distortion exceeds the noise, rising, neighbours joined. Line by line its unbiased
-/// variance scatters as much as the noise; summed over a band it does not.
+/// The bands in which distortion exceeds the noise, rising, with neighbours joined. On a single line its
+/// unbiased variance scatters as much as the noise; summed over a band it does not.
 pub(super) fn bands(separated: &Separated, frequencies_hz: &[f64], response: &[C64]) -> Vec<DistortionBand> {
     let mut found: Vec<DistortionBand> = Vec::new();
     let mut before = false;
@@ -43,7 +43,7 @@ pub(super) fn bands(separated: &Separated, frequencies_hz: &[f64], response: &[C
         let reach = RATIO * frequencies_hz[start];
         let mut end =
             frequencies_hz.partition_point(|f| *f < reach).max(start + FEWEST).min(frequencies_hz.len());
-        // What is left over is no band of its own.
+        // The remaining lines are not a separate band.
         if frequencies_hz.len() - end < FEWEST {
             end = frequencies_hz.len();
         }
@@ -74,12 +74,12 @@ pub(super) fn bands(separated: &Separated, frequencies_hz: &[f64], response: &[C
     found
 }
 
-/// Whether the distortion of some lines, summed, exceeds what noise makes of it: with `a` and `b` complex
-/// degrees of freedom, a line's total and noise have variances of `1 / a` and `1 / b` of the noise squared.
+/// Whether the summed distortion of some lines exceeds the expected noise. With `a` and `b` complex degrees
+/// of freedom, a line's total and noise have variances of `1 / a` and `1 / b` of the noise squared.
 fn stands_out(separated: &Separated, lines: std::ops::Range<usize>) -> bool {
     let evidence = &separated.evidence;
     let (a, b) = (evidence.degrees.total as f64, evidence.degrees.noise as f64);
-    // Lines known from fewer ones beside them are not known independently.
+    // Lines whose noise comes from a smaller number of neighbours are not independent.
     let shared = (separated.noise.len() as f64 / evidence.lines as f64).max(1.0);
     let distortion: f64 = separated.distortion[lines.clone()].iter().sum();
     let noise: f64 = separated.noise[lines].iter().map(|n| n * n).sum();

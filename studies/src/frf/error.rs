@@ -14,7 +14,7 @@ pub enum FrfError {
     /// The request is at fault.
     #[error(transparent)]
     Request(#[from] Refusal),
-    /// The scenario or the dataset is at fault; whoever read it knows its name.
+    /// The scenario or the dataset has the mistake; the caller knows its name.
     #[error("{0}")]
     Source(Refusal),
     /// Simulation or estimation failed.
@@ -37,7 +37,7 @@ impl Remedy for FrfError {
     }
 }
 
-/// Refuses a request unless a condition holds.
+/// Rejects a request unless a condition holds.
 ///
 /// # Errors
 /// The refusal.

@@ -1,4 +1,4 @@
-//! The response that records give by a method.
+//! The response from records by a method.
 
 use feeler_analysis::frf::{NoiseMethod, response_from_noise};
 use feeler_lti::LtiError;
@@ -20,18 +20,18 @@ const HALF_WIDTH: usize = 1;
 pub struct Evaluated {
     /// The response.
     pub estimate: ResponseEstimate,
-    /// Noise and distortion, where the excitation separates them.
+    /// Noise and distortion, if the excitation separates them.
     pub separated: Option<Separated>,
     /// Estimator and records in words.
     pub how: String,
-    /// Whether there is nothing to be known between the frequencies.
+    /// Whether the estimate says nothing between its frequencies.
     pub isolated: bool,
 }
 
 /// The response by a method, between two frequencies (Hz).
 ///
 /// # Errors
-/// Where the records are too short for the method.
+/// If the records are too short for the method.
 pub fn evaluate(
     choice: &Choice,
     pairs: &[Pair],
@@ -83,7 +83,7 @@ fn periodic(
 ) -> Result<Evaluated, LtiError> {
     let shortest = pairs.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
     let periods = shortest / samples_per_period;
-    // The first period holds the transient, where there are others.
+    // If there are others, the first period contains the transient.
     let transient_periods = usize::from(periods > 2);
     let whole = periods * samples_per_period;
     let realisation = |(u, y): &'_ Pair| (u[..whole].to_vec(), y[..whole].to_vec());
@@ -107,7 +107,7 @@ fn periodic(
         let mut estimate = periodic_response(only, &lines)?;
         let distortion = distortion_beside(only, &lines)?;
         let noise = estimate.variance.clone();
-        // Distortion repeats with the period, and moves the estimate as much as noise does.
+        // Distortion repeats with the period, and changes the estimate as much as noise does.
         if let Some(found) = &distortion {
             estimate
                 .variance
@@ -144,7 +144,7 @@ fn sines(
         let spread = each.iter().map(|one| (one.response[k] - mean).norm_sqr()).sum::<f64>()
             / (count * (count - 1.0)).max(1.0);
         estimate.response[k] = mean;
-        // Records that differ by more than each is uncertain differ by nonlinearity.
+        // Differences between records beyond the uncertainty of each come from nonlinearity.
         estimate.variance[k] = within.max(spread);
         estimate.degrees_of_freedom[k] = each.iter().map(|one| one.degrees_of_freedom[k]).sum();
         if let Some(coherence) = &mut estimate.coherence {

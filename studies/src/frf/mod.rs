@@ -1,8 +1,8 @@
 //! Frequency responses as an analyst measures them, with the response of linear theory beside them.
 //!
-//! [`simulate`] excites the simulated machine. Records of a real one are evaluated by [`choose`] and
-//! [`evaluate`], which recognise how the command was made. Both give a [`Response`], which says how far
-//! theory and measurement agree.
+//! [`simulate`] excites the simulated machine. [`choose`] and [`evaluate`] evaluate records of a real one and
+//! recognise the excitation of the command. Both give a [`Response`] with the agreement between theory and
+//! measurement.
 
 mod agreement;
 mod between;

@@ -1,4 +1,4 @@
-//! How the command of a record was made, and which estimator suits it.
+//! The excitation of a record's command, and the estimator for it.
 
 use feeler_analysis::AnalysisError;
 use feeler_lti::LtiError;
@@ -9,13 +9,12 @@ use super::request::{ExcitationKind, NoiseEstimator, Request};
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
 
-/// Segments of which averaged spectra are formed where no length is given.
+/// Default number of segments of averaged spectra.
 pub const SEGMENTS: f64 = 8.0;
-/// Sines of two records are the same where they differ by less than this share of one over the record's
+/// Sines of two records are equal if they differ by less than this share of the inverse of the record's
 /// length.
 const SAME_LINE: f64 = 0.25;
-/// Share of the power from which on one sine is what the machine was moved with, and the others may be
-/// answers of its controller.
+/// Share of the power at which one sine is the excitation; the others may be responses of the controller.
 const NEARLY_ALL: f64 = 0.9;
 
 /// Command and output of one experiment, about their means.
@@ -44,7 +43,7 @@ pub enum Method {
     Smoothed(Estimator),
 }
 
-/// A method and why it was chosen, where it was not asked for.
+/// A method, and the reason for it if it was not requested.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// The method.
@@ -54,13 +53,13 @@ pub struct Choice {
 }
 
 impl Method {
-    /// Whether the method itself looks at excited frequencies alone.
+    /// Whether the method itself uses excited frequencies only.
     pub fn is_of_lines(&self) -> bool {
         matches!(self, Self::Periodic { .. } | Self::Sines(_))
     }
 }
 
-/// The method that was asked for, else the one that suits how the commands were made.
+/// The requested method, else the one that suits the excitation of the commands.
 ///
 /// # Errors
 /// A request that the records cannot meet.
@@ -133,7 +132,7 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
     Ok(Choice { method, why: None })
 }
 
-/// The method for how the first command was made, if the others were made alike.
+/// The method for the excitation of the first command, if the others have the same.
 fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, LtiError> {
     let averaged = || Method::Averaged { kind: Estimator::H1, segment_s: length_s / SEGMENTS };
     let chosen = |method, why: String| Ok(Choice { method, why: Some(why) });

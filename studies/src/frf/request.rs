@@ -1,4 +1,4 @@
-//! What can be asked for when a frequency response is estimated.
+//! Options of a frequency response.
 
 use feeler_lti::spectral::Estimator;
 use feeler_plant::description::Engagement;
@@ -6,16 +6,16 @@ use feeler_plant::description::Engagement;
 use super::error::require;
 use crate::refusal::Refusal;
 
-/// A frequency response that is wanted; what is absent is chosen from the machine or the records.
+/// A requested frequency response; absent options follow from the machine or the records.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// The actuator's command, or a dataset's column.
     pub input: Option<String>,
     /// The signal, or a dataset's column.
     pub output: Option<String>,
-    /// How the machine is excited, or was.
+    /// The excitation of the machine.
     pub excitation: Option<ExcitationKind>,
-    /// How records of noise become a response.
+    /// The estimator for records of noise.
     pub estimator: Option<NoiseEstimator>,
     /// Lowest frequency, Hz.
     pub from_hz: Option<f64>,
@@ -31,9 +31,9 @@ pub struct Request {
     pub segment_s: Option<f64>,
     /// Period of a multisine, s.
     pub period_s: Option<f64>,
-    /// Periods of the multisine that are evaluated.
+    /// Number of evaluated periods of the multisine.
     pub periods: Option<usize>,
-    /// Draws of the multisine's phases.
+    /// Number of phase realisations of the multisine.
     pub realisations: Option<usize>,
     /// Frequencies of the stepped sine.
     pub points: Option<usize>,
@@ -45,7 +45,7 @@ pub struct Request {
     pub engagement: Option<Engagement>,
     /// Confidence of the bands, between 0 and 1.
     pub confidence: f64,
-    /// Records of a dataset by name; the first one unless others are named.
+    /// Records of a dataset by name; by default the first one.
     pub experiments: Vec<String>,
 }
 
@@ -75,7 +75,7 @@ impl Default for Request {
     }
 }
 
-/// What a machine is excited with.
+/// The excitation of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExcitationKind {
     /// Band-limited Gaussian noise.
@@ -88,10 +88,10 @@ pub enum ExcitationKind {
     SteppedSine,
 }
 
-/// How records of noise become a response.
+/// The estimator for records of noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseEstimator {
-    /// Polynomials through neighbouring lines of the whole record, which estimate the leakage too.
+    /// Polynomials through neighbouring lines of the whole record; these estimate the leakage as well.
     LocalPolynomial,
     /// Averaged spectra.
     Averaged(Estimator),
@@ -138,7 +138,7 @@ impl Request {
         Ok((low, high))
     }
 
-    /// Refuses a length of segments where no estimator averages over them.
+    /// Rejects a length of segments if no estimator averages over segments.
     ///
     /// # Errors
     /// The refusal.

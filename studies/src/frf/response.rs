@@ -10,13 +10,13 @@ use super::distortion::{DistortionBand, Separated, bands};
 pub struct Response {
     /// Name of the machine or dataset.
     pub title: String,
-    /// What its file says about it.
+    /// Description from its file.
     pub about: String,
     /// Name of the input.
     pub input: String,
     /// Name of the output.
     pub output: String,
-    /// What a sensor reads whose reading is the output.
+    /// The signal that a sensor reads, if its reading is the output.
     pub reads: Option<String>,
     /// Excitation and estimator in words.
     pub how: String,
@@ -28,22 +28,22 @@ pub struct Response {
     pub estimate: ResponseEstimate,
     /// The linear response at its frequencies.
     pub linear: Vec<C64>,
-    /// Whether each frequency stands for itself, with nothing measured on the way to the next.
+    /// Whether each frequency stands alone, without measurements in between.
     pub isolated: bool,
-    /// The linear response at frequencies (Hz) between those of the estimate, where nothing was measured.
+    /// The linear response at frequencies (Hz) between those of the estimate, without measurements.
     pub between: Vec<(f64, C64)>,
-    /// Noise and distortion, where the excitation separates them.
+    /// Noise and distortion, if the excitation separates them.
     pub separated: Option<Separated>,
     /// Confidence of the bands, between 0 and 1.
     pub confidence: f64,
 }
 
-/// How large noise and distortion are beside the response; powers over its power.
+/// Levels of noise and distortion relative to the response, as powers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
     /// Noise of one realisation, median over frequency.
     pub noise: f64,
-    /// Distortion would show from here on.
+    /// Smallest detectable distortion.
     pub shows_from: f64,
     /// Whether there is distortion beyond the noise.
     pub is_beyond_noise: bool,
@@ -52,7 +52,7 @@ pub struct Levels {
 }
 
 impl Response {
-    /// The bands in which there is distortion; `None` if all of it may be noise.
+    /// The bands with distortion; empty if all of it may be noise.
     pub fn distortion_bands(&self) -> Vec<DistortionBand> {
         let beyond = self.separated.as_ref().filter(|separated| separated.evidence.is_beyond_noise);
         beyond.map_or_else(Vec::new, |separated| {
@@ -60,7 +60,7 @@ impl Response {
         })
     }
 
-    /// How large noise and distortion are; absent if the excitation does not separate them.
+    /// Levels of noise and distortion; `None` if the excitation does not separate them.
     pub fn levels(&self) -> Option<Levels> {
         let Separated { noise, evidence, .. } = self.separated.as_ref()?;
         let mut shares: Vec<f64> =

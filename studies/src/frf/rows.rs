@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 use super::distortion::Separated;
 use super::response::Response;
 
-/// One frequency; what is not known is not a number.
+/// One frequency; unknown values are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Size of the measured response, dB.
+    /// Magnitude of the measured response, dB.
     pub magnitude_db: f64,
     /// Lower end of its confidence band, dB.
     pub low_db: f64,
@@ -26,7 +26,7 @@ pub struct Row {
     pub phase_half_width_deg: f64,
     /// Share of the output that the input explains linearly.
     pub coherence: f64,
-    /// Size of the linear response, dB.
+    /// Magnitude of the linear response, dB.
     pub linear_db: f64,
     /// Phase of the linear response, degrees.
     pub linear_deg: f64,

@@ -18,34 +18,33 @@ use crate::signals;
 
 /// Hold of a machine without controllers, s.
 const HOLD_S: f64 = 1e-3;
-/// Root mean square of the excitation where nothing tells better, N (or N m), and m/s (rad/s) for a velocity
-/// source.
+/// Default root mean square of the excitation, N (or N m), and m/s (rad/s) for a velocity source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
 /// 2 mm, or a tenth of a degree.
 const RMS_POSITION: f64 = 2e-3;
 const RMS_VOLTAGE: f64 = 1.0;
 const RMS_CURRENT: f64 = 0.1;
-/// And as a multiple of dry friction, so that what slides keeps sliding.
+/// At least this multiple of dry friction, so that sliding bodies keep sliding.
 const TIMES_FRICTION: f64 = 5.0;
-/// And as a share of the drive's limit, which noise reaches at three to four times its root mean square.
+/// At most this share of the drive's limit, which noise reaches at three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
-/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that none is taken for
-/// distortion far below a resonance; and the bounds within which it is waited for, s.
+/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that it does not appear as
+/// distortion far below a resonance. Then the limits of the waiting time, s.
 const TIME_CONSTANTS: f64 = 36.0;
 const WAIT_S: (f64, f64) = (0.5, 120.0);
-/// Samples of an excitation at most; each takes some tens of bytes and half a microsecond or more.
+/// Largest number of samples of an excitation; each takes some tens of bytes and at least half a microsecond.
 const MOST_SAMPLES: f64 = 1e8;
 /// Records without a stated length, s.
 const DURATION_S: f64 = 60.0;
-/// Of a multisine: period, s, periods that are evaluated, and draws of the phases; and frequencies of a
-/// stepped sine.
+/// Defaults of a multisine: period, s, evaluated periods, and phase realisations; then the number of
+/// frequencies of a stepped sine.
 const PERIOD_S: f64 = 1.0;
 const PERIODS: usize = 4;
 const REALISATIONS: usize = 4;
 const POINTS: usize = 40;
 
-/// The response of a simulated machine. The request's `experiments` have no meaning here.
+/// The response of a simulated machine. The request's `experiments` are not used.
 ///
 /// # Errors
 /// A request that the machine cannot meet, or a simulation that ends early.
@@ -91,7 +90,7 @@ pub fn simulate(scenario: &Scenario, request: &Request) -> Result<Response, FrfE
     let between = experiment.linear_response(&between_hz)?;
     let variances = measured.noise_variance.zip(measured.distortion_variance).zip(measured.evidence);
     let separated = variances.map(|((noise, distortion), evidence)| Separated {
-        // The noise of the mean over realisations, as that of one of them.
+        // The noise of one realisation, from that of the mean over all.
         noise: noise.into_iter().map(|v| v * realisations).collect(),
         distortion,
         evidence,
@@ -187,15 +186,15 @@ fn experiment(
     })
 }
 
-/// The signal whose response is wanted; else what the controller reads, what the contact feels, any reading.
+/// The requested output; by default what the controller reads, then the contact force, then any reading.
 fn output(
     request: &Request,
     controller: Option<&ControllerUse>,
     machine: &Machine,
 ) -> Result<SignalName, FrfError> {
-    // What the controller gets: the sensor's reading, with its filter, delay, resolution and noise.
+    // The controller's input: the sensor's reading with its filter, delay, resolution and noise.
     let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
-    // What is absent feels nothing: then the body that would touch is looked at.
+    // An absent contact has no force; the output is then the motion of the body that would touch.
     let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
         Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
         _ => SignalName::new(name, Quantity::SpringForce),
@@ -217,7 +216,7 @@ fn output(
     })
 }
 
-/// Whether a contact that acts has a law that is not linear, effects included.
+/// Whether an acting contact has a nonlinear law, including effects.
 fn touches_nonlinearly(machine: &Machine) -> bool {
     let contacts = assemble(machine).map(|assembly| assembly.contacts).unwrap_or_default();
     contacts.iter().any(|contact| contact.engagement != Engagement::Free && !contact.law.is_linear())
@@ -243,7 +242,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     }
 }
 
-/// Time in which transients die away; none where no motion decays.
+/// Time in which transients decay; `None` if no motion decays.
 fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let channel =
@@ -316,7 +315,7 @@ fn excitation(
     Ok(chosen)
 }
 
-/// What is simulated in all, s.
+/// Total simulated time, s.
 fn length_s(excitation: &Excitation) -> f64 {
     match *excitation {
         Excitation::Multisine { period_s, periods, transient_periods, realisations } => {

@@ -1,15 +1,15 @@
-//! A run as a sweep makes it, to the bit, with all that can be shown of it.
+//! A run exactly as a sweep makes it, with everything that can be shown of it.
 
 use feeler_engine::Scenario;
 
 use super::{Manner, Progress, RunError, RunResult, recorded};
 use crate::run::record::recording::Recording;
 
-/// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to
-/// [`super::MOST_EXTENSION`] times its duration, with rows at the instants of a sweep and without the energy
-/// ledger. Its figures are those of the variant's row, to the bit, of an aperiodic motion too. What the file
-/// asks to record is kept at those instants but for readings of sensors, whose delays would bring instants of
-/// their own.
+/// Runs a scenario as a variant of a sweep. The run lasts until its outcome is decided, up to
+/// [`super::MOST_EXTENSION`] times its duration. It has rows at the instants of a sweep and no energy ledger.
+/// Its figures equal those of the variant's row bit for bit, also for aperiodic motion. The signals requested
+/// by the file are recorded at those instants, except for readings of sensors, whose delays would add
+/// instants.
 ///
 /// # Errors
 /// As [`super::run`].

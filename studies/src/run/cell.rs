@@ -1,4 +1,4 @@
-//! Runs a whole arm, and measures it as an axis is measured.
+//! Runs a whole arm, and measures it as an axis.
 
 use std::time::Instant;
 
@@ -17,21 +17,21 @@ use crate::run::measure::saturation::Limits;
 use crate::run::measure::standing::Standing;
 use feeler_files::CellFile;
 
-/// Measures are taken at no less than this rate.
+/// Smallest rate of the measures.
 const MEASURE_RATE_HZ: f64 = 1e4;
-/// Events of joints in the summary; a joint that hunts has many.
+/// Largest number of joint events in the summary; a hunting joint has many.
 const MOST_JOINT_EVENTS: usize = 1000;
-/// The column that tells whether a joint's torque is at its limit.
+/// The column that shows whether a joint's torque is at its limit.
 const LIMITED: &str = "joints.limited";
 
-/// All that a run of a whole arm gave.
+/// All results of a run of a whole arm.
 #[derive(Clone, Debug)]
 pub struct CellRun {
-    /// What the measures were taken from, at no less than 10 kHz, with the contact's events.
+    /// The record for the measures, at 10 kHz or more, with the contact's events.
     pub record: Trace,
-    /// The same and joints, tool, point of contact and normal, at the rate of the file.
+    /// The same with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
-    /// The contact, with when it pushed.
+    /// The contact, with its intervals of pushing.
     pub contact: ContactRun,
     /// The force loop whose reference the measures refer to.
     pub force_loop: Option<ForceLoop>,
@@ -41,7 +41,7 @@ pub struct CellRun {
     pub summary: CellSummary,
 }
 
-/// A joint that came to the end of its travel, where a stop as stiff as its gear holds it.
+/// A joint that reached the end of its travel, where a stop with the stiffness of its gear holds it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitMet {
     /// Which joint.
@@ -50,37 +50,36 @@ pub struct LimitMet {
     pub what: &'static str,
     /// The limit, rad or m.
     pub position: f64,
-    /// When it was first met, s.
+    /// First time at the limit, s.
     pub t_s: f64,
 }
 
-/// What a run of a whole arm came to.
+/// Results of a run of a whole arm.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
-    /// What is measured of an axis too. Energies are not kept; saturation counts the time at which a joint's
-    /// torque or the controller was at its limit, and events are those of the contact and, the first
-    /// thousand, of the joints.
+    /// The figures of an axis. Energies are not kept. Saturation counts the time at which a joint's torque or
+    /// the controller was at its limit. Events are those of the contact and the first thousand of the joints.
     #[serde(flatten)]
     pub figures: Summary,
     /// Mean force over the last tenth of the run.
     pub final_force_n: f64,
-    /// How far the tool got off the line along the normal through its start.
+    /// Largest distance of the tool from the line along the normal through its start.
     pub sideways_m: f64,
-    /// How often a joint stuck or broke loose, a flank of its play met or parted, or it met the end of its
+    /// Number of joint events: sticking, breaking loose, meeting or leaving a flank, or reaching the end of
     /// travel.
     pub joint_events: usize,
-    /// Joints that met an end of their travel, with the first time of each.
+    /// Joints that reached an end of their travel, with the first time of each.
     pub limits: Vec<LimitMet>,
     /// Longest step, s.
     pub step_s: f64,
-    /// Time that preparing, running and measuring took, s, per simulated second.
+    /// Time for preparation, run and measures, s, per simulated second.
     pub wall_s_per_simulated_s: f64,
 }
 
-/// Runs a scenario of a whole arm, and calls `progress` now and then.
+/// Runs a scenario of a whole arm, and calls `progress` from time to time.
 ///
 /// # Errors
-/// Mistakes of arm, shapes and wiring that only show together. A motion that diverges is a result.
+/// Mistakes of arm, shapes and wiring that appear only together. A motion that diverges is a result.
 pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<CellRun, RunError> {
     let started = Instant::now();
     let cell = &file.cell;
@@ -89,7 +88,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     let rate_hz = file.record_rate_hz * every;
     let mut simulation = Simulation::new(cell, rate_hz, every as u64)?;
     let rows = (duration_s * rate_hz).floor();
-    // Slices end where the record stops anyway, so that slicing leaves every bit as it is.
+    // Slices end at instants of the record, so slicing does not change any bit.
     let slices =
         (1..SLICES).map(|slice| (rows * slice as f64 / SLICES as f64).floor() / rate_hz).chain([duration_s]);
     let mut finished = simulation.run_to(0.0);
@@ -157,8 +156,8 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     Ok(CellRun { record, motion: found.motion, contact, force_loop, saturated: limits.saturated, summary })
 }
 
-/// Adds what the joints' dry friction did to a record, as that of the axis's guide: it tells hunting from
-/// other oscillations.
+/// Adds the dry-friction events of the joints to a record as those of the axis's guide: they separate hunting
+/// from other oscillations.
 fn with_slips(record: &mut Trace, joints: &[JointEvent]) {
     let kind = |what| match what {
         "stick" => Some(EventKind::Stick),
@@ -172,7 +171,7 @@ fn with_slips(record: &mut Trace, joints: &[JointEvent]) {
     record.events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
 }
 
-/// Events of the contact, and those of the joints under their names.
+/// Events of the contact, and those of the joints with their names.
 fn events(of_axis: &[EventRecord], joints: &[JointEvent], file: &CellFile) -> Vec<EventRecord> {
     let name = |joint: usize| file.cell.joints[joint].name.clone();
     let slips = [EventKind::Stick, EventKind::Slip].map(EventKind::name);
@@ -199,7 +198,7 @@ fn limits_met(joints: &[JointEvent], file: &CellFile) -> Vec<LimitMet> {
     met
 }
 
-/// The farthest that the tool was from the line along the normal through its start.
+/// Largest distance of the tool from the line along the normal through its start.
 fn sideways_m(file: &CellFile, motion: &Trace) -> f64 {
     let columns = ["tool.x", "tool.y", "tool.z"].map(|name| motion.column(name).unwrap_or_default());
     let length = file.cell.start.normal.iter().map(|x| x * x).sum::<f64>().sqrt();

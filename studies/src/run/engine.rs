@@ -1,11 +1,11 @@
-//! Which engine moves the bodies of a run.
+//! The engine that moves the bodies of a run.
 
 use feeler_engine::{BodyEngine, EngineError, Integrator, Program, Simulation};
 use feeler_multibody::RapierBodies;
 use feeler_plant::description::Axis;
 
-/// One variant in the engine that it asks for: Feeler's, or Rapier where the integrator is
-/// [`Integrator::External`]. `axis` is that of its machine.
+/// One variant in its engine: Feeler's, or Rapier for the integrator [`Integrator::External`]. `axis` is that
+/// of its machine.
 ///
 /// # Errors
 /// Those of [`Simulation::new`].

@@ -1,4 +1,4 @@
-//! What can go wrong in running a scenario and writing what it gave.
+//! Errors in running a scenario and writing its results.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub enum RunError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// A trace cannot be put into Parquet.
+    /// A trace cannot be written as Parquet.
     #[error("{}: {source}", path.display())]
     Parquet {
         /// The file.
@@ -37,7 +37,7 @@ pub enum RunError {
         /// What the format's library says.
         source: ParquetError,
     },
-    /// A trace cannot be put into CSV.
+    /// A trace cannot be written as CSV.
     #[error("{}: {source}", path.display())]
     Csv {
         /// The file.
@@ -64,7 +64,7 @@ impl RunError {
     }
 }
 
-/// What the system said, where that is what a format's library passes on.
+/// The system's error, if a format's library passes one on.
 pub(crate) fn system_error(source: ParquetError) -> Result<std::io::Error, ParquetError> {
     match source {
         ParquetError::External(inner) => {

@@ -75,10 +75,10 @@ use measure::standing::Standing;
 use record::recording::{self, Recording};
 use summary::{Finished, SPECTRUM_ROWS};
 
-/// Slices in which a run goes, each followed by a word on its progress.
+/// Number of slices of a run, each followed by a progress report.
 const SLICES: usize = 200;
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Simulated time reached, s.
@@ -90,12 +90,12 @@ pub struct Progress {
 /// All that a run gave.
 #[derive(Clone, Debug)]
 pub struct RunResult {
-    /// The signals that the scenario asks for, at its rate.
+    /// The requested signals of the scenario, at its rate.
     pub trace: Trace,
-    /// What the measures were taken from: those signals and contacts, drives, controllers and bodies beside
-    /// them, at no less than the scenario's rate.
+    /// The record for the measures: those signals with contacts, drives, controllers and bodies, at the
+    /// scenario's rate or more.
     pub record: Trace,
-    /// Each contact with when it pushed.
+    /// Each contact with its intervals of pushing.
     pub contacts: Vec<ContactRun>,
     /// The force loop whose reference the measures refer to.
     pub force_loop: Option<ForceLoop>,
@@ -106,8 +106,8 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// Amplitude spectrum of the main contact's force over the tail of the run; none where there is no
-    /// contact or no tail.
+    /// Amplitude spectrum of the main contact's force over the tail of the run; `None` without a contact or a
+    /// tail.
     pub fn tail_spectrum(&self) -> Option<AmplitudeSpectrum> {
         let contact = self.contacts.get(self.summary.main_contact?)?;
         let rows = self.tail_rows();
@@ -116,7 +116,7 @@ impl RunResult {
         amplitude_spectrum(force, period_s, Window::Hann).ok()
     }
 
-    /// Rows of the record from which the tail is judged.
+    /// Rows of the record in the tail.
     pub fn tail_rows(&self) -> std::ops::Range<usize> {
         let end = self.record.t_s.len();
         let start = self.record.t_s.partition_point(|&t| t < self.summary.verdict.tail_s[0]);
@@ -129,7 +129,7 @@ impl RunResult {
     }
 }
 
-/// Runs a scenario with its energy ledger, and calls `progress` now and then; what it is told does not change
+/// Runs a scenario with its energy ledger, and calls `progress` from time to time; the calls do not change
 /// the run.
 ///
 /// # Errors
@@ -139,8 +139,8 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
 }
 
-/// Runs a scenario once for as long as its file asks, without the energy ledger, with rows at the instants of
-/// a sweep.
+/// Runs a scenario once over the file's duration, without the energy ledger, with rows at the instants of a
+/// sweep.
 ///
 /// # Errors
 /// As [`run`].
@@ -154,7 +154,7 @@ pub fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
 struct Manner {
     /// Whether it keeps the energy ledger.
     energy: bool,
-    /// Whether it goes on until its outcome is told.
+    /// Whether the run is extended until its outcome is decided.
     extends: bool,
 }
 
@@ -195,20 +195,20 @@ fn recorded(
     }
 }
 
-/// How a run ended, or how far it came.
+/// The end of a run, or its present state.
 #[derive(Clone, Debug)]
 struct Ended {
     end: Option<RunEnd>,
-    /// How far the motion came, s.
+    /// Time that the motion reached, s.
     end_s: f64,
-    /// Whether it may go on no longer.
+    /// Whether no further extension is possible.
     is_longest: bool,
     /// Whether no longer run follows.
     is_last: bool,
     standing: Standing,
-    /// Largest force of every stretch of contact, per contact; none where the engine looks for none.
+    /// Largest force of every stretch of contact, per contact; empty if the engine does not keep peaks.
     peaks: Vec<Vec<Peak>>,
-    /// Zero where several variants ran side by side: their steps are counted together.
+    /// Zero if several variants ran side by side: their steps are counted together.
     steps: u64,
 }
 
@@ -231,7 +231,7 @@ impl Ended {
     }
 }
 
-/// A record with what it tells.
+/// A record with its evaluation.
 #[derive(Clone, Debug)]
 struct Judged {
     contacts: Vec<ContactRun>,
@@ -271,8 +271,7 @@ impl Judged {
     }
 }
 
-/// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it
-/// is.
+/// Runs to the end in slices that end at instants of the record, so slicing does not change any bit.
 fn advance(
     simulation: &mut Simulation<f64>,
     observer: &mut impl Observer<f64>,

@@ -19,23 +19,22 @@ use crate::run::measure::winding::Command;
 use crate::run::record::event::EventRecord;
 use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, Verdict};
 
-/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run
-/// shows, and quick.
+/// Number of last rows of the tail for its spectrum; enough for any frequency of a run, and fast.
 pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
 
-/// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
+/// Results of a run. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scenario.
     pub name: String,
     /// What became of the run.
     pub outcome: Outcome,
-    /// Largest force of any contact, in size.
+    /// Largest force of any contact, in magnitude.
     pub peak_force_n: f64,
     /// Peak force over the final reference less one, of the force-controlled contact.
     pub overshoot: Option<f64>,
-    /// From the first touch or the last change of the reference (the later) until the force stays within 2 %
-    /// of the reference (or what the sensor resolves); none where it does not.
+    /// Time from the first touch or the last change of the reference (the later) until the force stays within
+    /// 2 % of the reference (or the sensor's uncertainty). `None` if it does not stay there.
     pub settling_time_s: Option<f64>,
     /// Lift-offs of the main contact.
     pub bounces: usize,
@@ -43,16 +42,15 @@ pub struct Summary {
     pub contact_time_s: f64,
     /// The same as a share of the run.
     pub contact_share: f64,
-    /// The oscillation of the main contact's force, where it lasts to the end.
+    /// The oscillation of the main contact's force, if it lasts to the end.
     pub oscillation: Option<Oscillation>,
     /// Share of the controller samples at which a drive or controller was at its limit.
     pub saturation_share: f64,
-    /// The answer of the force-controlled contact to its reference.
+    /// The response of the force-controlled contact to its reference.
     pub response: Option<Response>,
     /// Each contact.
     pub contacts: Vec<ContactSummary>,
-    /// Index of the contact that the outcome refers to: the force-controlled one, else the one that pushed
-    /// hardest.
+    /// Index of the contact of the outcome: the force-controlled one, else the one with the largest force.
     #[serde(skip)]
     pub main_contact: Option<usize>,
     /// How the outcome was judged.
@@ -62,18 +60,18 @@ pub struct Summary {
     pub controlled: Option<String>,
     /// Everything that happened, in order.
     pub events: Vec<EventRecord>,
-    /// Where the energy came from and went, J; none where it is not kept.
+    /// Supplied, dissipated and stored energy, J; `None` without a ledger.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyTable>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Steps taken: intervals between instants and their parts, or fixed steps.
     pub steps: u64,
-    /// Time that preparing, running and measuring took, s.
+    /// Time for preparation, run and measures, s.
     pub wall_s: f64,
 }
 
-/// Looks at a surface over the last fifth of a run that tell whether it moves.
+/// Number of points over the last fifth of a run at which motion of a surface is checked.
 const LOOKS: u32 = 16;
 
 /// A contact in the summary.
@@ -83,11 +81,11 @@ pub struct ContactSummary {
     pub name: String,
     /// Largest total force, in size.
     pub peak_force_n: f64,
-    /// Whether that is a pull, as a clamped contact may.
+    /// Whether that is a pull, as a clamped contact may have.
     pub peak_is_pull: bool,
     /// When.
     pub peak_at_s: f64,
-    /// First touch; none where it never touches.
+    /// First touch; `None` if it never touches.
     pub first_contact_s: Option<f64>,
     /// Lift-offs.
     pub bounces: usize,
@@ -97,7 +95,7 @@ pub struct ContactSummary {
     pub contact_share: f64,
 }
 
-/// A finished run, to be summed up.
+/// A finished run, for the summary.
 #[derive(Clone, Debug)]
 pub(super) struct Finished<'a> {
     pub(super) scenario: &'a Scenario,
@@ -109,11 +107,11 @@ pub(super) struct Finished<'a> {
     pub(super) end: Option<RunEnd>,
     /// Simulated time reached, s.
     pub(super) end_s: f64,
-    /// Whether it may go on no longer.
+    /// Whether no further extension is possible.
     pub(super) is_longest: bool,
     /// Whether no longer run follows.
     pub(super) is_last: bool,
-    /// What was under way at the end.
+    /// Motion that had not ended at the end.
     pub(super) standing: &'a Standing,
     pub(super) steps: u64,
     pub(super) energy: Option<EnergyBalance>,
@@ -125,7 +123,7 @@ impl<'a> Finished<'a> {
         let main = main_contact.map(|i| &self.contacts[i]);
         let mut response = self.response();
         let verdict = self.verdict(main, response.as_ref());
-        // What is within the band at the end by chance has not settled.
+        // A force that is within the band at the end by chance has not settled.
         if let Some(response) = response
             .as_mut()
             .filter(|_| !matches!(verdict.outcome, Outcome::Settled | Outcome::BouncesThenSettles))
@@ -181,7 +179,7 @@ impl<'a> Finished<'a> {
         (0..self.contacts.len()).max_by(|&i, &j| peak(i).total_cmp(&peak(j)).then(j.cmp(&i)))
     }
 
-    /// What the engine located and what the record shows, in order.
+    /// Events from the engine and from the record, in order.
     fn events(&self) -> Vec<EventRecord> {
         let of = |event: &Event| EventRecord {
             t_s: event.t_s,
@@ -212,14 +210,14 @@ impl<'a> Finished<'a> {
         Some(answer.response())
     }
 
-    /// Amplitude of the motion that counts as rest, N. A force may rest anywhere within a step of its sensor;
-    /// but to swing there is no rest.
+    /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor, but an
+    /// oscillation within that step is not rest.
     fn rest_n(&self, response: &Response) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
         response.final_reference_n.map(|_| response.share_n.max(hidden_n))
     }
 
-    /// What the references of all controllers do at the end.
+    /// Behaviour of all controllers' references at the end.
     fn endings(&self) -> Vec<Ending> {
         let references = self.scenario.controllers.keys().filter_map(|name| self.reference_n(name));
         references.map(|reference_n| Ending::of(&self.record.t_s, reference_n)).collect()
@@ -288,8 +286,7 @@ impl<'a> Finished<'a> {
         evidence.verdict()
     }
 
-    /// Whether nothing can touch and controllers are at work: then a wall, if there is one, is one that they
-    /// render.
+    /// Whether nothing can touch although controllers act: a wall is then one that they render.
     fn is_rendered(&self) -> bool {
         !self.scenario.controllers.is_empty()
             && self
@@ -298,7 +295,7 @@ impl<'a> Finished<'a> {
                 .all(|contact| !standing::can_touch(contact) && contact.intervals.is_empty())
     }
 
-    /// Where nothing can touch: the motion that a controller wants, what it is, and what it should be.
+    /// Without contact: the motion under control, its signal, and its reference.
     fn controlled(&self) -> Option<(Controlled, &'a [f64], Vec<f64>)> {
         let found = self.is_rendered().then(|| Controlled::find(self.scenario)).flatten()?;
         let values = self.record.column(&found.signal.to_string())?;
@@ -306,8 +303,7 @@ impl<'a> Finished<'a> {
         Some((found, values, wanted))
     }
 
-    /// Amplitude of a motion that counts as rest: a share of what it should be, else of the farthest that it
-    /// was.
+    /// Amplitude of a motion that counts as rest: a share of its reference, else of its largest value.
     fn rest_of_motion(wanted: &[f64], motion: Option<&[f64]>) -> Option<f64> {
         let size = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
         let last = wanted.last().map_or(0.0, |last| last.abs());
@@ -315,7 +311,7 @@ impl<'a> Finished<'a> {
         scale.map(|scale| SETTLING_BAND * scale)
     }
 
-    /// Whether the surface moves to the end: a profile that travels, or a body under the tool that a series of
+    /// Whether the surface moves to the end: a moving profile, or a body under the tool that a series of
     /// commands drives.
     fn surface_moves(&self, contact: Option<&ContactRun>) -> bool {
         let Some(contact) = contact else { return false };
@@ -337,8 +333,8 @@ impl<'a> Finished<'a> {
         travels || driven
     }
 
-    /// The force that the outcome is judged by: that of the contact, or, where nothing can touch, the motion
-    /// that is controlled, else the force of the first drive.
+    /// The force that decides the outcome: that of the contact. Without contact it is the controlled motion,
+    /// else the force of the first drive.
     fn judged_force_n(&self, contact: Option<&ContactRun>) -> Option<&'a [f64]> {
         if let Some((_, values, _)) = self.controlled() {
             return Some(values);
@@ -349,7 +345,7 @@ impl<'a> Finished<'a> {
         self.record.column(&contact?.force_signal())
     }
 
-    /// What is recorded of a drive: the command of a force drive, the force of any other.
+    /// The recorded signal of a drive: the command of a force drive, the force of any other.
     fn driven_n(&self, drive: &Drive) -> Option<&'a [f64]> {
         let quantity = if drive.commands_force() { Quantity::Command } else { Quantity::Force };
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())

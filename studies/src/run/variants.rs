@@ -1,4 +1,4 @@
-//! Measures of many variants: no energy ledger, no more recorded than the measures need, variants of one
+//! Measures of many variants: no energy ledger, only the signals for the measures, and variants of one
 //! structure side by side.
 
 use feeler_engine::{Integrator, Program, RunSettings, Scenario, Simulation, Trace, sharing_exponentials};
@@ -12,27 +12,27 @@ use crate::run::record::recording::Recording;
 use crate::run::verdict::MOST_EXTENSION;
 use crate::run::{Ended, Judged, Summary, engine};
 
-/// Variants that run side by side.
+/// Number of variants side by side.
 pub const LANES: usize = 8;
 
-/// A variant made ready to be measured.
+/// A variant prepared for measuring.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     scenario: Scenario,
     program: Program,
 }
 
-/// What was measured of a variant.
+/// Measures of a variant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// Figures of the run; without energies, which are not kept.
+    /// Figures of the run, without energies.
     pub summary: Summary,
-    /// Largest forces of the contacts that began and ended within the tail, N, the last ones in order; none
-    /// where nothing leaves the wall any more.
+    /// Largest forces of the contacts that began and ended within the tail, N, the last ones in order. Empty
+    /// if the tool no longer leaves the wall.
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
-    /// touch-down (the largest of each cycle where the tool stays in contact): one value where every cycle is
-    /// like the last, two where the period has doubled.
+    /// touch-down (the maximum of each cycle if the tool stays in contact). One value if every cycle repeats
+    /// the last, two after a period doubling.
     pub strobe_n: Vec<f64>,
 }
 
@@ -51,12 +51,12 @@ impl Candidate {
 
     /// Whether the two may run side by side.
     pub fn runs_beside(&self, other: &Self) -> bool {
-        // Fixed steps take their events one variant at a time, so that there is nothing to gain.
+        // Fixed steps handle events one variant at a time, so there is no advantage.
         self.scenario.run.integrator == Integrator::Exact && self.program.difference(&other.program).is_none()
     }
 
-    /// Measures this variant alone, for as long as it takes to tell its outcome, up to [`MOST_EXTENSION`]
-    /// times its duration. `tail` bounds how many impacts and strobes are kept.
+    /// Measures this variant alone until its outcome is decided, up to [`MOST_EXTENSION`] times its duration.
+    /// `tail` limits the number of impacts and strobes that are kept.
     ///
     /// # Errors
     /// Exponentials that cannot be computed. A motion that diverges is a result.
@@ -72,7 +72,7 @@ impl Candidate {
         let from_s = judged.summary.verdict.tail_s[0];
         let end_s = record.t_s.last().copied().unwrap_or(0.0);
         let impact_peaks_n = main.map_or_else(Vec::new, |contact| {
-            // Of a contact that the end of the run cuts off the peak is not known.
+            // The peak of a contact that the end of the run cuts off is unknown.
             let whole = |interval: &Interval| interval.start_s >= from_s && interval.end_s < end_s;
             let impacts = contact
                 .intervals
@@ -101,8 +101,8 @@ impl Candidate {
     }
 }
 
-/// Measures variants, side by side where their structure allows it; each gets the same numbers as alone, to
-/// the bit. In the order given.
+/// Measures variants, side by side if their structure allows it. Each gets the same numbers as alone, bit for
+/// bit, in the given order.
 pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
     let mut results: Vec<Option<Result<Measured, RunError>>> = candidates.iter().map(|_| None).collect();
     let mut left: Vec<usize> = (0..candidates.len()).collect();
@@ -120,7 +120,7 @@ pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, Ru
                 results[i] = Some(Ok(measured));
             }
         }
-        // Too few for the lanes, or taken down by the failure of one.
+        // Too few for the lanes, or failed together with another one.
         for &i in &block {
             results[i].get_or_insert_with(|| candidates[i].measure(tail));
         }
@@ -139,7 +139,7 @@ fn side_by_side(
     })
 }
 
-/// Runs the lanes for their duration, and those that do not tell their outcome for longer, by doubling.
+/// Runs the lanes for their duration, and undecided ones for longer, by doubling.
 fn measure_lanes<L: Lane>(
     block: &[&Candidate],
     mut simulation: Simulation<L>,
@@ -202,8 +202,8 @@ mod tests {
         assert!((2..10).contains(&sustained), "{sustained}");
     }
 
-    /// A cell of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then chatters
-    /// within bounds.
+    /// A cell of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then chatters with
+    /// a bounded amplitude.
     #[test]
     fn regress_impacts_that_rise_at_first_are_not_called_unstable() {
         let settings = [
@@ -222,8 +222,8 @@ mod tests {
         (key, Setting::Number(value))
     }
 
-    /// Stuck 7 N beside the reference with an integrator that winds for four seconds: the force rests, and
-    /// not for long.
+    /// Stuck 7 N from the reference with an integrator that winds up for four seconds: the force rests only
+    /// temporarily.
     #[test]
     fn regress_hunting_is_not_settled_while_it_sticks() {
         let settings = [
@@ -238,8 +238,8 @@ mod tests {
         assert_eq!(measured.summary.outcome, Outcome::Hunting, "{:?}", measured.summary.verdict);
     }
 
-    /// At 0.09 mm/s the tool touches after 11.5 s, and the force of 2 N that begins the law has not built up
-    /// at 12 s: what is rest then is unstable later.
+    /// At 0.09 mm/s the tool touches after 11.5 s, and the force of 2 N that starts the law has not built up
+    /// at 12 s. The run appears at rest and is unstable later.
     #[test]
     fn regress_an_approach_is_not_settled() {
         let settings = [
@@ -301,8 +301,8 @@ mod tests {
         );
     }
 
-    /// Just below the limit of 0.9027 the impacts weaken by 3 to 7 % from part to part, for seconds: no
-    /// chatter that lasts.
+    /// Just below the limit of 0.9027 the impacts weaken by 3 to 7 % from part to part, for seconds: not
+    /// sustained chatter.
     #[test]
     fn regress_bouncing_that_weakens_slowly_is_no_chatter() {
         for (kp, duration) in [(0.86, 0.7), (0.86, 1.0), (0.88, 1.5)] {
@@ -326,7 +326,7 @@ mod tests {
         assert_eq!(beyond.summary.outcome, Outcome::Chatter);
     }
 
-    /// Close to its limit of 0.6067 the loop rings for seconds, and a run of one does not tell.
+    /// Close to its limit of 0.6067 the loop rings for seconds, and a run of one second is undecided.
     #[test]
     fn truth_an_undecided_run_is_extended_until_it_is_decided() {
         let document = file("limits/sampled-delay.toml");
@@ -379,7 +379,7 @@ mod tests {
         assert_eq!((driven.outcome, driven.simulated_s), (Outcome::Driven, 1.0));
     }
 
-    /// At kp = -2 the spring of the loop is k (1 + kp) = -k: what it holds is pulled away, and never pushes.
+    /// At kp = -2 the spring of the loop is k (1 + kp) = -k: the contact force only pulls, and never pushes.
     #[test]
     fn regress_a_force_that_only_pulls_has_a_peak() {
         let settings = [number("controllers.force.kp", -2.0)];

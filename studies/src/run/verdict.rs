@@ -1,28 +1,44 @@
-//! What became of a run: settled, chattering, unstable, or something else, by criteria on its tail.
+//! The outcome of a run: settled, chattering, unstable, or another class, by criteria on its tail.
 //!
-//! The *tail* is the second half of what follows the last change of the reference or the first touch,
-//! whichever is later (the second half of what follows the first touch where the reference moves to the end).
-//! It is cut into three equal parts whose amplitudes `A1, A2, A3` (half of peak to peak of the force, less
-//! its reference where that moves) tell growth from decay. In this order:
+//! The *tail* is the second half of the time after the last change of the reference or the first touch,
+//! whichever is later. If the reference moves to the end, it is the second half of the time after the first
+//! touch. The tail is divided into three equal parts with the amplitudes `A1, A2, A3` (half of peak to peak
+//! of the force, less its reference if that moves). They separate growth from decay. The criteria apply in
+//! this order:
 //!
-//! | outcome | when |
-//! |---|---|
-//! | unstable | the motion left all bounds; or it grows ([`growth`]) and never left the workpiece, or still grows at the end of the longest extension |
-//! | no-contact | the tool never touched, or left before the tail without return, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
-//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end, and impacts of which the last ones do not each fall short of the one before by 1 % |
-//! | driven | a reference moves to the end, in even steps too, so that there is nothing to settle at |
-//! | settled, bounces-then-settles | `A3` within the settling band (2 % of the force wanted, or four sigma of the sensor's noise where that is more; steps of the sensor do not widen it), no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |
-//! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
-//! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
-//! | oscillates | the same with neither, over 12 cycles at least or to the end of the longest extension |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a reference that was at rest over a fifth of the run and has moved in the last one, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
+//! - *unstable*: the motion left all bounds; or it grows ([`growth`]) and never left the workpiece, or it
+//!   still
+//! grows at the end of the longest extension.
+//! - *no-contact*: the tool never touched, or left before the tail without return, and is not on its way.
+//!   That
+//! is, no controller approaches, and no gap would close at its present rate and acceleration within the
+//! longest extension.
+//! - *chatter*: at least 3 lift-offs in the tail, 2 of them in its last part; `A3 >= 0.7 A1`, with no fall by
+//! 3 % that continues to the end; and the last impacts do not each fall by 1 % from the one before.
+//! - *driven*: a reference moves to the end, possibly in even steps, so there is nothing to settle at.
+//! - *settled*, *bounces-then-settles*: `A3` is within the settling band, there is no lift-off in the last
+//! part, no controller is in its approach, no command moves on while the force rests, and no growth from part
+//! to part continues. The band is 2 % of the reference force, or four sigma of the sensor's noise if that is
+//! more; steps of the sensor do not widen it. The two differ in whether the tool had left the workpiece.
+//! - *limit-cycle*: the force oscillates and does not decay, and a drive or controller is at its limit for
+//!   over
+//! 1 % of the tail.
+//! - *hunting*: the same, but no limit is reached, and a guide sticks or breaks loose at least twice.
+//! - *oscillates*: the same with neither, over 12 cycles at least or to the end of the longest extension.
+//! - *undecided*: none of these. Oscillation or bouncing decays but has not ended, or creeps up or down.
+//!   (Creep
+//! is a significant line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`];
+//! with fewer than 12 cycles it is a factor of more than 1.05 from part to part.) Or a tool is on its way, or
+//! a command winds up. Or a reference was at rest over a fifth of the run and has moved in the last fifth. Or
+//! a run that left the workpiece grows and may still be bounded by that. Or the tail is too short to judge,
+//! with less than two cycles of a motion that lasts or grows.
 //!
-//! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes
-//! the force's place: it is unstable where that grows (and at the end of the longest extension where it
-//! creeps up), a limit cycle where it swings between limits, and `no-contact` otherwise.
+//! If nothing can touch, a wall is one that a controller renders. The first drive's command then replaces the
+//! force. The outcome is unstable if the command grows (and at the end of the longest extension if it creeps
+//! up), a limit cycle if it oscillates between limits, and `no-contact` otherwise.
 //!
-//! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until
-//! it is.
+//! A longer run decides most of the undecided cases: [`super::measure()`] extends the run until it is
+//! decided.
 
 mod evidence;
 mod growth;

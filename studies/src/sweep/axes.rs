@@ -1,8 +1,8 @@
-//! What the axes of a sweep are, for maps and diagrams.
+//! The axes of a sweep, for maps and diagrams.
 
 use feeler_files::{Axis, Sampling, Setting, SweepFile};
 
-/// An axis that can be drawn: its numbers rise evenly, by ratio, or are a list.
+/// An axis that can be drawn: its numbers rise evenly or by a ratio, or are a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnAxis {
     /// Key path.
@@ -18,7 +18,7 @@ pub struct DrawnAxis {
 }
 
 impl DrawnAxis {
-    /// Every axis of a sweep that runs over numbers, in order of the file. A list is none, since its values
+    /// Every axis of a sweep over numbers, in the order of the file. Lists are excluded, since their values
     /// need not be in order.
     pub fn of(sweep: &SweepFile) -> Vec<Self> {
         let drawn = |(key, axis): (&String, &Axis)| {
@@ -40,7 +40,7 @@ impl DrawnAxis {
         sweep.axes.iter().filter_map(drawn).collect()
     }
 
-    /// Where a value lies between the ends, 0 to 1.
+    /// Position of a value between the ends, 0 to 1.
     pub fn share(&self, value: f64) -> f64 {
         share_between(self.range, self.log, value)
     }
@@ -51,13 +51,13 @@ impl DrawnAxis {
         if self.log { from * (to / from).powf(share) } else { from + share * (to - from) }
     }
 
-    /// Index of the last value of a grid, counted in the finest steps of an adaptive sweep; absent if the
-    /// values are drawn at random.
+    /// Index of the last value of a grid, in the finest steps of an adaptive sweep; `None` if the values are
+    /// drawn at random.
     pub fn last_index(&self, sweep: &SweepFile) -> Option<u64> {
         self.points.map(|points| (points - 1) * self.stride(sweep))
     }
 
-    /// From one value of the coarsest grid to the next, in the finest steps of an adaptive sweep.
+    /// Distance of values of the coarsest grid, in the finest steps of an adaptive sweep.
     pub fn stride(&self, sweep: &SweepFile) -> u64 {
         let index = sweep.axes.get_index_of(&self.key).unwrap_or_default();
         sweep.refine.map_or(1, |refine| refine.stride(index))
@@ -69,7 +69,7 @@ impl DrawnAxis {
     }
 }
 
-/// A setting as tables hold it.
+/// A setting as in tables.
 pub fn shown(setting: &Setting) -> String {
     match setting {
         Setting::Number(value) => value.to_string(),
@@ -78,13 +78,13 @@ pub fn shown(setting: &Setting) -> String {
     }
 }
 
-/// Where a value lies between the ends of a range, 0 to 1: by ratio where `log` says so.
+/// Position of a value between the ends of a range, 0 to 1: by ratio if `log`.
 pub fn share_between([from, to]: [f64; 2], log: bool, value: f64) -> f64 {
     if log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
 }
 
-/// Combinations of values that each have a map or diagram of their own: of the axes that are lists, and of
-/// what a grid has beyond two axes of numbers.
+/// Combinations of values with their own map or diagram each: of the axes that are lists, and of a grid's
+/// further axes after two axes of numbers.
 #[derive(Clone, Debug)]
 pub struct Panels<'a> {
     axes: Vec<(&'a String, &'a Axis)>,
@@ -106,7 +106,7 @@ impl<'a> Panels<'a> {
         self.axes.iter().any(|(axis, _)| *axis == key)
     }
 
-    /// How many there are; one where no axis is set apart.
+    /// Number of panels; one if no axis is separate.
     pub fn count(&self) -> u64 {
         self.axes.iter().filter_map(|(_, axis)| axis.count()).product()
     }

@@ -1,8 +1,7 @@
-//! Where linear theory puts the limit of stability on a map: of the loop as it is sampled, and of the
-//! continuous one.
+//! The limit of stability on a map by linear theory: of the sampled loop, and of the continuous one.
 //!
-//! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of
-//! the other axis, exactly; elsewhere the rate of growth is computed on a grid and its zero level drawn.
+//! The machine is in contact. If an axis is a gain, its stable values are computed exactly at each value of
+//! the other axis. Otherwise the rate of growth is computed on a grid and its zero level is drawn.
 
 use feeler_analysis::{AnalysisError, Band, ContinuousLoop, ControlLoop, SampledLoop, gain_names};
 use feeler_engine::Scenario;
@@ -31,8 +30,7 @@ pub struct LinearLimits {
     pub continuous: Vec<Line>,
 }
 
-/// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a
-/// variant, its part is left out.
+/// The limits on the map of two axes, with `fixed` settings. Parts without an answer of theory are omitted.
 pub(super) fn linear_limits(
     document: &Document,
     [x, y]: [&DrawnAxis; 2],
@@ -110,9 +108,9 @@ fn edges(bands: &[Band]) -> Vec<f64> {
     bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
 }
 
-/// Edges of one section after another, by rising gain, as lines of section and gain. Where the next section
-/// has fewer or more, those that are nearest belong together; of the others two neighbours are the two ends
-/// of a line that turns back between the sections, and one is where a line leaves or enters.
+/// Edges of consecutive sections, by rising gain, as lines of section and gain. If the next section has fewer
+/// or more edges, the nearest ones belong together. Of the others, two neighbours are the two ends of a line
+/// that turns back between the sections, and a single one is where a line leaves or enters.
 fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
     let mut lines: Vec<Vec<(usize, f64)>> = Vec::new();
     // The lines of the last section's edges.
@@ -135,8 +133,8 @@ fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
             let other = std::mem::take(&mut lines[from]);
             lines[line].extend(other.into_iter().rev());
         }
-        // At the first section lines come from beyond the axis; later the line begins on the other branch, so
-        // that the two are drawn as one.
+        // At the first section lines come from beyond the axis. Later the line begins on the other branch, so
+        // that both are drawn as one.
         for pair in neighbours(&begun).into_iter().filter(|_| i > 0) {
             let start = (i, edges[pair[0]]);
             lines[next[pair[1]]].insert(0, start);
@@ -162,11 +160,11 @@ fn neighbours(indices: &[usize]) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// For each edge of a section the one of the section before to which it belongs: in order, as many as there
-/// can be, the nearest by ratio.
+/// For each edge of a section its partner in the previous section: in order, as many as possible, the nearest
+/// by ratio.
 fn partners(before: &[f64], edges: &[f64]) -> Vec<Option<usize>> {
     let apart = |a: f64, b: f64| if a * b > 0.0 { (a / b).ln().abs() } else { (a - b).abs() };
-    // cost[i][j]: of the last i of the one and the last j of the other, the shorter of which are all matched.
+    // cost[i][j]: for the last i of one and the last j of the other; all of the shorter list are matched.
     let (n, m) = (before.len(), edges.len());
     let mut cost = vec![vec![0.0; m + 1]; n + 1];
     for i in (0..n).rev() {
@@ -271,7 +269,7 @@ mod tests {
         assert_eq!(turned.sampled.iter().flatten().count(), limits.sampled.iter().flatten().count());
     }
 
-    /// At kp = -1 the loop has no stiffness left, whatever the wall's: the lower end of what is stable.
+    /// At kp = -1 the loop has no stiffness left, whatever the wall's: the lower end of the stable range.
     #[test]
     fn truth_a_limit_below_zero_is_drawn_too() {
         let kp = DrawnAxis { log: false, ..axis("controllers.force.kp", [-2.0, 0.2]) };
@@ -283,8 +281,8 @@ mod tests {
         }
     }
 
-    /// The same limit as a level of the growth rate, over two keys that are no gains: it passes where the
-    /// exact search puts it.
+    /// The same limit as a level of the growth rate, over two keys that are not gains: it agrees with the
+    /// exact search.
     #[test]
     fn truth_limits_over_keys_that_are_no_gains_are_those_of_the_gain() {
         let document = flexible().with([("controllers.force.kp", Setting::Number(0.5641))]).unwrap();
@@ -298,7 +296,7 @@ mod tests {
         assert!(limits.sampled.iter().flatten().any(|point| near(&point)), "{:?}", limits.sampled);
     }
 
-    /// A stable band that opens and closes beyond an edge that goes on: one line across, and one around the
+    /// A stable band that opens and closes beyond an edge that continues: one line across, and one around the
     /// band.
     #[test]
     fn regress_edges_that_come_and_go_in_pairs_are_the_ends_of_one_line() {

@@ -1,8 +1,8 @@
-//! Where a function of two variables is zero, from its values on a grid.
+//! The zero level of a function of two variables, from its values on a grid.
 
-/// Polylines of the zero level, in units of the grid: `values[j][i]` stands at `(i, j)`. Cells with a value
-/// that is no number are left out. `centre` gives the value in the middle of the cell at `(i, j)`; it is
-/// asked for where the corners leave open which of two lines pass.
+/// Polylines of the zero level, in units of the grid: `values[j][i]` is at `(i, j)`. Cells with a NaN are
+/// omitted. `centre` gives the value in the middle of the cell at `(i, j)`. It is called if the corners do
+/// not decide between two possible lines.
 pub(super) fn zero_level(values: &[Vec<f64>], centre: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<[f64; 2]>> {
     let mut pieces: Vec<[[f64; 2]; 2]> = Vec::new();
     for j in 0..values.len().saturating_sub(1) {
@@ -21,8 +21,8 @@ pub(super) fn zero_level(values: &[Vec<f64>], centre: &dyn Fn(usize, usize) -> f
                 })
             };
             let mut found: Vec<[f64; 2]> = (0..4).filter_map(crossing).collect();
-            // Each line cuts off a corner: the first and third, or the other two, whichever are not of the
-            // sign that holds in the middle.
+            // Each line cuts off a corner: the first and third, or the other two, whichever have the opposite
+            // sign of the middle.
             if found.len() == 4 && (at(0) > 0.0) != (centre(i, j) > 0.0) {
                 found.rotate_right(1);
             }

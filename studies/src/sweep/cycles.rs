@@ -1,4 +1,4 @@
-//! Chatter as describing functions predict it, beside what the simulation did.
+//! Chatter as predicted by describing functions, for comparison with the simulation.
 
 use feeler_analysis::{LimitCycle, limit_cycles};
 use rayon::prelude::*;
@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::axes::DrawnAxis;
 use feeler_files::{Document, Setting};
 
-/// Predicted cycles at each value of an axis, those of the largest peak first; `None` if there are none, or
-/// where the theory does not apply.
+/// Predicted cycles at each value of an axis, the largest peak first; empty if there are none, or if the
+/// theory does not apply.
 pub(super) fn predicted_cycles(
     document: &Document,
     axis: &DrawnAxis,

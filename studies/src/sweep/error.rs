@@ -1,4 +1,4 @@
-//! What can go wrong in a sweep as a whole; what goes wrong in a variant is its row.
+//! Errors of a sweep as a whole; those of a variant are in its row.
 
 use std::borrow::Cow;
 use std::io::ErrorKind;
@@ -11,7 +11,7 @@ use crate::run::system_error;
 use crate::unwritable::unwritable;
 use feeler_files::FormatError;
 
-/// Why a sweep, or putting its results together, failed.
+/// Why a sweep, or the assembly of its results, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -34,7 +34,7 @@ pub enum SweepError {
         /// What the format's library says.
         source: parquet::errors::ParquetError,
     },
-    /// A file of results does not hold what its sweep's files hold.
+    /// A file of results does not match its sweep's files.
     #[error("{}: there is no column `{column}` of the kind expected", path.display())]
     Column {
         /// The file.
@@ -59,7 +59,7 @@ pub enum SweepError {
     Incomplete {
         /// How many chunks are missing.
         missing: usize,
-        /// How many there are in all.
+        /// Their total number.
         chunks: usize,
         /// The first that is missing.
         first: usize,
@@ -112,7 +112,7 @@ impl SweepError {
     }
 
     pub(crate) fn parquet(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> Self {
-        // What the system says while a file is written has nothing to do with its format.
+        // System errors during writing are independent of the format.
         move |source| match system_error(source) {
             Ok(source) if matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
                 Self::Io { path: path.into(), source }

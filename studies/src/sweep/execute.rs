@@ -14,13 +14,13 @@ use super::{Counters, Sweep, chunk_ids, chunks};
 use crate::run::{self, Candidate, Measured, RunError, measure, write_parquet};
 use feeler_files::Setting;
 
-/// Variants that are prepared together, so that those of one structure can run side by side.
+/// Number of variants that are prepared together, so that those of one structure can run side by side.
 const BLOCK: usize = 64;
-/// Traces of variants, where they are kept.
+/// Folder of variants' traces, if these are kept.
 const TRACES: &str = "traces";
 
 impl Sweep {
-    /// Runs whatever is missing of a pass, and gives its chunks. `first` is the number of its first variant.
+    /// Runs the missing part of a pass, and returns its chunks. `first` is the number of its first variant.
     #[expect(
         clippy::too_many_arguments,
         reason = "each is what it says, and a struct for one call would only rename them"
@@ -95,7 +95,7 @@ impl Sweep {
         Candidate::new(document.scenario).map_err(|error| error.to_string())
     }
 
-    /// Measures candidates side by side; where one of them brings the computation down, each by itself.
+    /// Measures candidates side by side; if one of them makes the computation fail, each separately.
     fn measured(&self, candidates: &[Candidate]) -> Vec<Result<Measured, String>> {
         let tail = self.file.keep.tail;
         let guarded = |candidates: &[Candidate]| catch_unwind(AssertUnwindSafe(|| measure(candidates, tail)));

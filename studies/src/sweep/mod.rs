@@ -1,9 +1,9 @@
 //! Runs a scenario in many variants.
 //!
-//! Variants are numbered, and each is computed from its number, so that running a sweep of any size takes the
-//! memory of the chunks in hand. A chunk's results are on disk before the next is begun: a sweep that is
-//! killed goes on where it was, and what it writes in the end does not depend on that, nor on the number of
-//! threads, nor on how it was cut into shards. A variant that fails is a row with its error.
+//! Variants are numbered, and each is computed from its number, so a sweep of any size needs only the memory
+//! of its present chunks. A chunk's results are on disk before the next one starts. A killed sweep continues
+//! where it was. Its final results do not depend on that, nor on the number of threads or shards. A variant
+//! that fails becomes a row with its error.
 
 mod axes;
 mod boundary;
@@ -37,9 +37,9 @@ use feeler_files::{Document, SweepFile};
 use points::Points;
 use store::{ChunkId, Store};
 
-/// Chunks of a sweep, about: enough for many cores, and for little to be lost when it is killed.
+/// Approximate number of chunks of a sweep: enough for many cores, with little loss if it is killed.
 const CHUNKS: u64 = 64;
-/// Variants of a chunk at least, and at most.
+/// Smallest and largest number of variants of a chunk.
 const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
 /// Changes whenever the same files would give other bytes.
 const RESULTS_VERSION: u32 = 10;
@@ -51,38 +51,38 @@ pub struct Sweep {
     pub file: SweepFile,
     /// Its scenario.
     pub document: Document,
-    /// The files' texts, by which results know what they belong to.
+    /// The files' texts, which identify the results.
     plan: String,
 }
 
 /// How to run a sweep.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// Threads; one per processor where absent.
+    /// Number of threads; `None` for one per processor.
     pub threads: Option<usize>,
-    /// The part of the sweep to run; all of it where absent.
+    /// The part of the sweep to run; `None` for all of it.
     pub shard: Option<Shard>,
 }
 
-/// How far a sweep has come.
+/// Progress of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SweepProgress {
     /// Variants done in this call.
     pub done: u64,
-    /// Variants that an earlier call did.
+    /// Variants completed by an earlier call.
     pub found: u64,
-    /// Variants to be done in all by this call and earlier ones; of an adaptive sweep, those known so far.
+    /// Total number of variants, of this call and earlier ones; for an adaptive sweep, those known so far.
     pub total: u64,
 }
 
 /// What a sweep has done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepResult {
-    /// The table of results; `None` if this was one of several shards, until [`merge`] puts them together.
+    /// The table of results; `None` for one of several shards, until [`merge`] combines them.
     pub table: Option<PathBuf>,
     /// Variants run by this call, found from an earlier one, and in all.
     pub progress: SweepProgress,
-    /// Passes of an adaptive sweep, 1 of any other; `None` if an earlier call did them all.
+    /// Passes of an adaptive sweep, 1 for any other; `None` if an earlier call completed them.
     pub passes: Option<usize>,
 }
 
@@ -108,11 +108,10 @@ impl Sweep {
         Ok(Self { file, document, plan: plan.to_string() + "\n" })
     }
 
-    /// Runs the sweep, or goes on with it, in `folder`.
+    /// Runs the sweep, or continues it, in `folder`.
     ///
     /// # Errors
-    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and what the system says to files and
-    /// threads.
+    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and system errors of files and threads.
     pub fn run(
         &self,
         folder: &Path,
@@ -124,7 +123,7 @@ impl Sweep {
         }
         let store = Store::open(folder, &self.plan)?;
         if store.is_complete() {
-            // Whoever put the results together may not have come to remove what they were made of.
+            // A process that assembled the results may have ended before removing the chunks.
             store.tidy()?;
             let found = Table::count_rows(&store.table())? as u64;
             let progress = SweepProgress { done: 0, found, total: found };
@@ -148,13 +147,13 @@ impl Sweep {
                 .map(|chunks| vec![chunks]),
         });
         let passes = match ran {
-            // Another call has put the results together, and taken away the chunks that were to be read.
+            // Another process has assembled the results and removed the chunks.
             Err(_) if store.is_complete() => Vec::new(),
             ran => ran?,
         };
         let (count, ids) = (passes.len(), passes.concat());
-        // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts
-        // their chunks together.
+        // Shards in a common folder do not know when the others have finished reading: [`merge`] combines
+        // their chunks.
         let is_part = options.shard.is_some_and(Shard::is_part);
         let table = if store.is_complete() {
             store.tidy()?;
@@ -169,12 +168,12 @@ impl Sweep {
     }
 }
 
-/// How many variants a plan has.
+/// Number of variants of a plan.
 fn planned_variants(plan: &str) -> Option<u64> {
     serde_json::from_str::<serde_json::Value>(plan).ok()?.get("variants")?.as_u64()
 }
 
-/// The chunks of this many variants: the first variant of each, and how many.
+/// The chunks of this number of variants: the first variant of each, and its length.
 fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
     let size = (variants / CHUNKS).clamp(CHUNK[0], CHUNK[1]).next_multiple_of(CHUNK[0]);
     let count = variants.div_ceil(size) as usize;
@@ -186,7 +185,7 @@ fn chunk_ids(pass: usize, variants: u64) -> Vec<ChunkId> {
     (0..chunks(variants).len()).map(|number| ChunkId { pass, number }).collect()
 }
 
-/// Counts what is done, and tells of it.
+/// Counts completed variants, and reports progress.
 struct Counters<'a> {
     done: AtomicU64,
     found: AtomicU64,

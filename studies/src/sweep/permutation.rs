@@ -1,5 +1,4 @@
-//! A random permutation that is computed where it is needed, so that a Latin hypercube of any size takes no
-//! memory.
+//! A random permutation computed on demand, so that a Latin hypercube of any size needs no memory.
 
 /// Rounds of the Feistel network; four make it a good permutation (Luby and Rackoff, "How to construct
 /// pseudorandom permutations", 1988).
@@ -21,7 +20,7 @@ impl Permutation {
 
     /// Where `index` goes.
     pub(super) fn at(self, index: u64) -> u64 {
-        // Walking the cycle until it comes back into range: a permutation of the larger set stays one on the
+        // Cycle walking until the value is in range: a permutation of the larger set restricts to one of the
         // smaller.
         let mut value = index;
         loop {

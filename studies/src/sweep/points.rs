@@ -6,15 +6,15 @@ use super::permutation::Permutation;
 use super::sobol::sobol;
 use feeler_files::{Axis, Sampling, Setting, SweepFile};
 
-/// A place on the lattice of an adaptive sweep: one index per axis.
+/// A point on the lattice of an adaptive sweep: one index per axis.
 pub(super) type Node = Vec<u64>;
 
 /// Some variants, by number.
 #[derive(Debug)]
 pub(super) enum Points<'a> {
-    /// All that the file asks for.
+    /// All variants of the file.
     Plan(&'a SweepFile),
-    /// These places of a lattice, which has this many values for each axis.
+    /// These points of a lattice with these numbers of values per axis.
     Nodes(&'a SweepFile, Vec<Node>, Vec<u64>),
 }
 
@@ -65,7 +65,7 @@ fn planned(sweep: &SweepFile, index: u64) -> Vec<Setting> {
         .collect()
 }
 
-/// A number that belongs to an axis as a whole; no variant has this index.
+/// A number for an axis as a whole; no variant has this index.
 fn shift(stream: &Stream) -> u64 {
     (stream.uniform_at(u64::from(u32::MAX) << 16) * 2_f64.powi(64)) as u64
 }

@@ -1,11 +1,11 @@
-//! Makes a grid finer along boundaries, and only there.
+//! Refines a grid along boundaries, and only there.
 //!
-//! The grid is the coarsest level of a lattice whose spacing is halved repeatedly, along each axis as
-//! often as its tolerance takes. A cell in which two known places differ in class that lie beside one another
-//! along an axis not yet at its finest is split along all such axes, until there is none. A boundary is then
-//! known to one spacing of the finest grid for a number of runs that grows with its length, not with the
-//! area; where one axis is at its tolerance long before the other, only the places where the boundary crosses
-//! its lines are looked for.
+//! The grid is the coarsest level of a lattice whose spacing is halved repeatedly, along each axis as often
+//! as its tolerance requires. A cell is split if two of its known points differ in class and are neighbours
+//! along an axis that is not yet at its finest. It is split along all such axes, until no such cell is left.
+//! A boundary is then located to one spacing of the finest grid, with a number of runs that grows with its
+//! length and not with the area. If one axis reaches its tolerance long before the other, only the points
+//! where the boundary crosses its lines are located.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -26,7 +26,7 @@ struct GridCell {
 }
 
 impl GridCell {
-    /// The places from the corner on at multiples of `steps` within the cell.
+    /// The points from the corner on at multiples of `steps` within the cell.
     fn nodes(&self, steps: &[u64]) -> Vec<Node> {
         let mut nodes = vec![Node::new()];
         for ((&base, &size), &step) in self.corner.iter().zip(&self.sizes).zip(steps) {
@@ -42,7 +42,7 @@ impl GridCell {
         self.nodes(&self.sizes)
     }
 
-    /// Half of each side, where that is not the finest yet.
+    /// Half of each side, unless it is the finest.
     fn halves(&self) -> Vec<u64> {
         self.sizes.iter().map(|size| (size / 2).max(1)).collect()
     }
@@ -90,8 +90,8 @@ fn coarse(counts: &[u64], strides: &[u64]) -> Vec<Node> {
     corners
 }
 
-/// What tells one side of a boundary from the other; none of a variant that failed or was undecided.
-/// `at_rest_away` says that a variant without contact is at rest.
+/// Classes of the variants; `None` for a variant that failed or was undecided. `at_rest_away` means that a
+/// variant without contact is at rest.
 fn classes_of(table: &Table, refine: Refine, at_rest_away: bool) -> Vec<Option<String>> {
     let text = |column: &str, row: usize| table.texts(column)?.get(row)?.clone();
     let class = |row: usize| {
@@ -113,7 +113,7 @@ fn classes_of(table: &Table, refine: Refine, at_rest_away: bool) -> Vec<Option<S
 }
 
 impl Sweep {
-    /// Runs pass after pass until no cell is to be split, and gives the chunks of each.
+    /// Runs pass after pass until no cell needs a split, and returns the chunks of each.
     pub(super) fn run_refined(
         &self,
         refine: Refine,
@@ -148,8 +148,8 @@ impl Sweep {
             }
             passes.push(ids);
             let class = |node: &Node| classes.get(node)?.as_deref();
-            // A cell may come to differ only after its neighbours were split, and cells whose places are all
-            // known are split again at once.
+            // A cell may differ only after its neighbours were split, and cells whose points are all known
+            // are split again immediately.
             while wanted.is_empty() {
                 let (split, whole): (Vec<GridCell>, Vec<GridCell>) =
                     leaves.into_iter().partition(|cell| cell.is_crossed(&class));
@@ -184,8 +184,8 @@ mod tests {
         if node[1] > 2 * node[0] { "above" } else { "below" }
     }
 
-    /// Of a column one spacing wide only its two long sides are looked at: what differs across it is located
-    /// already.
+    /// For a column one spacing wide only the two long sides count: differences across it are already
+    /// located.
     #[test]
     fn truth_a_cell_at_its_tolerance_is_split_only_along_the_other_axis() {
         let column = GridCell { corner: vec![3, 0], sizes: vec![1, 8] };

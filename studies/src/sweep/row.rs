@@ -11,11 +11,11 @@ use feeler_files::{Axis, Setting, SweepFile};
 pub(super) struct VariantRow {
     pub(super) variant: u64,
     pub(super) settings: Vec<Setting>,
-    /// Its measures, or what is wrong with it.
+    /// Its measures, or its error.
     pub(super) result: Result<Measured, String>,
 }
 
-/// A measure: its name in files, and how it follows from a summary.
+/// A measure: its name in files, and its function of a summary.
 type Measure = (&'static str, fn(&Summary) -> Option<f64>);
 
 /// Every measure that is a number.

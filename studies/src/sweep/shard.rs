@@ -1,4 +1,4 @@
-//! A sweep over several machines: each takes a part of the chunks, and the parts are put together.
+//! A sweep over several machines: each computes a part of the chunks, and the parts are combined.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -20,7 +20,7 @@ pub struct Shard {
     count: usize,
 }
 
-/// Why a text is no shard.
+/// Why a text is not a shard.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{text}` is no shard")]
 pub struct ParseShardError {
@@ -40,8 +40,7 @@ impl Shard {
         self.count > 1
     }
 
-    /// Whether a chunk belongs to it. Chunks are dealt out in turn, so that parts of a map that take longer
-    /// are shared.
+    /// Whether it has a chunk. Chunks are dealt out in turn, so that slow parts of a map are shared.
     pub(super) fn has(self, chunk: usize) -> bool {
         chunk % self.count == self.index - 1
     }
@@ -66,11 +65,11 @@ impl fmt::Display for Shard {
     }
 }
 
-/// Puts the shards of a sweep together: `folders` hold them (several may share one folder, and one that is
-/// finished is enough), `out` takes the results. Gives the table's path.
+/// Combines the shards of a sweep. `folders` contain them (several may share one folder, and a single
+/// complete one is enough), `out` receives the results. Returns the table's path.
 ///
 /// # Errors
-/// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] where the folders hold different sweeps,
+/// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] if the folders hold different sweeps,
 /// [`SweepError::Incomplete`].
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
     let stores = folders.iter().map(|folder| Store::existing(folder)).collect::<Result<Vec<_>, _>>()?;

@@ -1,8 +1,8 @@
-//! A sweep's folder: the plan it belongs to, chunks as they are done, and the table in the end.
+//! A sweep's folder: its plan, completed chunks, and the final table.
 //!
-//! Every file is written under another name, synchronised and renamed, so that a file that is there is whole,
-//! whenever the process is killed. Several processes may work in one folder: names until renamed are each
-//! writer's own, and chunks that vanish while they are read mean that another has put the results together.
+//! Every file is written under another name, synchronised and renamed, so that an existing file is complete
+//! even if the process is killed. Several processes may work in one folder: each has its own temporary names.
+//! A chunk that disappears while it is read means that another process has assembled the results.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
@@ -12,13 +12,13 @@ use super::error::SweepError;
 use super::table::{Table, TableWriter};
 use crate::whole_file::{remove_unfinished, write_whole};
 
-/// What the results in a folder belong to.
+/// The plan that identifies the results in a folder.
 const PLAN: &str = "plan.json";
 const CHUNKS: &str = "chunks";
 /// The results.
 const TABLE: &str = "sweep.parquet";
 
-/// A chunk: the pass it belongs to, and its number.
+/// A chunk: its pass and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ChunkId {
     pub(super) pass: usize,
@@ -32,7 +32,7 @@ pub(super) struct Store {
 }
 
 impl Store {
-    /// Takes a folder for a plan: makes it, or goes on with what it holds.
+    /// Opens a folder for a plan: creates it, or continues with its contents.
     pub(super) fn open(folder: &Path, plan: &str) -> Result<Self, SweepError> {
         let store = Self { folder: folder.into() };
         fs::create_dir_all(folder).map_err(SweepError::io(folder))?;
@@ -56,7 +56,7 @@ impl Store {
         Ok((Self { folder: folder.into() }, plan))
     }
 
-    /// Where the results are, in the end.
+    /// Path of the final results.
     pub(super) fn table(&self) -> PathBuf {
         self.folder.join(TABLE)
     }
@@ -82,17 +82,17 @@ impl Store {
         let folder = self.folder.join(CHUNKS);
         fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
         match Self::put_table(&self.chunk(id), std::iter::once(Ok(table))) {
-            // The folder went away below the chunk, since another has put the results together.
+            // The folder of the chunk was removed by another process that has assembled the results.
             Err(_) if self.is_complete() => Ok(()),
             put => put,
         }
     }
 
-    /// Puts the results together from all chunks in order, and removes these.
+    /// Assembles the results from all chunks in order, and removes the chunks.
     pub(super) fn assemble(&self, chunks: &[(&Self, ChunkId)]) -> Result<(), SweepError> {
         let put = Self::put_table(&self.table(), chunks.iter().map(|(store, id)| store.read(*id)));
         match put {
-            // Another was first, and has taken the chunks away.
+            // Another process was first, and has removed the chunks.
             Err(_) if self.is_complete() => {}
             put => put?,
         }
@@ -114,8 +114,8 @@ impl Store {
         self.tidy()
     }
 
-    /// Removes what the results have made superfluous: the chunks, and what was begun of results and plan by
-    /// a call that was killed. Whoever else puts the results together at this time finds them complete.
+    /// Removes files that the results have made superfluous: the chunks, and unfinished results and plans of
+    /// a killed call. Another process that assembles the results at this time finds them complete.
     pub(super) fn tidy(&self) -> Result<(), SweepError> {
         for name in [TABLE, PLAN] {
             remove_unfinished(&self.folder.join(name)).map_err(SweepError::io(&self.folder))?;
@@ -126,7 +126,7 @@ impl Store {
     fn remove_chunks(&self) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         match fs::remove_dir_all(&folder) {
-            // Others remove them, or write one that comes too late, at the same time.
+            // Other processes may remove them, or write a late one, at the same time.
             Err(error) if !matches!(error.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
                 Err(SweepError::io(&folder)(error))
             }

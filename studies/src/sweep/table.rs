@@ -18,9 +18,9 @@ use parquet::schema::types::Type;
 use super::axes::shown;
 use super::error::SweepError;
 
-/// Rows of a row group, at least, where there are as many.
+/// Smallest number of rows of a row group, if there are enough rows.
 const ROWS_PER_GROUP: usize = 1 << 14;
-/// Numbers in lists after which a row group ends sooner.
+/// Number of list entries after which a row group ends earlier.
 const ENTRIES_PER_GROUP: usize = 1 << 20;
 
 /// One column.
@@ -118,7 +118,7 @@ impl Table {
         if let Column::List(values) = self.columns.get(name)? { Some(values) } else { None }
     }
 
-    /// The rows that have all of some settings.
+    /// The rows with all of some settings.
     pub fn rows_with(&self, settings: &[(String, Setting)]) -> Vec<usize> {
         let has = |row: usize, key: &str, setting: &Setting| match self.columns.get(key) {
             Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown(setting)),
@@ -143,16 +143,16 @@ impl Table {
         }
     }
 
-    /// Reads a file whole.
+    /// Reads a whole file.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no table of a sweep.
+    /// A file that cannot be read, or is not a table of a sweep.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
         Self::read_part(path, &|_| true, &|_| true)
     }
 
-    /// Reads the columns and rows that are wanted, by name and by number, without ever holding more of the
-    /// others than a part of the file.
+    /// Reads the requested columns and rows, by name and by number; of the others it never holds more than a
+    /// part of the file.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -171,8 +171,8 @@ impl Table {
         Ok(table)
     }
 
-    /// Goes through a file part by part, reading only the columns that are wanted by name; `visit` gets the
-    /// number of each part's first row, and the part.
+    /// Goes through a file part by part, reading only the requested columns. `visit` receives the number of
+    /// each part's first row, and the part.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -184,7 +184,7 @@ impl Table {
         scan(path, column, &|_| true, visit)
     }
 
-    /// How many rows a file has, from its foot.
+    /// Number of rows of a file, from its footer.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -195,8 +195,8 @@ impl Table {
     }
 }
 
-/// Writes tables with the same columns one after another, in row groups whose size does not depend on how the
-/// rows arrive.
+/// Writes tables with the same columns one after another. The size of row groups does not depend on the sizes
+/// of these tables.
 pub(super) struct TableWriter {
     file: SerializedFileWriter<File>,
     waiting: Table,
@@ -232,7 +232,7 @@ impl TableWriter {
         }
     }
 
-    /// Ends the file and gives it back to be synchronised.
+    /// Ends the file and returns it for synchronisation.
     pub(super) fn finish(mut self) -> Result<File, ParquetError> {
         if self.waiting.rows > 0 {
             self.flush()?;
@@ -259,7 +259,7 @@ impl TableWriter {
                 }
                 Column::List(lists) => {
                     let values: Vec<f64> = lists.iter().flatten().copied().collect();
-                    // An empty list is one entry that is not defined; a list begins at repetition 0.
+                    // An empty list is one undefined entry; a list begins at repetition 0.
                     let levels = lists.iter().flat_map(|list| {
                         (0..list.len().max(1)).map(|i| (i16::from(!list.is_empty()), i16::from(i > 0)))
                     });
@@ -362,7 +362,7 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
     }
 }
 
-/// Values at the places where the level says that there is one.
+/// Values at the positions whose definition level marks a value.
 fn spread<T>(definition: &[i16], values: Vec<T>) -> Vec<Option<T>> {
     let mut values = values.into_iter();
     definition.iter().map(|&defined| if defined > 0 { values.next() } else { None }).collect()

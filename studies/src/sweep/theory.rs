@@ -1,4 +1,4 @@
-//! What theory says beside the variants of a sweep, panel by panel.
+//! Theory for the variants of a sweep, panel by panel.
 
 use feeler_analysis::LimitCycle;
 use feeler_files::Setting;
@@ -9,13 +9,13 @@ use super::boundary::{LinearLimits, linear_limits};
 use super::cycles::predicted_cycles;
 use super::table::Table;
 
-/// Values of an axis at which cycles are predicted, at most.
+/// Largest number of axis values at which cycles are predicted.
 const MOST_VALUES: usize = 200;
 
-/// What theory says beside a sweep.
+/// Theory for a sweep.
 #[derive(Clone, Debug)]
 pub enum Theory {
-    /// Nothing: no axis runs over numbers.
+    /// None: no axis runs over numbers.
     Nothing,
     /// Limits on a map of the first two axes, one per panel.
     Maps(Vec<MapTheory>),
@@ -28,9 +28,10 @@ pub enum Theory {
 pub struct MapTheory {
     /// The lines; `None` if cells differ in more than the two axes.
     pub limits: LinearLimits,
-    /// Keys besides the two axes that differ from cell to cell, and with them the limit.
+    /// Keys besides the two axes that differ between cells, and change the limit with them.
     pub varied: Vec<String>,
-    /// How far lines reach beyond the outermost values, as shares of the axes: half a cell of the finest.
+    /// Extension of the lines beyond the outermost values, as shares of the axes: half a cell of the finest
+    /// grid.
     pub margins: [f64; 2],
 }
 
@@ -46,7 +47,7 @@ pub struct CyclesAt {
 }
 
 impl Theory {
-    /// Beside the first `panels` panels of a sweep, whose drawn variants are in `table`.
+    /// For the first `panels` panels of a sweep, with the drawn variants in `table`.
     pub fn of(sweep: &Sweep, table: &Table, panels: usize) -> Self {
         let settings = Panels::of(&sweep.file);
         let settings = settings.settings().take(panels);
@@ -60,7 +61,7 @@ impl Theory {
 
 fn limits(sweep: &Sweep, axes: [&DrawnAxis; 2], panel: &[(String, Setting)]) -> MapTheory {
     let panels = Panels::of(&sweep.file);
-    // How long a run is and what its noise is do not move the limit.
+    // Duration and noise of a run do not change the limit.
     let others = sweep
         .file
         .axes
@@ -78,8 +79,7 @@ fn limits(sweep: &Sweep, axes: [&DrawnAxis; 2], panel: &[(String, Setting)]) -> 
     MapTheory { limits, varied, margins }
 }
 
-/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built
-/// there.
+/// An axis extended beyond its ends by a share of its length, on each side if the machine can be built there.
 fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
     let end = |share: f64, otherwise: f64| {
         let value = axis.value(share);
@@ -89,7 +89,7 @@ fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
     DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
 }
 
-/// Cycles at the variants of a panel, by rising value; every n-th of many.
+/// Cycles at the variants of a panel, by rising value; every n-th if there are many.
 fn cycles(sweep: &Sweep, table: &Table, axis: &DrawnAxis, panel: &[(String, Setting)]) -> Vec<CyclesAt> {
     let values = table.reals(&axis.key).unwrap_or_default();
     let mut rows: Vec<(f64, usize)> =

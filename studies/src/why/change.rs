@@ -7,17 +7,17 @@ use serde::Serialize;
 
 use super::roles::Roles;
 
-/// How much shorter the period of a controller is that stands for a continuous one.
+/// Factor by which the period of a controller is reduced to represent a continuous one.
 const CONTINUOUS: f64 = 20.0;
-/// A step this much shorter is as good as any.
+/// Factor by which a fixed step is reduced.
 const FINE_STEP: f64 = 32.0;
-/// How much slower a slow approach is, and how much slower it may be where that does not do.
+/// Factor by which a slow approach is slower, and the factor of its further reductions.
 pub(super) const SLOWER: f64 = 4.0;
 pub(super) const SLOWER_STILL: [f64; 2] = [16.0, 64.0];
-/// The time constant left to a drive that has to have one, as a share of the controller's period.
+/// Remaining time constant of a drive that must have one, as a share of the controller's period.
 const QUICK_DRIVE: f64 = 1e-3;
 
-/// A counterfactual: the scenario as it would be without one of its troubles.
+/// A counterfactual: the scenario without one of its nonideal properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -26,13 +26,13 @@ pub enum Change {
     HalveStep,
     /// A fixed step 32 times shorter.
     FineStep,
-    /// Controllers at 20 times the rate, on time, their motion sensors exact.
+    /// Controllers at 20 times the rate, without delay, with exact motion sensors.
     ContinuousController,
     /// No delay and no filter from sensor to drive.
     NoDelay,
     /// A contact that pulls as well as it pushes.
     BilateralContact,
-    /// The robot's bodies as one.
+    /// The robot's bodies joined to one.
     RigidTransmission,
     /// The base fixed to the ground.
     FrozenBase,
@@ -46,7 +46,7 @@ pub enum Change {
     NoQuantiser,
     /// No dry friction.
     NoFriction,
-    /// A quarter of the speed before contact, or less where it takes that.
+    /// A quarter of the speed before contact, or less if necessary.
     SlowerApproach,
     /// Sensors without noise.
     NoNoise,
@@ -61,7 +61,7 @@ pub enum Cause {
     NumericalArtefact,
     /// Hold, delay and filters.
     SamplingAndDelay,
-    /// A mode in which drive and sensor part.
+    /// A mode in which drive and sensor move in opposition.
     NoncolocatedMode,
     /// A mode of base or workpiece.
     ColocatedMode,
@@ -71,9 +71,9 @@ pub enum Cause {
     LossOfContact,
     /// Limits on efforts, rates and outputs.
     Saturation,
-    /// Dry friction, or the steps of sensors and outputs.
+    /// Dry friction, or the resolution of sensors and outputs.
     StictionOrQuantiser,
-    /// What sensors add of their own, in a loop that is at rest without it.
+    /// Sensor noise, in a loop that is at rest without it.
     SensorNoise,
 }
 
@@ -95,7 +95,7 @@ impl Cause {
 }
 
 impl Change {
-    /// Every change, in the order in which they are tried.
+    /// Every change, in the order of the trials.
     pub const ALL: [Self; 14] = [
         Self::HalveStep,
         Self::FineStep,
@@ -148,7 +148,7 @@ impl Change {
         }
     }
 
-    /// The scenario with the change; the same where there is nothing to change.
+    /// The scenario with the change; unchanged if the change does not apply.
     pub fn applied(self, scenario: &Scenario) -> Scenario {
         let mut changed = scenario.clone();
         let roles = Roles::of(&scenario.machine);
@@ -202,9 +202,9 @@ impl Change {
     }
 }
 
-/// Slows the tool down before it touches.
+/// Slows the tool down before contact.
 pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
-    // A surface passes by at its own time: a tool that came later would meet another part of it.
+    // A surface moves at its own time: a later tool would meet another part of it.
     if !scenario.machine.profiles.is_empty() {
         return;
     }
@@ -213,7 +213,7 @@ pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
     scenario.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= times);
 }
 
-/// The scenario with its controllers at so many times their rate.
+/// The scenario with its controllers at a multiple of their rate.
 pub(super) fn sampled_faster(scenario: &Scenario, times: f64) -> Scenario {
     let mut faster = scenario.clone();
     faster.controllers.values_mut().for_each(|used| used.spec.period_s /= times);
@@ -227,7 +227,7 @@ fn continuous(scenario: &mut Scenario) {
         used.spec.period_s /= CONTINUOUS;
         used.spec.jitter_s = 0.0;
     }
-    // Differences of steps over so short a period would be noise.
+    // Differences of quantisation steps over so short a period would be noise.
     for (name, sensor) in &mut scenario.machine.sensors {
         if sensor.reads.quantity == Quantity::Position || motion.contains(name) {
             (sensor.resolution, sensor.noise) = (None, 0.0);
@@ -274,7 +274,7 @@ fn rigid(scenario: &mut Scenario, springs: &[String]) {
     }
 }
 
-/// Whether an effect lets parts of this place move that an ideal machine joins.
+/// Whether an effect makes a rigid connection at this place flexible.
 fn yields(effect: &Definition, place: Place) -> bool {
     effect.place == place && effect.has(Trait::Compliance)
 }

@@ -1,4 +1,4 @@
-//! What was found, and when a run counts as cured.
+//! The findings, and when a run counts as cured.
 
 use feeler_engine::Scenario;
 use serde::Serialize;
@@ -10,17 +10,17 @@ use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
-    /// What becomes of the scenario as it is.
+    /// Outcome of the unchanged scenario.
     pub baseline: Trial,
-    /// Whether there is anything to explain: the force does not come to rest.
+    /// Whether there is something to explain: the force does not come to rest.
     pub chatters: bool,
-    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; infinite values
-    /// and failures of linear theory are absent.
+    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
+    /// infinite or if linear theory fails.
     pub gain_margin: Option<f64>,
-    /// Whether linear theory calls the loop stable in contact.
+    /// Whether the loop is stable in contact by linear theory.
     pub linear_stable: Option<bool>,
-    /// Whether the force is fed back with the wrong sign: the loop in contact pushes itself away without
-    /// swinging, and reversed it would not.
+    /// Whether the force feedback has the wrong sign: the loop in contact pushes itself away without
+    /// oscillation, and with reversed sign it would not.
     pub wrong_sign: bool,
     /// Whether a mode of the machine in contact has no damping.
     pub undamped: bool,
@@ -28,29 +28,28 @@ pub struct Explanation {
     pub singles: Vec<Trial>,
     /// Every smallest set of changes that removes the chatter, the chosen one first.
     pub smallest: Vec<Vec<Change>>,
-    /// What becomes of the scenario without the chosen set, and with each member of it left out: what each
-    /// contributes.
+    /// Outcomes without the chosen set, and with each of its members omitted: the contribution of each.
     pub contributions: Vec<Trial>,
     /// The causes, in order of weight; two or more act together.
     pub causes: Vec<Cause>,
     /// The verdict in one sentence.
     pub verdict: String,
-    /// What lifts the largest stable gain most, where that is by much and it is not what was chosen.
+    /// The change that raises the largest stable gain most, if by much and not the chosen one.
     pub lift: Option<Lift>,
-    /// How large a change has to be after which the force settles, of those that have a size.
+    /// Smallest sizes of changes after which the force settles, if these have a size.
     pub sizes: Vec<Size>,
-    /// What to do, cheapest in bandwidth first.
+    /// Remedies, cheapest in bandwidth first.
     pub remedies: Vec<Remedy>,
 }
 
-/// A change that lifts the largest stable gain.
+/// A change that raises the largest stable gain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lift {
     /// The change.
     pub change: Change,
-    /// Largest factor on the loop's gain as it is.
+    /// Largest factor on the loop's gain without the change.
     pub from: f64,
-    /// The same with the change; `None` if no change within reason destabilises the loop.
+    /// The same with the change; `None` if no reasonable gain destabilises the loop.
     pub to: Option<f64>,
 }
 
@@ -59,54 +58,54 @@ pub struct Lift {
 pub struct Trial {
     /// What was changed.
     pub changes: Vec<Change>,
-    /// Whether the scenario has what the changes take away; where not, they were not run, and the figures are
-    /// those of the scenario as it is.
+    /// Whether the scenario has the property that the changes remove; if not, they were not run, and the
+    /// figures are those of the unchanged scenario.
     pub applies: bool,
-    /// What became of it; absent if it could not be run.
+    /// Its outcome; `None` if it could not be run.
     pub outcome: Option<Outcome>,
     /// Whether the force comes to rest.
     pub cured: bool,
-    /// Whether it counts as cured though it grows, since by linear theory it grows only by the period, short
-    /// as that is, of a controller that stands for a continuous one.
+    /// Whether it counts as cured although it grows: by linear theory it grows only by the short period of a
+    /// controller that represents a continuous one.
     pub only_by_period: bool,
     /// Amplitude of what lasts, N.
     pub amplitude_n: Option<f64>,
     /// Its frequency, Hz.
     pub frequency_hz: Option<f64>,
-    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; absent if
+    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
     /// unbounded or unknown.
     pub gain_margin: Option<f64>,
     /// Why it could not be run.
     pub error: Option<String>,
 }
 
-/// A way out, checked by simulation.
+/// A remedy, checked by simulation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
     /// What to do.
     pub what: String,
-    /// What `--set` takes to do it, gain included; `feeler why FILE --try N --out FILE` writes it.
+    /// The `--set` arguments of the remedy, including the gain; `feeler why FILE --try N --out FILE` writes
+    /// it.
     pub settings: Vec<String>,
-    /// Factor on the loop's gain that goes with it: 1 where the gain can stay.
+    /// The accompanying factor on the loop's gain: 1 if the gain can stay.
     pub gain_factor: f64,
-    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; absent if linear theory
-    /// has no answer.
+    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; `None` if linear theory has
+    /// no answer.
     pub bandwidth_hz: Option<f64>,
-    /// What that costs, as a share of the bandwidth of the loop as it is; below zero where something is
-    /// gained.
+    /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth.
     pub cost: Option<f64>,
     /// Whether the force then settles in simulation.
     pub settles: bool,
 }
 
-/// Whether a run of a scenario has come to rest, or is on its way there.
+/// Whether a run of a scenario has come to rest, or is about to.
 pub(super) fn is_cured(scenario: &Scenario, measured: &Measured) -> bool {
     let verdict = &measured.summary.verdict;
     let rests_away = verdict.outcome == Outcome::NoContact && nothing_can_touch(scenario);
     rests_away || verdict.outcome.is_stable() || verdict.undecided == Some(Undecided::StillDecaying)
 }
 
-/// Whether a run leaves something to explain.
+/// Whether a run has something to explain.
 pub(super) fn is_troubled(measured: &Measured) -> bool {
     let verdict = &measured.summary.verdict;
     verdict.outcome.is_sustained()

@@ -1,4 +1,4 @@
-//! What linear theory adds: how far the loop is from its limit, and how fast it is.
+//! Linear theory of the loop: its distance from the limit, and its bandwidth.
 
 use feeler_analysis::{Band, ControlLoop, SampledLoop, modes};
 use feeler_engine::Scenario;
@@ -8,7 +8,7 @@ use super::change::sampled_faster;
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
 
-/// Factors of the loop's gain that matter: from here to its inverse.
+/// Smallest relevant factor of the loop's gain; the largest is its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
 
 /// The loop in contact with the drives' gain scaled.
@@ -20,14 +20,14 @@ fn is_stable(whole: &ControlLoop, factor: f64) -> Option<bool> {
     sampled_growth_per_s(&scaled(whole, factor)?).ok().map(|rate| rate < 0.0)
 }
 
-/// Whether the sampled loop in contact is stable; none where linear theory has no answer.
+/// Whether the sampled loop in contact is stable; `None` if linear theory has no answer.
 pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
     is_stable(&whole, 1.0)
 }
 
-/// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable
-/// as it is, infinite where none within reason destabilises it, zero where no smaller gain helps.
+/// The largest factor on the loop's gain up to which it is stable in contact. It is below one if the loop is
+/// unstable, infinite if no reasonable factor destabilises it, zero if no smaller gain helps.
 pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
     let bands = whole.stable_factors().ok()?;
@@ -40,15 +40,14 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     Some(first.map_or(0.0, |band| within(upper(band))))
 }
 
-/// Growth within a period that rounding makes of none.
+/// Growth within a period that may be rounding.
 const ROUNDING: f64 = 1e-9;
-/// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation
-/// errs by.
+/// Remaining growth, relative to that of the unchanged loop, that is within the error of the extrapolation.
 const GROWTH_LEFT: f64 = 0.01;
 
-/// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a
-/// much shorter one. By the line through its growth at that period and at half of it, none is left at none. A
-/// loop may be unstable at every gain and period, and yet stable in continuous time.
+/// Whether a loop that grows in contact does so only because of its period. `faster` is the same loop at a
+/// much shorter one. A line through the growth at that period and at half of it must reach zero at zero
+/// period. A loop may be unstable at every gain and period, and yet stable in continuous time.
 pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bool {
     let growth = |scenario: &Scenario| {
         sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok()
@@ -59,8 +58,8 @@ pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bo
     as_it_is * period_s > ROUNDING && short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
 }
 
-/// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion
-/// grows without swinging, and with the sign reversed that is gone.
+/// Whether the loop in contact pushes itself away as with feedback of the wrong sign: its fastest motion
+/// grows without oscillation, and with reversed sign it does not.
 pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
     let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };
     swings_as_it_grows(&whole) == Some(false)
@@ -70,7 +69,7 @@ pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
 /// Damping ratios below this are rounding.
 const NO_DAMPING: f64 = 1e-9;
 
-/// Whether the machine in contact has a mode that nothing damps: bouncing on it loses nothing either.
+/// Whether the machine in contact has an undamped mode: bouncing on it loses no energy either.
 pub(super) fn is_undamped(scenario: &Scenario) -> bool {
     let found = ControlLoop::new(scenario, &contact_view(scenario)).and_then(|whole| modes(whole.plant()));
     found.is_ok_and(|found| {
@@ -78,7 +77,7 @@ pub(super) fn is_undamped(scenario: &Scenario) -> bool {
     })
 }
 
-/// Whether the fastest growing motion of a loop swings; none where none grows.
+/// Whether the fastest growing motion of a loop oscillates; `None` if none grows.
 fn swings_as_it_grows(whole: &ControlLoop) -> Option<bool> {
     let sampled = SampledLoop::new(whole).ok()?;
     let domain = sampled.domain().ok()?;

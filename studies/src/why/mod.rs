@@ -1,25 +1,28 @@
 //! Why a scenario chatters: counterfactual runs decide.
 //!
-//! The scenario is run again without one of its troubles at a time ([`Change`]); if none of these runs comes
-//! to rest, without two, then three. The smallest set of changes after which the force settles is the cause.
-//! Where several sets are as small, the verdict follows these rules, in order:
+//! The scenario is run again without one of its nonideal properties at a time ([`Change`]). If none of these
+//! runs comes to rest, two are removed, then three. The smallest set of changes after which the force settles
+//! is the cause.
 //!
-//! A controller cannot be run in continuous time, only at a short period: where the force grows even then,
-//! but by linear theory the less the shorter the period, down to none, a continuous controller counts as a
-//! cure.
+//! A controller cannot be run in continuous time, only at a short period. The force may still grow then, but
+//! by linear theory the less the shorter the period, down to zero. In that case a continuous controller
+//! counts as a cure.
 //!
-//! Noise belongs to a sensor and an instant, so that all runs meet the same. What swings by it falls within
-//! the settling band now and then: with noise, a change cures only where it leaves half the amplitude at
-//! most, or no noise.
+//! Noise depends on sensor and instant only, so all runs have the same noise. An oscillation by noise
+//! sometimes falls within the settling band. With noise, a change therefore cures only if it leaves at most
+//! half the amplitude, or removes the noise.
 //!
-//! 1. what vanishes with the step is a numerical artefact;
-//! 2. what swings in contact, in a loop that linear theory does not call unstable, and rests without the
-//!    sensors' noise is excited by that;
-//! 3. where the sampled loop is stable in contact by linear theory, what keeps the motion going is what
-//!    linear theory leaves out: dry friction or quantisation, then saturation, then the loss of contact, of
-//!    those that cure;
-//! 4. where it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of
-//!    those that cure.
+//! If several sets have the same size, the verdict follows these rules, in order:
+//!
+//! 1. a motion that vanishes with the step is a numerical artefact;
+//! 2. a motion in contact is excited by the sensors' noise if it rests without noise and linear theory does
+//!   not
+//! call the loop unstable;
+//! 3. if the sampled loop is stable in contact by linear theory, a nonlinear property sustains the motion:
+//!   dry
+//! friction or quantisation, then saturation, then the loss of contact, of those that cure;
+//! 4. if it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of
+//! those that cure.
 
 mod change;
 mod explanation;
@@ -37,10 +40,10 @@ pub use size::Size;
 
 use crate::run::RunError;
 
-/// Explains a scenario. `progress` is told how many runs have been made.
+/// Explains a scenario. `progress` receives the number of completed runs.
 ///
 /// # Errors
-/// A scenario that cannot be run as it is.
+/// A scenario that cannot be run unchanged.
 pub fn explain(scenario: &Scenario, progress: &(dyn Fn(usize) + Sync)) -> Result<Explanation, RunError> {
     Ok(search::Search::new(scenario, progress)?.explain())
 }

@@ -1,4 +1,4 @@
-//! What to do about it, with its numbers, and what it costs in bandwidth.
+//! Remedies with their numbers, and their cost in bandwidth.
 
 use feeler_control::{AdmittanceGains, Law, LeadSpec};
 use feeler_engine::Scenario;
@@ -13,32 +13,32 @@ use super::search::arriving_later;
 use super::size::{Changed, Size, Written, mildest};
 use crate::run::{Candidate, Measured};
 
-/// The share of the largest stable gain at which a loop is used.
+/// Share of the largest stable gain that a loop uses.
 const GAIN_SHARE: f64 = 0.5;
-/// How much more stiffness or damping, or speed of a drive, a remedy takes that goes with a lower gain.
+/// Factor on stiffness, damping or drive speed in a remedy with a lower gain.
 const MORE: f64 = 4.0;
-/// Sizes that a change is tried in with the gain kept, from mild to strong.
+/// Trial sizes of a change with the gain kept, from mild to strong.
 const TIMES: [f64; 3] = [2.0, 4.0, 16.0];
-/// The same of what may well be made smaller by far.
+/// The same for quantities that can be reduced much further.
 const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
-/// Shares of critical that joint damping is tried at.
+/// Trial values of joint damping, as shares of critical damping.
 const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
 
 /// Changes a scenario by a size.
 type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
 
-/// A family of changes: by how many times, or which share.
+/// A family of changes: by which factor, or which share.
 struct Way<'a> {
     /// In words, for a size.
     what: Box<dyn Fn(f64) -> String + 'a>,
     apply: Apply<'a>,
     sizes: &'static [f64],
-    /// The change of which it tells the size.
+    /// The change whose size it gives.
     of: Option<Change>,
 }
 
-/// Remedies against these causes that settle in simulation, cheapest in bandwidth first, and the sizes of
-/// changes that are enough.
+/// Remedies against these causes that settle in simulation, cheapest in bandwidth first, and the sufficient
+/// sizes of changes.
 pub(super) fn remedies(
     scenario: &Scenario,
     found: &Explanation,
@@ -83,7 +83,7 @@ fn kept(what: &str, changed: &Changed, wanted_hz: Option<f64>) -> Remedy {
     }
 }
 
-/// A change with as much of the gain as linear theory leaves; `None` where nothing changes.
+/// A change with as much of the gain as linear theory allows; `None` if nothing changes.
 fn lowered(
     written: &Written,
     what: &str,
@@ -143,7 +143,7 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
     scaled
 }
 
-/// What can be done about each cause, and about any.
+/// Possible changes against each cause, and against any cause.
 #[expect(clippy::too_many_lines, reason = "a list of causes, each with its remedies")]
 fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let has = |cause| found.causes.contains(&cause);
@@ -341,7 +341,7 @@ fn refine_steps(scenario: &mut Scenario, times: f64) {
     fade(scenario, times, |effect| effect.has(Trait::Quantisation));
 }
 
-/// Brings the effects of a kind a given number of times nearer to nothing.
+/// Reduces the effects of a kind by a factor.
 fn fade(scenario: &mut Scenario, times: f64, is_meant: impl Fn(&Definition) -> bool) {
     let machine = &mut scenario.machine;
     let hosts = (machine.bodies.values_mut().map(|body| &mut body.effects))
@@ -370,7 +370,7 @@ fn scale_springs(scenario: &mut Scenario, names: &[String], stiffness: f64, damp
     }
 }
 
-/// Damping of `2 m w` times a share, where the loop reads the motion of its own drive.
+/// Damping of `2 m w` times a share, if the loop reads the motion of its own drive.
 fn add_damping(scenario: &mut Scenario, share: f64) {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     let mass: f64 = scenario

@@ -1,4 +1,4 @@
-//! Which element plays which part in a machine.
+//! The role of each element in a machine.
 
 use std::collections::BTreeSet;
 
@@ -9,9 +9,9 @@ use feeler_plant::description::{GROUND, Machine};
 pub(super) struct Roles {
     /// Springs within the robot: between the driven bodies and the tips.
     pub(super) transmissions: Vec<String>,
-    /// Springs that hold what carries the drives' reaction.
+    /// Springs that hold the body with the drives' reaction.
     pub(super) mounts: Vec<String>,
-    /// Springs that hold what is touched.
+    /// Springs that hold the workpiece.
     pub(super) fixtures: Vec<String>,
 }
 
@@ -26,7 +26,7 @@ impl Roles {
         let driven = machine.actuators.values().map(|actuator| &actuator.on);
         let mut robot =
             known(driven.chain(machine.contacts.values().map(|contact| &contact.between[0])).collect());
-        // What springs join to the robot belongs to it; a guide without stiffness joins nothing.
+        // Bodies that springs join to the robot belong to it; a guide without stiffness joins nothing.
         let outside = |name: &String| name == GROUND || base.contains(name) || work.contains(name);
         for _ in 0..machine.bodies.len() {
             for spring in

@@ -10,16 +10,16 @@ use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
 
-/// Sets larger than this are not tried.
+/// Largest set of changes that is tried.
 const LARGEST_SET: usize = 3;
 
-/// A run with a slower approach is longer by no more than so many times the duration of the scenario.
+/// Largest extension of a run with a slower approach, over the duration of the scenario.
 const MOST_LONGER: f64 = 8.0;
-/// A change that lifts the limit by less is not named beside the verdict.
+/// Smallest rise of the limit by a change that is named with the verdict.
 const LIFTS: f64 = 2.0;
 
-/// With noise, the largest part of the amplitude that a cure leaves: from one part of a run to another the
-/// swing of a loop near its limit changes by less.
+/// With noise, the largest share of the amplitude that a cure may leave: the oscillation of a loop near its
+/// limit varies by less between parts of a run.
 const LEFT_BY_CURE: f64 = 0.5;
 
 pub(super) struct Search<'a> {
@@ -45,7 +45,7 @@ impl<'a> Search<'a> {
             linear::gain_margin(&self.scenario),
         );
         let linear_stable = linear::is_stable_in_contact(&self.scenario);
-        // What pushes itself away from the workpiece has no chatter, and a cause all the same.
+        // A tool that pushes itself away does not chatter, but has a cause.
         let is_pushed_away =
             self.baseline.summary.outcome == Outcome::NoContact && self.baseline.summary.contact_time_s > 0.0;
         let wrong_sign = (is_troubled(&self.baseline) || is_pushed_away)
@@ -99,7 +99,7 @@ impl<'a> Search<'a> {
         explanation
     }
 
-    /// Every smallest set of changes that cures, where `singles` are the trials of each by itself.
+    /// Every smallest set of changes that cures; `singles` are the trials of each alone.
     fn smallest(&self, singles: &[Trial]) -> Vec<Vec<Change>> {
         let cures = |trials: Vec<Trial>| -> Vec<Vec<Change>> {
             trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect()
@@ -117,7 +117,7 @@ impl<'a> Search<'a> {
         smallest
     }
 
-    /// The trial of a set, and of several changes those with each of them left out.
+    /// The trial of a set; for several changes also those with each of them omitted.
     fn contributions(&self, chosen: &[Change]) -> Vec<Trial> {
         let mut sets = vec![chosen.to_vec()];
         if chosen.len() > 1 {
@@ -162,10 +162,10 @@ impl<'a> Search<'a> {
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
-        // The speed of arrival and noise change nothing in contact: what is unstable there has only not yet
-        // begun to grow.
+        // The speed of arrival and noise have no effect in contact: an unstable loop has only not yet begun
+        // to grow.
         let only_later = set_off_otherwise && margin.is_some_and(|margin| margin < 1.0);
-        // The loss of contact bounds growth, and is not what makes it.
+        // The loss of contact bounds growth, and does not cause it.
         let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period = grows
@@ -176,12 +176,12 @@ impl<'a> Search<'a> {
         Trial { cured: cured || only_by_period, only_by_period, ..trial }
     }
 
-    /// Whether the scenario swings in contact with noise.
+    /// Whether the scenario oscillates in contact with noise.
     fn swings_in_noise(&self) -> bool {
         is_noisy(&self.scenario) && self.baseline.summary.outcome == Outcome::Oscillates
     }
 
-    /// Whether a run swings by about as much as the scenario does.
+    /// Whether a run has about the amplitude of the scenario.
     fn is_as_large(&self, result: &Result<Measured, RunError>) -> bool {
         let size =
             |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
@@ -189,13 +189,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// When the tool first touched, s.
+/// Time of the first touch, s.
 fn first_contact_s(baseline: &Measured) -> f64 {
     let contacts = baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s);
     contacts.fold(0.0, f64::max)
 }
 
-/// A scenario whose tool arrives so many times later, run for as much longer.
+/// A scenario whose tool arrives later by a factor, run for a correspondingly longer time.
 pub(super) fn arriving_later(slower: &Scenario, baseline: &Measured, times: f64) -> Scenario {
     let mut longer = slower.clone();
     longer.run.duration_s += (times - 1.0) * first_contact_s(baseline);
@@ -255,7 +255,7 @@ fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
     with.chain(combinations(rest, size)).collect()
 }
 
-/// How much a change speaks for its cause, by the rules of the module.
+/// Weight of a change as evidence for its cause, by the rules of the module.
 fn weight(change: Change, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
     let own = |cause: Cause| match cause {
@@ -265,7 +265,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
         {
             60.0
         }
-        // Noise may set off what something else keeps going.
+        // Noise may trigger a motion that another property sustains.
         Cause::SensorNoise => 10.0,
         Cause::StictionOrQuantiser => 50.0,
         Cause::Saturation => 40.0,
@@ -274,7 +274,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     };
     let base = own(change.cause());
     if base > 0.0 {
-        // The approach shows only that an impact set it off.
+        // The approach shows only that an impact triggered it.
         return if change == Change::SlowerApproach { base - 5.0 } else { base };
     }
     let before = found.gain_margin.unwrap_or(f64::INFINITY);
@@ -285,14 +285,14 @@ fn weight(change: Change, found: &Explanation) -> f64 {
         before
     });
     let gain = if before > 0.0 { (after / before).clamp(1e-3, 1e3).log10() } else { 0.0 };
-    // Linear causes weigh by what their absence gains; in a loop that is stable anyway they come last.
+    // Linear causes are weighted by the rise of the limit without them; in a stable loop they come last.
     gain + if linear_stable { 0.0 } else { 30.0 }
 }
 
-/// The change that lifts the limit of the loop's gain most, where that is by much.
+/// The change that raises the limit of the loop's gain most, if by much.
 fn lift(found: &Explanation) -> Option<Lift> {
     let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
-    // Where the limit is unbounded or unknown, only a cure tells which.
+    // If the limit is unbounded or unknown, only a cure separates the two.
     let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
     let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Change::BilateralContact];
     let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;
@@ -305,7 +305,7 @@ fn lift(found: &Explanation) -> Option<Lift> {
     })
 }
 
-/// What stands beside the verdict: what lifts the limit most, and the size of the change that is enough.
+/// Additions to the verdict: the change that raises the limit most, and the sufficient size of a change.
 fn beside(found: &Explanation) -> String {
     let lifts = found.lift.as_ref().map_or_else(String::new, |lift| {
         let to = lift.to.map_or_else(|| "beyond 50".to_owned(), |to| format!("to {to:.3}"));

@@ -1,4 +1,4 @@
-//! How large a change has to be: the mildest after which the force settles in simulation, and its settings.
+//! The required size of a change: the mildest after which the force settles in simulation, and its settings.
 
 use feeler_engine::Scenario;
 use feeler_files::{Assignment, Document, Setting, assignment, settings_between, to_toml};
@@ -9,31 +9,30 @@ use super::change::Change;
 use super::explanation::is_cured;
 use crate::run::Candidate;
 
-/// Halvings, by ratio, of the step between a size that does not do and one that does: of a factor of four,
-/// to a
+/// Bisections, by ratio, of the step between an insufficient and a sufficient size: of a factor of four, to a
 /// fifth.
 const HALVINGS: usize = 3;
 
-/// A change that is large enough.
+/// A sufficient change.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Size {
     /// Of which change.
     pub of: Change,
-    /// What it takes, in words with its numbers.
+    /// The required change, in words with its numbers.
     pub what: String,
-    /// How many times smaller or larger its quantity is than in the scenario.
+    /// Factor by which its quantity is smaller or larger than in the scenario.
     pub times: f64,
-    /// What `--set` takes to apply it.
+    /// The `--set` arguments that apply it.
     pub settings: Vec<String>,
 }
 
-/// A scenario that can be written down, so that what is tried is what a file with the settings does.
+/// A scenario that can be written to a file, so that a trial equals a file with the settings.
 pub(super) struct Written {
     pub(super) scenario: Scenario,
     document: Option<Document>,
 }
 
-/// A changed scenario, and what `--set` takes to make it of the first; empty where no settings do.
+/// A changed scenario, and the `--set` arguments that make it from the first; empty if no settings do.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Changed {
     pub(super) scenario: Scenario,
@@ -43,12 +42,12 @@ pub(super) struct Changed {
 impl Written {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let document = Document::parse(&to_toml(scenario), "scenario.toml").ok();
-        // What cannot be written back is tried as it is, and has no settings.
+        // A scenario that cannot be written is tried directly, and has no settings.
         let document = document.filter(|document| document.scenario == *scenario);
         Self { scenario: scenario.clone(), document }
     }
 
-    /// The scenario with a change, its numbers as a hand would write them; `None` where nothing changes.
+    /// The scenario with a change, its numbers rounded as in a file; `None` if nothing changes.
     pub(super) fn with(&self, change: impl Fn(&mut Scenario)) -> Option<Changed> {
         let mut wanted = self.scenario.clone();
         change(&mut wanted);

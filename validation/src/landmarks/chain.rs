@@ -1,4 +1,4 @@
-//! The chain whose parameters are fitted.
+//! The chain with fitted parameters.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ pub(super) const LINKS: usize = 4;
 pub struct Chain {
     /// Mass of the base, kg.
     pub base_kg: f64,
-    /// Frequency of the base with the rest on it, Hz, and its damping ratio.
+    /// Frequency of the base with everything on it, Hz, and its damping ratio.
     pub mount: [f64; 2],
     /// Mass of the motor, kg.
     pub motor_kg: f64,
@@ -36,7 +36,7 @@ pub struct Chain {
     pub sensor: [f64; 2],
 }
 
-/// How many numbers a chain has.
+/// Number of parameters of a chain.
 pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 
 impl Chain {
@@ -47,8 +47,8 @@ impl Chain {
         [on_mount * w * w, 2.0 * self.mount[1] * on_mount * w]
     }
 
-    /// The same with another mass of the base, all masses, stiffnesses and dampings times one factor: such
-    /// chains answer a velocity command alike.
+    /// The same chain with another mass of the base, and all masses, stiffnesses and dampings scaled by one
+    /// factor. Such chains respond equally to a velocity command.
     #[must_use]
     pub fn of_base(&self, base_kg: f64) -> Self {
         let factor = base_kg / self.base_kg;
@@ -65,11 +65,11 @@ impl Chain {
         }
     }
 
-    /// The chain of a machine that has the bodies, springs, contact and actuator of [`Self::machine`], all
+    /// The chain of a machine with the bodies, springs, contact and actuator of [`Self::machine`], all
     /// numbers above zero.
     ///
     /// # Errors
-    /// [`ValidationError::Chain`] names what is missing or not above zero.
+    /// [`ValidationError::Chain`] names the missing element, or the one that is not above zero.
     pub fn of_machine(machine: &Machine) -> Result<Self, ValidationError> {
         let missing = |what: String| ValidationError::Chain { what };
         let mass = |name: &str| {

@@ -1,4 +1,4 @@
-//! The fit of a chain to the landmarks, and what they leave free.
+//! The fit of a chain to the landmarks, and the parameters that they leave free.
 
 use feeler_lti::C64;
 use feeler_plant::description::Engagement;
@@ -10,7 +10,7 @@ use super::response::Seen;
 use super::{LANDMARK_HZ, Landmarks, landmarks};
 use crate::error::ValidationError;
 
-/// Singular values below this share of the largest belong to directions that the landmarks do not tell.
+/// Singular values below this share of the largest belong to directions that the landmarks do not determine.
 const UNDETERMINED: f64 = 1e-3;
 
 /// Result of a fit from one start.
@@ -26,46 +26,46 @@ pub struct Fit {
     pub iterations: usize,
     /// Root mean square of the residuals: 1 is 4 degrees of a phase.
     pub rms: f64,
-    /// Singular values of the scaled Jacobian, falling: how much the landmarks tell of each direction of the
-    /// (logarithmic) parameters.
+    /// Singular values of the scaled Jacobian, falling: how well the landmarks determine each direction of
+    /// the (logarithmic) parameters.
     pub singular_values: Vec<f64>,
-    /// Per parameter, the share of it (0 to 1) that lies in directions which the landmarks do not tell.
+    /// Per parameter, its share (0 to 1) in directions that the landmarks do not determine.
     pub undetermined: Vec<(String, f64)>,
 }
 
-/// Where the end-point's acceleration is to peak, Hz. The base's peak lies before its phase dips, so that the
-/// three landmarks there (peak at 12, phase below zero from 11 to 13) are met by leaning on what each may be
-/// off.
+/// Target peaks of the end-point's acceleration, Hz. The base's peak lies before its phase dips. The three
+/// landmarks there (peak at 12, phase below zero from 11 to 13) are therefore met only within their
+/// tolerances.
 const PEAKS_HZ: [f64; 5] = [11.35, 38.0, 44.0, 67.0, 77.0];
-/// Where its phase crosses zero, Hz.
+/// Target zero crossings of its phase, Hz.
 const CROSSINGS_HZ: [f64; 3] = [11.75, 13.6, 28.0];
-/// Half of the span (Hz) over which slope and curvature of a peak are taken, for the base's and for the
-/// others, and by how much its middle stands above its sides at least, in logarithm, both together.
+/// Half of the span (Hz) for slope and curvature of a peak, for the base's and for the others. Then the
+/// smallest height of its middle above both sides together, in logarithm.
 const SPANS_HZ: [f64; 2] = [0.3, 0.5];
 const STANDS: [f64; 2] = [0.02, 0.03];
-/// Weights of slopes and of curvatures that are missing.
+/// Weights of slopes and of missing curvatures.
 const SLOPE: f64 = 8.0;
 const CURVATURE: f64 = 60.0;
-/// Degrees that make a residual of one.
+/// Degrees that give a residual of one.
 const DEGREES: f64 = 4.0;
-/// Phases at other frequencies that must stay on one side, in degrees: frequency, bound. That of the motor
-/// stays below zero beyond its landmark: it falls there permanently.
+/// Bounds on phases at other frequencies: frequency, bound in degrees. The phase of the motor stays below
+/// zero beyond its landmark, where it falls permanently.
 const END_BELOW: [(f64, f64); 1] = [(12.6, -2.0)];
 const END_ABOVE: [(f64, f64); 2] = [(9.0, 8.0), (20.0, 8.0)];
 const MOTOR_ABOVE: [(f64, f64); 5] = [(15.0, 5.0), (20.0, 5.0), (30.0, 5.0), (38.0, 5.0), (44.0, 5.0)];
 const MOTOR_BELOW: [(f64, f64); 7] =
     [(55.0, -2.0), (60.0, -5.0), (67.0, -5.0), (72.0, -5.0), (77.0, -5.0), (82.0, -5.0), (90.0, -5.0)];
-/// What a factor of e from where the fit began weighs: as much as an eighth of a degree, so that what the
-/// landmarks do not tell stays where it was.
+/// Weight of a factor of e from the start of the fit: as much as an eighth of a degree, so that undetermined
+/// parameters stay at their start.
 const STAY: f64 = 0.03;
-/// The most by which the logarithm of a parameter moves in one step.
+/// Largest change of the logarithm of a parameter in one step.
 const FARTHEST: f64 = 0.2;
 /// A step that lowers the residuals by less than this share is the last.
 const LAST_STEP: f64 = 1e-7;
 
-/// Residuals: slope and missing curvature of the end-point's acceleration where it is to peak, phases at the
-/// landmarks over 4 degrees, what other phases are beyond their bounds, and how far the logarithms of the
-/// parameters are from where the fit began.
+/// Residuals: slope and missing curvature of the end-point's acceleration at its target peaks, phases at the
+/// landmarks over 4 degrees, excesses of other phases over their bounds, and distances of the parameters'
+/// logarithms from the start of the fit.
 fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     let chain = Chain::from_logs(logs);
     let mut all = Vec::new();
@@ -168,10 +168,11 @@ fn jacobian(logs: &DVector<f64>, origin: &DVector<f64>, current: &DVector<f64>) 
 pub struct StartSearch {
     /// The fit from each start.
     pub fits: Vec<Fit>,
-    /// Which of them is taken: the first that reaches every landmark, else that with the smallest residuals.
+    /// Index of the chosen fit: the first that reaches every landmark, else the one with the smallest
+    /// residuals.
     pub taken: usize,
-    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, all chains
-    /// brought to the base mass of the one that is taken.
+    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, with all
+    /// chains scaled to the base mass of the chosen one.
     pub ranges: Vec<Option<[f64; 2]>>,
 }
 
@@ -179,7 +180,7 @@ impl StartSearch {
     /// Fits from the first starts of [`Chain::start`], or from other ones.
     ///
     /// # Errors
-    /// [`ValidationError::Analysis`]; [`ValidationError::Reference`] where there is no start.
+    /// [`ValidationError::Analysis`]; [`ValidationError::Reference`] without a start.
     pub fn from_starts(starts: &[Chain], iterations: usize) -> Result<Self, ValidationError> {
         let fits = starts.iter().map(|start| fit(start, iterations)).collect::<Result<Vec<_>, _>>()?;
         let best = || (0..fits.len()).min_by(|&i, &j| fits[i].rms.total_cmp(&fits[j].rms));
@@ -203,7 +204,7 @@ impl StartSearch {
         &self.fits[self.taken]
     }
 
-    /// How many fits reach every landmark.
+    /// Number of fits that reach every landmark.
     pub fn reached(&self) -> usize {
         self.fits.iter().filter(|fit| fit.reached).count()
     }

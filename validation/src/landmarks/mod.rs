@@ -2,10 +2,10 @@
 //! as far as they determine one.
 //!
 //! The paper publishes landmarks of three measured responses and no parameters. The chain here is a stand-in
-//! that shows the same landmarks; its masses, springs and dampers are **not** those of the robot, and many
-//! other machines would fit as well. [`fit`] says in which directions of parameter space the landmarks leave
-//! it free, and [`StartSearch`] how many of several starts that know the landmarks' frequencies alone find
-//! it.
+//! with the same landmarks. Its masses, springs and dampers are **not** those of the robot, and many other
+//! machines would fit as well. [`fit`] gives the directions of parameter space that the landmarks leave free.
+//! [`StartSearch`] counts how many of several starts, which use only the landmarks' frequencies, find the
+//! chain.
 
 mod chain;
 mod fit;
@@ -28,34 +28,34 @@ use crate::table::Row;
 pub use chain::Chain;
 pub use fit::{Fit, StartSearch, fit};
 
-/// Band in which landmarks are looked for, Hz.
+/// Band of the search for landmarks, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 90.0);
 /// Asked of every landmark, Hz.
 pub const LANDMARK_HZ: f64 = 1.0;
 /// Resonances that the paper names, Hz.
 const RESONANCES_HZ: [f64; 5] = [12.0, 38.0, 44.0, 67.0, 77.0];
-/// A peak is the largest value within so much of it, Hz: estimates scatter by a thousandth, and no two of
+/// A peak is the largest value within this distance, Hz: estimates scatter by a thousandth, and no two of
 /// these resonances are so close.
 const PEAK_HZ: f64 = 1.0;
 /// The scenario file of the fitted chain.
 const FILE: &str = include_str!("../../../scenarios/paper/machines/landmarks.toml");
-/// Pairs of poles sought in measured accelerations: six bodies and the drive have seven at most.
+/// Pairs of poles in the fit of measured accelerations: six bodies and the drive have seven at most.
 const PAIRS: usize = 7;
-/// Poles beyond this damping ratio are no resonances.
+/// Poles with more damping are not resonances.
 const RESONANT: f64 = 0.5;
-/// Measured lines of which poles are found: every eighth, some tens for each resonance.
+/// Step of the measured lines for the poles: every eighth, some tens for each resonance.
 const EVERY: usize = 8;
 
-/// The paper's landmarks as they stand on a machine, Hz; not a number where a crossing is absent.
+/// The paper's landmarks found on a machine, Hz; NaN for an absent crossing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Landmarks {
     /// Frequencies of the modes nearest to the five resonances, each mode counted once.
     pub resonances_hz: [f64; 5],
     /// Peaks of the end-point's acceleration nearest to them, each counted once.
     pub peaks_hz: [f64; 5],
-    /// Acceleration of the motor: phase falls below 0 degrees permanently. (In the fitted chain it falls
-    /// below 0 by some 30 degrees at the base mode as well, and returns: a base that turns the end-point's
-    /// phase turns the motor's too.)
+    /// Acceleration of the motor: phase falls below 0 degrees permanently. (In the fitted chain it also falls
+    /// below 0 by about 30 degrees at the base mode, and returns: a base that changes the end-point's phase
+    /// changes the motor's, too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
     pub end_dip_hz: [f64; 2],
@@ -141,7 +141,7 @@ fn peaks(frequencies: &[f64], response: &[C64]) -> Vec<f64> {
     let is_peak = |i: &usize| {
         let from = frequencies.partition_point(|f| *f < frequencies[*i] - PEAK_HZ);
         let to = frequencies.partition_point(|f| *f <= frequencies[*i] + PEAK_HZ);
-        // Where the band ends, nothing tells whether it would rise on.
+        // At the ends of the band a further rise cannot be excluded.
         from > 0 && to < frequencies.len() && (from..to).all(|j| response[j].norm() <= response[*i].norm())
     };
     (0..frequencies.len()).filter(is_peak).map(|i| frequencies[i]).collect()
@@ -160,10 +160,10 @@ fn crossings(frequencies: &[f64], phase: &[f64], level: f64) -> (Vec<f64>, Vec<f
     (down, up)
 }
 
-/// The fitted machine, as its scenario file has it, with its contact engaged in this way.
+/// The fitted machine from its scenario file, with its contact engaged in this way.
 ///
 /// # Errors
-/// [`ValidationError::Reference`] where the file has mistakes.
+/// [`ValidationError::Reference`] if the file has mistakes.
 pub fn fitted(engagement: Engagement) -> Result<Machine, ValidationError> {
     let document = Document::parse(FILE, "landmarks.toml")
         .map_err(|error| ValidationError::Reference { what: error.to_string() })?;
@@ -192,8 +192,7 @@ pub fn landmarks(machine: &Machine) -> Result<Landmarks, ValidationError> {
     Ok(Landmarks::from_phases(nearest_resonances(&own), peaks_hz, [&motor, &end, &force]))
 }
 
-/// To each of the paper's resonances the nearest frequency, each counted once; not a number where none is
-/// left.
+/// For each of the paper's resonances the nearest frequency, each counted once; NaN if none is left.
 fn nearest_resonances(found_hz: &[f64]) -> [f64; 5] {
     let mut left = found_hz.to_vec();
     RESONANCES_HZ.map(|named| {
@@ -203,16 +202,16 @@ fn nearest_resonances(found_hz: &[f64]) -> [f64; 5] {
     })
 }
 
-/// The landmarks as white-noise experiments on the simulated machine show them: crossings of measured phases,
-/// peaks of the measured acceleration of the end-point, and resonances as the poles that the two measured
-/// accelerations share.
+/// The landmarks from white-noise experiments on the simulated machine: crossings of measured phases, peaks
+/// of the measured acceleration of the end-point, and resonances as the common poles of the two measured
+/// accelerations.
 ///
 /// # Errors
 /// [`ValidationError::Analysis`], [`ValidationError::Lti`].
 pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmarks, ValidationError> {
     let measured = |engagement, element: &str, quantity| -> Result<(Vec<f64>, Vec<C64>), ValidationError> {
-        // Commands are held so briefly that the hold turns 50 Hz by less than a degree: the paper's amplifier
-        // had none.
+        // Commands are held so briefly that the hold changes the phase at 50 Hz by less than a degree: the
+        // paper's amplifier had none.
         let experiment = Experiment {
             machine: engaged(machine, engagement),
             actuator: "drive".into(),

@@ -1,5 +1,5 @@
-//! Responses of a chain from the forces between its bodies, without a state space: some hundred times as
-//! fast, for fits from many starts.
+//! Responses of a chain from the forces between its bodies, without a state space: about a hundred times
+//! faster, for fits from many starts.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ const BASE: usize = 0;
 const MOTOR: usize = 1;
 const END: usize = BODIES - 1;
 
-/// What is looked at, per velocity commanded.
+/// The measured output, per velocity commanded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Seen {
     /// Acceleration of the motor, free.
@@ -52,7 +52,7 @@ impl Chain {
         }
         let mut forces = SVector::<C64, BODIES>::zeros();
         (forces[MOTOR], forces[BASE]) = (source, -source);
-        // Masses are above zero, so that only an undamped machine at its resonance has no answer.
+        // Masses are above zero, so only an undamped machine at its resonance has no response.
         let Some(x) = z.lu().solve(&forces) else { return C64::new(f64::NAN, f64::NAN) };
         match seen {
             Seen::Motor => s * s * x[MOTOR],
@@ -68,7 +68,7 @@ mod tests {
     use feeler_analysis::{LinearMachine, View};
     use feeler_plant::description::{Engagement, Quantity, SignalName};
 
-    /// Two ways to one number, over a state matrix of condition 1e6.
+    /// Two methods for one number, over a state matrix of condition 1e6.
     const TWO_WAYS: f64 = 1e-8;
 
     #[test]

@@ -1,4 +1,4 @@
-//! Where fits begin: chains that know the frequencies of the landmarks and nothing else.
+//! Starting points of fits: chains from the frequencies of the landmarks alone.
 
 use std::f64::consts::TAU;
 
@@ -9,21 +9,21 @@ use super::chain::{Chain, LINKS};
 
 /// Bodies of the chain without its base.
 const BODIES: usize = LINKS + 1;
-/// Mass of these bodies together, kg: any number, since the landmarks do not tell the size of a chain.
+/// Total mass of these bodies, kg: arbitrary, since the landmarks do not determine the size of a chain.
 const MOVING_KG: f64 = 60.0;
 /// Damping ratio of the mount.
 const MOUNT_DAMPING_RATIO: f64 = 0.03;
 /// Damping of the guide over the moving mass, 1/s.
 const GUIDE_PER_S: f64 = 0.05;
-/// How many times as stiff as the stiffest joint the sensor is, and its damping ratio at the frequency of the
+/// Stiffness of the sensor over that of the stiffest joint, and its damping ratio at the frequency of the
 /// force's landmark.
 const SENSOR_STIFFER: f64 = 10.0;
 const SENSOR_DAMPING_RATIO: f64 = 0.005;
 
-/// What the landmarks say nothing about.
+/// Parameters that the landmarks do not determine.
 struct Guess {
-    /// Share of each of the chain's modes, that as one body first, of the motion that a push on the motor
-    /// starts at the motor.
+    /// Share of each of the chain's modes, the rigid one first, in the motion of the motor after a push on
+    /// the motor.
     shares: [f64; BODIES],
     /// Mass of the base over that of the rest.
     base: f64,
@@ -34,14 +34,14 @@ struct Guess {
 }
 
 impl Guess {
-    /// The middle of every range: half of the mass at the motor, the flexible modes alike, a base as heavy as
-    /// the rest, a source damped critically.
+    /// The middle of every range: half of the mass at the motor, equal shares of the flexible modes, a base
+    /// as heavy as the rest, a critically damped source.
     const NEUTRAL: Self =
         Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
-    /// One of many: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a base
-    /// of a third to ten times the rest, joints damped by 0.3 to 5 %, a source by half to twice the critical
-    /// damping.
+    /// A random choice: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a
+    /// base of a third to ten times the rest, joints damped by 0.3 to 5 %, a source with half to twice the
+    /// critical damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");
         let between = |index, low: f64, high: f64| low * (high / low).powf(stream.uniform_at(index));
@@ -58,12 +58,12 @@ impl Guess {
 }
 
 impl Chain {
-    /// The start of this number: a chain whose springs and masses are those with the paper's four flexible
-    /// resonances when nothing holds it (there is one such chain for each set of shares that the modes have
-    /// in the motor's motion: Gantmacher and Krein's inverse problem, solved by Lanczos's recursion), on a
-    /// base at the paper's first resonance, behind a source that turns the acceleration of the chain, as one
-    /// body, through zero degrees where the paper's end-point does. What the landmarks do not say is guessed:
-    /// start 0 takes the middle of every range, the others draw from them, always the same for a number.
+    /// The start with this number: a chain with the paper's four flexible resonances when nothing holds it.
+    /// There is one such chain for each set of shares of the modes in the motor's motion (Gantmacher and
+    /// Krein's inverse problem, solved by Lanczos's recursion). The chain stands on a base at the paper's
+    /// first resonance. Its source turns the acceleration of the rigid chain through zero degrees at the
+    /// frequency of the paper's end-point. Undetermined parameters are guessed: start 0 takes the middle of
+    /// every range, the others draw from them, always the same for a number.
     pub fn start(number: u64) -> Self {
         let guess = if number == 0 { Guess::NEUTRAL } else { Guess::drawn(number) };
         let squares =
@@ -87,11 +87,11 @@ impl Chain {
     }
 }
 
-/// Masses (kg, together [`MOVING_KG`]) and springs (N/m) of the free chain whose squared frequencies these
-/// are, its modes having these shares at its first body.
+/// Masses (kg, in total [`MOVING_KG`]) and springs (N/m) of the free chain with these squared frequencies and
+/// these shares of its modes at its first body.
 fn with_resonances(squares: &[f64; BODIES], shares: &[f64; BODIES]) -> ([f64; BODIES], [f64; LINKS]) {
-    // The chain's matrix M^-1/2 K M^-1/2 is the tridiagonal one that Lanczos's recursion makes of the
-    // squares, begun at the roots of the shares.
+    // The chain's matrix M^-1/2 K M^-1/2 is the tridiagonal one of Lanczos's recursion on the squares,
+    // started at the roots of the shares.
     let mut vectors: Vec<[f64; BODIES]> = vec![shares.map(f64::sqrt)];
     let (mut diagonal, mut beside) = ([0.0; BODIES], [0.0; LINKS]);
     for j in 0..BODIES {
@@ -101,7 +101,7 @@ fn with_resonances(squares: &[f64; BODIES], shares: &[f64; BODIES]) -> ([f64; BO
         if j == LINKS {
             break;
         }
-        // Twice, so that rounding leaves nothing of the earlier ones.
+        // Twice, so that rounding leaves no component of the earlier vectors.
         for _ in 0..2 {
             for v in &vectors {
                 let part = dot(v, &next);
@@ -111,7 +111,7 @@ fn with_resonances(squares: &[f64; BODIES], shares: &[f64; BODIES]) -> ([f64; BO
         beside[j] = dot(&next, &next).sqrt();
         vectors.push(next.map(|value| value / beside[j]));
     }
-    // Moving as one body, M^1/2 of it is what the matrix takes to zero.
+    // For rigid motion the matrix maps M^1/2 times it to zero.
     let mut roots = [1.0; BODIES];
     for i in 0..LINKS {
         let before = if i == 0 { 0.0 } else { beside[i - 1] * roots[i - 1] };

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use rapier3d_f64::prelude::*;
 
-/// Long enough to hold the largest peak, which every machine has in its first push, and short enough to run
-/// undisturbed now and then.
+/// Long enough to contain the largest peak, which every machine has in its first push; short enough to be
+/// undisturbed sometimes.
 const SAMPLES: usize = 100;
 const ROUNDS: usize = 25;
 

@@ -42,7 +42,7 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
     charts
 }
 
-/// The margins where they are read: the gain margin below 0 dB, the phase margin above -180°.
+/// The margins at their places: the gain margin below 0 dB, the phase margin above -180°.
 fn margins(report: &Report, magnitude: &mut Chart, phase: &mut Chart) {
     let Some(margins) = report.margins() else { return };
     let within = |f: &f64| magnitude.x.last().is_some_and(|last| f <= last);
@@ -67,7 +67,7 @@ fn margins(report: &Report, magnitude: &mut Chart, phase: &mut Chart) {
     }
 }
 
-/// The answer to a step of the reference.
+/// The response to a step of the reference.
 pub(crate) fn step(curves: &Curves) -> Option<Chart> {
     let step = curves.step.as_ref()?;
     let mut chart = Chart::new(ChartKind::Line, "Step response,", "time (s)", "reading over reference");
@@ -112,7 +112,7 @@ fn decibels(values: &[C64]) -> Vec<f64> {
     values.iter().map(|g| 20.0 * g.norm().log10()).collect()
 }
 
-/// Phase continued over frequency; gaps stay gaps, and values of no modulus have none.
+/// Phase continued over frequency. Gaps stay gaps; values without modulus have no phase.
 pub(crate) fn degrees(values: &[C64]) -> Vec<f64> {
     let mut last: Option<f64> = None;
     let continued = values.iter().map(|g| {

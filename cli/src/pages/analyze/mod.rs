@@ -17,7 +17,7 @@ pub(crate) use bode::{degrees, open as open_loop, step};
 pub(crate) use planes::{loci, nyquist};
 pub(crate) use verdict::{achieved_name, as_set, class_name, sentences, subject};
 
-/// The page of an analysis, sensitivities included; notes say how the machine was taken.
+/// The page of an analysis with sensitivities; notes describe the view of the machine.
 pub(crate) fn page(
     document: &Document,
     settings: &[String],
@@ -81,7 +81,7 @@ pub(crate) fn page(
     page.render()
 }
 
-/// Margins below the first are fragile, from the second on they are sound.
+/// Phase margins: below the first a loop is fragile, from the second on it is sound.
 const PHASE_DEG: [f64; 2] = [30.0, 45.0];
 const SENSITIVITY: [f64; 2] = [2.0, 3.0];
 
@@ -154,7 +154,7 @@ fn limit_cycles(page: &mut Page, report: &Report) {
     page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
 }
 
-/// Heads of the columns of what is not linear.
+/// Headings of the table of nonlinear properties.
 pub(crate) const ASSUMPTIONS: [&str; 3] = ["not linear", "", "in the linear model"];
 
 fn assumptions(page: &mut Page, report: &Report) {
@@ -165,12 +165,12 @@ fn assumptions(page: &mut Page, report: &Report) {
     page.table(&ASSUMPTIONS, &[], &assumption_rows(report));
 }
 
-/// One row for each thing that is not linear.
+/// One row for each nonlinear property.
 pub(crate) fn assumption_rows(report: &Report) -> Vec<Vec<String>> {
     report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect()
 }
 
-/// A mode's damping ratio, that of an undamped one without the rounding that is left of it.
+/// A mode's damping ratio; zero for an undamped one, without its rounding.
 pub(crate) fn damping_ratio(mode: &ModeReport) -> f64 {
     if mode.damping_ratio.abs() < 1e-12 { 0.0 } else { mode.damping_ratio }
 }

@@ -8,12 +8,12 @@ use feeler_lti::C64;
 use crate::numbers::{plain, with_unit};
 use crate::pages::parts::{Circle, CircleKind, Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
-/// Half of the height of Nyquist's plane: the point -1 decides, and the unit circle is whole. Resonances may
-/// reach far beyond.
+/// Half of the height of Nyquist's plane: it contains the point -1 and the whole unit circle. Resonances may
+/// extend far beyond.
 const NYQUIST_REACH: f64 = 1.6;
-/// A plane is so many times as wide as high.
+/// Width of a plane over its height.
 const ASPECT: f64 = 1.84;
-/// Poles nearer to the origin of the z plane than this die out at once.
+/// Poles nearer to the origin of the z plane than this decay almost immediately.
 const FAST: f64 = 0.3;
 
 /// The loop as a curve through the complex plane.
@@ -63,7 +63,7 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     })
 }
 
-/// The disk about -1 that a loop of this balanced disk margin keeps out of; `None` if it is no disk.
+/// The disk about -1 outside which a loop with this balanced disk margin stays; `None` if it is not a disk.
 fn disk(alpha: f64) -> Option<Circle> {
     let half = 0.5 * alpha;
     if half <= 0.0 || half >= 1.0 {
@@ -142,8 +142,8 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
     }
 }
 
-/// The roots that do not die out at once with the border of stability beside them: near z = 1 where the
-/// sampling is fast, the whole circle where it is not.
+/// The roots that do not decay immediately, with the border of stability: near z = 1 for fast sampling,
+/// otherwise the whole circle.
 fn z_view(marks: &[PlaneMark]) -> [f64; 4] {
     let whole = [-1.25 * ASPECT, 1.25 * ASPECT, -1.25, 1.25];
     let lasting = || marks.iter().map(|m| m.point).filter(|[x, y]| (FAST..1.5).contains(&x.hypot(*y)));
@@ -156,18 +156,18 @@ fn z_view(marks: &[PlaneMark]) -> [f64; 4] {
     [centre - ASPECT * half, centre + ASPECT * half, -half, half]
 }
 
-/// The poles and zeros that swing, and as much of the rest as lies no farther out.
+/// The oscillating poles and zeros, and the others up to the same distance.
 fn s_view(marks: &[PlaneMark]) -> [f64; 4] {
     let swings = || marks.iter().map(|m| m.point).filter(|p| p[1].abs() > 1e-9);
     let far = swings().map(|p| p[0].abs().max(0.15 * TAU * p[1].abs())).fold(0.0, f64::max);
     let near = marks.iter().map(|m| m.point).filter(|p| far <= 0.0 || p[0].abs() <= 4.0 * far);
     let mut view = view_of(near, [0.0, 0.0]);
-    // Room to the right, where instability shows.
+    // Space on the right, the unstable side.
     view[1] = view[1].max(0.35 * (view[1] - view[0])).max(-0.35 * view[0]);
     view
 }
 
-/// What lies outside the frame, of conjugate pairs once.
+/// The points outside the frame, conjugate pairs once.
 fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
     let inside = |[x, y]: [f64; 2]| x >= left && x <= right && y >= low && y <= high;
     let told: Vec<String> = (marks.iter().filter(|mark| !inside(mark.point) && mark.point[1] >= 0.0))

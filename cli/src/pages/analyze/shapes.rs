@@ -16,7 +16,7 @@ const MIDDLE: f64 = 70.0;
 const UNIT: f64 = 52.0;
 /// Quadrature below this is not drawn.
 const LATE: f64 = 0.02;
-/// Characters of a body's name, for each body's share of the width.
+/// Width of a character in a body's name, for the widths of the bodies.
 const NAME_WIDTH: f64 = 7.0;
 
 /// One mode: its caption, and its bodies side by side, displaced.
@@ -47,7 +47,7 @@ pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
         "<text x=\"12\" y=\"{MIDDLE}\" text-anchor=\"middle\" transform=\"rotate(-90 12 \
          {MIDDLE})\">displacement</text>"
     );
-    // Names that would meet stand on two lines in turn.
+    // Names that would touch alternate between two lines.
     let crowded = mode.shape.iter().any(|body| NAME_WIDTH * body.body.chars().count() as f64 > step);
     for (i, body) in mode.shape.iter().enumerate() {
         let (at, top) = (x(i), y(body.in_phase));

@@ -13,7 +13,7 @@ pub(crate) fn class_name(class: ModeClass) -> &'static str {
     }
 }
 
-/// From what to what poles, zeros and modes are, and what the rest is of where that is another pair.
+/// The signals of poles, zeros and modes, and those of the rest if they differ.
 pub(crate) fn subject(report: &Report) -> String {
     let asked = format!("from {} to {}", report.input, report.output);
     match report.pair() {
@@ -27,16 +27,16 @@ pub(crate) fn subject(report: &Report) -> String {
     }
 }
 
-/// Name of the column of what a change does to what is achieved.
+/// Heading of the column with the effect of a change on the achieved quantity.
 pub(crate) fn achieved_name(report: &Report) -> &'static str {
     if report.ranked_by() == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
 }
 
-/// Phase margins below this, and sensitivities above, make a loop fragile.
+/// Limits of a fragile loop: phase margins below this, and sensitivities above.
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
-/// How the loop stands with the gain of the file; `None` if no loop is closed.
+/// State of the loop with the gain of the file; `None` if no loop is closed.
 pub(crate) fn as_set(report: &Report) -> Option<String> {
     let gain = report.gain()?;
     let key = gain.key.rsplit('.').next().unwrap_or(&gain.key);
@@ -175,12 +175,11 @@ fn untold(report: &Report) -> String {
     }
 }
 
-/// Numbers named in an advice, and the least change, as a share of a number's own, that one is worth naming
-/// for.
+/// Numbers named in an advice, and the smallest relative change that is named.
 const NAMED: usize = 3;
 const TELLING: f64 = 0.1;
 
-/// What to change first, for what, and what only seems to help.
+/// What to change first, its effect, and changes that only seem to help.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
     let mut said = Vec::new();

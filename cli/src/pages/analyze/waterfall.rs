@@ -1,4 +1,4 @@
-//! The bandwidth from the ideal down to what is built, as a table.
+//! The bandwidth from the ideal loop to the loop as built, as a table.
 
 use feeler_analysis::{Stage, Waterfall};
 
@@ -15,7 +15,7 @@ pub(crate) const HEADER: [&str; 6] = [
 ];
 /// Columns of numbers.
 pub(crate) const NUMBERS: [usize; 4] = [1, 2, 3, 4];
-/// Changes by a smaller share than this are none.
+/// Smaller relative changes count as none.
 const SAME: f64 = 1e-3;
 
 /// One row for each stage.
@@ -44,8 +44,8 @@ pub(crate) fn rows(waterfall: &Waterfall) -> Vec<Vec<String>> {
     (0..waterfall.stages.len()).map(row).collect()
 }
 
-/// What of a stage's bandwidth comes from the ingredient itself and what from the gain that it allows, and
-/// where what is followed beyond it ends.
+/// The part of a stage's change that comes from the ingredient itself, and the part from the gain that it
+/// allows; also the end of a shelf beyond the bandwidth.
 pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
     let shelf = stage.shelf.map(|shelf| {
         format!(
@@ -58,7 +58,7 @@ pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
     [change, shelf].into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
-/// Why a stage's bandwidth is not that of the one before.
+/// Why a stage's bandwidth differs from that of the previous one.
 fn difference(stage: &Stage, before: &Stage) -> Option<String> {
     if stage.added == "saturation" {
         let reaches = before.bandwidth_hz.zip(stage.bandwidth_hz).is_some_and(|(before, own)| own < before);
@@ -86,7 +86,8 @@ fn difference(stage: &Stage, before: &Stage) -> Option<String> {
     let Some(kept) = stage.bandwidth_at_gain_before_hz else {
         return Some(format!("{way}: the gain above is unstable here"));
     };
-    // In logarithms, the change is what the ingredient does at one gain, and what the other gain does.
+    // In logarithms the change is the sum of the ingredient's effect at one gain and the effect of the other
+    // gain.
     let (by_itself, by_gain) = ((kept / former).ln(), (own / kept).ln());
     let dominates = if by_itself.abs() > by_gain.abs() { "by itself" } else { "by the gain it allows" };
     let both = by_itself.abs().min(by_gain.abs()) > 0.1 * by_itself.abs().max(by_gain.abs());

@@ -8,14 +8,14 @@ use feeler_studies::run::CellRun;
 
 use crate::pages::parts::{Chart, ChartKind, MOST_VALUES, Page, Series, by_extremes};
 
-/// Contact spans that are shaded; beyond this they are narrower than a pixel.
+/// Largest number of shaded contact spans; more would be narrower than a pixel.
 const MOST_BANDS: usize = 4_000;
 /// Cycles in the close-up.
 const CYCLES: f64 = 6.0;
 const TIME: &str = "time (s)";
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// A signal, how it is called, its unit, and what turns it into that.
+/// A signal with its name, its unit, and the factor of that unit.
 struct Curve {
     signal: String,
     name: String,

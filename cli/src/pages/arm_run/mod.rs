@@ -48,7 +48,7 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> cr
     Ok(page.render())
 }
 
-/// What is said of joints that met the end of their travel; nothing where none did.
+/// Text on joints that reached the end of their travel; empty if there are none.
 pub(crate) fn limits(summary: &CellSummary) -> String {
     let met = summary.limits.iter().map(|met| {
         let at = with_unit(met.t_s, "s");

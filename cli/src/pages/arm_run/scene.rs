@@ -1,4 +1,4 @@
-//! The arm as lines that move.
+//! The arm as moving lines.
 
 use feeler_files::CellFile;
 use feeler_manipulator::link_capsules;
@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 /// Instants that the scene holds.
 const MOST_FRAMES: usize = 1200;
 
-/// What `assets/scene.js` draws: the links' radii, lines of workpiece (base's frame) and tip (tool's frame),
-/// and for each frame the time, the points of the skeleton from the base to the tool, the tool's turn as a
-/// quaternion, the force, and the point and normal of the contact.
+/// Input of `assets/scene.js`: the links' radii, lines of workpiece (base's frame) and tip (tool's frame),
+/// and data for each frame. These are the time, the points of the skeleton from the base to the tool, the
+/// tool's orientation as a quaternion, the force, and the point and normal of the contact.
 pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();
@@ -49,9 +49,9 @@ pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     } else {
         Value::Null
     };
-    // Of the base and of each link; joints' own shapes, where the URDF has them, are not drawn.
+    // Radii of the base and of each link; shapes in the URDF are not drawn.
     let mut radii: Vec<f64> = link_capsules(chain).iter().map(|body| body.radius_m).collect();
-    // The tool is as slim as its tip, which a round end would hide.
+    // The tool is as thin as its tip, which a round end would hide.
     if let (Some(last), feeler_geometry::Shape::Ball { radius_m }) = (radii.last_mut(), &cell.tip.shape) {
         *last = last.min(*radius_m);
     }

@@ -1,4 +1,4 @@
-//! The confusion matrix: what was hidden down the side, what was answered along the top.
+//! The confusion matrix: hidden causes in rows, answers in columns.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use feeler_plant::effects::LIBRARY;
 use crate::pages::parts::escape;
 
 const CELL: f64 = 22.0;
-/// Width of a letter of a name, and room beside it.
+/// Width of a letter of a name, and the space beside it.
 const LETTER: f64 = 7.0;
 const GAP: f64 = 16.0;
 /// Slope of the names along the top, degrees.
@@ -21,7 +21,7 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         names.sort_by_key(|name| (order(name), *name));
         names.dedup();
     }
-    // Names are as long as they are: of effects of no library nobody knows how long.
+    // Names of effects outside the library have unknown lengths.
     let longest =
         |names: &[&str]| LETTER * names.iter().map(|name| name.chars().count()).max().unwrap_or(0) as f64;
     let left = longest(&rows).max(longest(&["hidden ↓ answered →"])) + GAP;
@@ -82,7 +82,7 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     svg
 }
 
-/// The order of the library, then what is none of it.
+/// The order of the library, then other names.
 fn order(name: &str) -> usize {
     LIBRARY.iter().position(|definition| definition.name == name).unwrap_or(LIBRARY.len())
 }

@@ -71,7 +71,7 @@ pub(crate) fn page(score: &Score) -> String {
     page.render()
 }
 
-/// What a row of a case says.
+/// Columns of the table of cases.
 pub(crate) const CASE_COLUMNS: [&str; 6] = ["case", "hidden", "answered", "verdict", "plain regression", ""];
 
 /// A case as a row.

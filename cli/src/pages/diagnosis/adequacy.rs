@@ -1,11 +1,11 @@
-//! What an answer leaves, at every horizon, and why it is not called better than it is.
+//! Remaining error of an answer at every horizon, and why its verdict is not better.
 
 use feeler_diagnosis::adequacy::{Adequacy, Horizon};
 
 use crate::numbers::{fine_percent, percent};
 use crate::pages::parts::Page;
 
-/// What is left in absolute terms: over the shortest horizon and the whole record.
+/// The absolute remaining error: over the shortest horizon and over the whole record.
 pub(super) fn left(adequacy: &Adequacy) -> String {
     let share = |error: Option<f64>| {
         error.map_or_else(|| "nothing that can be told".into(), |error| format!("{} %", fine_percent(error)))
@@ -26,7 +26,7 @@ pub(super) fn reasons(adequacy: &Adequacy) -> Vec<String> {
         .collect()
 }
 
-/// The table of errors by horizon, and what the missing force still goes with.
+/// The table of errors by horizon, and the correlations of the missing force.
 pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
     if adequacy.horizons.is_empty() {
         return;

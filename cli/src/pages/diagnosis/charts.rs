@@ -1,4 +1,4 @@
-//! Measured against predicted, before and after, on experiments never fitted.
+//! Measurement against prediction, before and after, on experiments that were never fitted.
 
 use feeler_diagnosis::Examination;
 use feeler_diagnosis::dataset::{Channel, Record};
@@ -9,11 +9,11 @@ use crate::numbers::{fine_percent, prefix};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, by_extremes};
 use crate::units::Units;
 
-/// Check experiments that are drawn: of each kind those with the largest error.
+/// Largest number of check experiments in charts: of each kind those with the largest error.
 const MOST_EXPERIMENTS: usize = 5;
 /// Rows of a chart.
 pub(super) const MOST_ROWS: usize = 1500;
-/// Channels that vary less than this many times their noise show nothing but noise.
+/// Channels whose variation is below this multiple of their noise show only noise.
 const LEAST_OVER_NOISE: f64 = 2.0;
 /// Charts that zoom together: one name per experiment.
 const TOGETHER: [&str; MOST_EXPERIMENTS] = ["first", "second", "third", "fourth", "fifth"];
@@ -112,7 +112,7 @@ fn chart(
             ("measured", measured.clone(), false),
         ]
     };
-    // Errors of position are micrometres: their axis takes a prefix.
+    // Errors of position are micrometres: their axis has a prefix.
     let largest = columns.iter().flat_map(|(_, values, _)| values).fold(0.0_f64, |m, x| m.max(x.abs()));
     let (scale, size) = if is_error { prefix(largest) } else { (1.0, "") };
     let unit = format!("{size}{unit}");

@@ -1,4 +1,4 @@
-//! Where the gap shows: channels against phases of the motion, frequency bands and levels of the command,
+//! Location of the gap: channels against phases of the motion, frequency bands and levels of the command,
 //! before and after.
 
 use std::fmt::Write as _;
@@ -14,16 +14,16 @@ const ROW: f64 = 26.0;
 const HEAD: f64 = 52.0;
 /// Widest column.
 const WIDEST: f64 = 90.0;
-/// Width of a letter of a group's name, and room between two names.
+/// Width of a letter of a group's name, and the space between two names.
 const LETTER: f64 = 8.0;
 const GAP: f64 = 12.0;
-/// Errors of up to this many noise floors stay white: noise alone makes them.
+/// Errors up to this number of noise floors stay white, since noise alone gives them.
 pub(super) const NOISE: f64 = 1.5;
-/// Shares of the variation at which the colour is palest and darkest; on a logarithmic scale between, so that
-/// the larger of two numbers is never the paler.
+/// Shares of the variation with the palest and the darkest colour; logarithmic in between, so that a larger
+/// number is never paler.
 pub(super) const PALEST: f64 = 1e-3;
 pub(super) const DARKEST: f64 = 1.0;
-/// Floors below this share of the variation are none that a model would be held to.
+/// Noise floors below this share of the variation are too strict for a model.
 const LEAST_FLOOR: f64 = 1e-5;
 /// Where letters turn white.
 const DARK: f64 = 0.55;
@@ -34,7 +34,7 @@ const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
 /// Levels of the command from low to high.
 const LEVELS: [&str; 3] = ["low", "middle", "high"];
 
-/// A state of the machine whose gap is drawn.
+/// The state of the machine whose gap is drawn.
 type Of = fn(&Cell) -> f64;
 
 /// One column: its group, its label, and which cells it holds.
@@ -191,7 +191,7 @@ fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]>
     (time > 0.0).then(|| [sum, floor].map(|sum| (sum / time).sqrt()))
 }
 
-/// From white through blue to near black: told apart in grey too.
+/// From white through blue to near black: distinct in grey, too.
 fn colour(share: f64) -> String {
     const STOPS: [[f64; 3]; 4] =
         [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
@@ -207,7 +207,7 @@ fn colour(share: f64) -> String {
 mod tests {
     use super::*;
 
-    /// 22 % was once the darkest cell and 127 % a middle blue, since noise floors gave the colour.
+    /// Once the noise floors determined the colour: 22 % was the darkest cell and 127 % a middle blue.
     #[test]
     fn regress_a_larger_number_is_never_paler() {
         let shades: Vec<f64> = [0.005, 0.02, 0.22, 0.5, 1.27].map(|share| shade(share, 10.0)).into();

@@ -69,10 +69,10 @@ fn about(answer: &Examination) -> String {
     )
 }
 
-/// More noise floors than this are not counted: the noise is of no account beside such a gap.
+/// Largest number of noise floors that is printed: beyond it the noise is irrelevant.
 const MOST_FLOORS: f64 = 1000.0;
 
-/// Where, how far, and what is left: what an engineer looks for first.
+/// Cause, size and remaining error: the first questions of an engineer.
 fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
@@ -80,8 +80,8 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     let tile = |name, value: String, remark: &str| Tile::new(name, value, remark);
     let is_stated =
         answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
-    // A gap that is small against the signal may be large against the noise, where that is known: that is
-    // what tells.
+    // A gap that is small against the signal may be large against the noise; that ratio matters if the noise
+    // is known.
     let beside = |value: f64| match value / gap.floor {
         floors if is_stated && floors <= MOST_FLOORS => format!("{} noise floors", plain(two_digits(floors))),
         _ if is_stated && gap.floor > 0.0 => format!("over {} noise floors", plain(MOST_FLOORS)),
@@ -239,7 +239,7 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
 }
 
 fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
-    // The portrait worth looking at is that of the place that was found.
+    // The portrait of the located place is the important one.
     let found = diagnosis
         .effects
         .iter()
@@ -291,7 +291,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     page.drawings(&portrait::drawings(first, units));
 }
 
-/// `a@x+b@y` as a person would say it.
+/// `a@x+b@y` in words.
 fn said(causes: &str) -> String {
     causes.replace('+', " and ").replace('@', " on ")
 }

@@ -1,4 +1,4 @@
-//! The missing force against what it may depend on.
+//! The missing force against possible variables.
 
 use std::fmt::Write as _;
 
@@ -16,13 +16,13 @@ const TOP: f64 = 12.0;
 const RIGHT: f64 = 430.0;
 /// Dots of one drawing.
 const MOST_DOTS: usize = 1500;
-/// Stretches of the horizontal axis whose mean is drawn, and dots that a mean needs.
+/// Intervals of the horizontal axis with a drawn mean, and the smallest number of dots for a mean.
 const BINS: usize = 24;
 const LEAST_IN_BIN: usize = 5;
-/// Share of dots on either side that may lie outside the frame.
+/// Share of dots on each side that may lie outside the frame.
 const OUTSIDE: f64 = 0.002;
 
-/// What a portrait is drawn against.
+/// The horizontal variable of a portrait.
 type Of = fn(&PortraitPoint) -> f64;
 
 /// The four drawings with their captions.
@@ -45,7 +45,7 @@ pub(super) fn drawings(rung: &Rung, units: Units) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Limits that hold nearly all of the values.
+/// Limits that contain nearly all of the values.
 fn limits(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let mut sorted: Vec<f64> = values.filter(|x| x.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);

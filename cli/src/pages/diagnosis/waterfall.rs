@@ -1,4 +1,4 @@
-//! How the gap shrinks, step by step, as bars that hang from each other.
+//! The gap after each step, as hanging bars.
 
 use std::fmt::Write as _;
 
@@ -15,12 +15,12 @@ const TOP: f64 = 26.0;
 const BOTTOM: f64 = 258.0;
 /// Share of a column that its bar takes.
 const BAR: f64 = 0.62;
-/// Room above the tallest bar, as a share of it.
+/// Space above the tallest bar, as a share of it.
 const HEADROOM: f64 = 1.08;
 /// Characters of a line below a bar, for each pixel of its column.
 const LETTER: f64 = 7.2;
 
-/// One bar: its name, from where to where, and whether it is a level or a step.
+/// One bar: its name, its ends, and whether it is a level or a step.
 struct Bar {
     name: String,
     from: f64,
@@ -98,7 +98,7 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     svg
 }
 
-/// Round shares up to the top, as percentages of as many decimals as their steps have.
+/// Round shares up to the top, as percentages with as many decimals as their steps.
 fn ticks(top: f64) -> Vec<(f64, String)> {
     let scale = Scale { label: String::new(), unit: String::new(), range: [0.0, 100.0 * top], log: false };
     scale.ticks(BOTTOM - TOP).into_iter().map(|(percent, _)| (percent / 100.0, plain(percent))).collect()

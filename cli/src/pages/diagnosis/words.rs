@@ -6,7 +6,7 @@ use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 use super::adequacy;
 use crate::numbers::{percent, plain, with_unit};
 
-/// Gaps below this many floors are nothing to close.
+/// Gaps below this number of floors are closed.
 const NEAR_FLOOR: f64 = 1.05;
 
 /// The sentence that matters most.
@@ -64,8 +64,8 @@ fn cause(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// Where the gap lies: the places of what was accepted, that of the largest credit first, or the most
-/// probable one; and how probable the least of them is.
+/// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one;
+/// and the probability of the least probable of them.
 pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     let mut accepted: Vec<&Cause> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
     accepted.sort_by(|a, b| b.credit.total_cmp(&a.credit));
@@ -91,7 +91,7 @@ pub(crate) fn is_found(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.iter().any(|effect| effect.accepted)
 }
 
-/// How far the gap closes, as scored on `checks` experiments.
+/// Share of the gap that is closed, as scored on `checks` experiments.
 pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
     let gap = &diagnosis.gap;
     let is_at_floor = gap.refit <= gap.floor * NEAR_FLOOR;
@@ -151,7 +151,7 @@ pub(crate) fn parameters(cause: &Cause) -> String {
         .join(", ")
 }
 
-/// What follows from the answer, a sentence each.
+/// Recommendations from the answer, a sentence each.
 pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
     let mut said: Vec<String> =
         diagnosis.contradictions.iter().map(|fault| format!("First correct the records: {fault}.")).collect();
@@ -192,7 +192,7 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
     said
 }
 
-/// What to do about the machine.
+/// Recommendation for the machine.
 fn to_do(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::Explained => {
@@ -223,7 +223,7 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
     }
 }
 
-/// Odds against one. Larger ones than a million are not told apart.
+/// Odds against one. Odds above a million are not distinguished.
 fn odds(odds: f64) -> String {
     if odds >= MOST_ODDS { "more than a million to 1".into() } else { format!("{} to 1", plain(odds)) }
 }

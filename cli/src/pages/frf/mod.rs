@@ -63,7 +63,7 @@ fn tiles(response: &Response) -> Vec<Tile> {
     ]
 }
 
-/// A frequency of the charts: one of the estimate, or one between where only the linear response is known.
+/// A frequency of the charts: one of the estimate, or one in between with only the linear response.
 struct Place {
     frequency_hz: f64,
     row: Option<Row>,
@@ -71,7 +71,7 @@ struct Place {
     measured: C64,
 }
 
-/// The frequencies of the charts, rising: those of the estimate, thinned out where there are many, and those
+/// The frequencies of the charts, rising: those of the estimate, thinned out if there are many, and those in
 /// between.
 fn places(response: &Response) -> Vec<Place> {
     let estimate = &response.estimate;
@@ -121,8 +121,7 @@ fn charts(response: &Response) -> Vec<Chart> {
         measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)).faint().coloured(0),
     ];
     let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
-    // Noise turns a phase that is continued from one value to the next permanently; the linear response does
-    // not.
+    // Noise shifts a continued phase by whole turns permanently; the linear response does not have that.
     let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
     let measured_deg =
         linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
@@ -145,7 +144,7 @@ fn charts(response: &Response) -> Vec<Chart> {
     if !response.isolated {
         all[0].between.push([3, 2]);
     }
-    // What is known well and what is not, apart.
+    // Well and poorly known parts are separate.
     let is_known = response.is_known();
     let known_at: Vec<f64> =
         estimate.frequencies_hz.iter().zip(&is_known).filter(|(_, k)| **k).map(|(f, _)| *f).collect();

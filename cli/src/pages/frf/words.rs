@@ -4,9 +4,9 @@ use feeler_studies::frf::{COHERENT, DistortionBand, INCOHERENT, Incoherent, KNOW
 
 use crate::numbers::{plain, with_unit};
 
-/// Bands of distortion that are named.
+/// Largest number of named bands of distortion.
 const MOST_BANDS: usize = 3;
-/// Spans of frequency that are named.
+/// Largest number of named spans of frequency.
 const MOST_SPANS: usize = 4;
 
 /// Input and output.
@@ -18,7 +18,7 @@ pub(crate) fn path(response: &Response) -> String {
     format!("from {} to {}{reads}", response.input, response.output)
 }
 
-/// How far measurement and linear theory are apart, over all frequencies.
+/// Difference between measurement and linear theory, over all frequencies.
 pub(crate) fn headline(response: &Response) -> String {
     let agreement = response.agreement();
     let [decibels, at_hz] = agreement.widest;
@@ -62,7 +62,7 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
     said
 }
 
-/// How large noise and distortion are, and whether there is distortion.
+/// Levels of noise and distortion, and whether there is distortion.
 fn levels(levels: Levels) -> String {
     let Levels { noise, shows_from, is_beyond_noise, bands } = levels;
     let distortion = if !is_beyond_noise {
@@ -100,7 +100,7 @@ fn strongest(mut bands: Vec<DistortionBand>) -> String {
     named.join(", ") + rest
 }
 
-/// Where the output has little to do with the input: the widest spans.
+/// Frequencies at which the output hardly depends on the input: the widest spans.
 fn incoherent(Incoherent { count, mut spans }: Incoherent, frequencies: usize) -> String {
     spans.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
     let more = if spans.len() > MOST_SPANS { " and elsewhere" } else { "" };

@@ -4,14 +4,14 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-/// Significant digits of what is written in decimals.
+/// Significant digits of decimal numbers.
 const DIGITS: usize = 9;
-/// Columns up to this length are written as lists that a person can read.
+/// Columns up to this length are written as readable lists.
 const SHORT: usize = 32;
-/// Steps of an axis that differ by less than this share of one are even.
+/// Steps of an axis with a smaller relative difference are even.
 const EVEN: f64 = 1e-6;
 
-/// What a chart's horizontal axis is.
+/// The kind of a chart's horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ChartKind {
     /// Increasing values, zoomed in one direction; charts may zoom together.
@@ -29,9 +29,9 @@ pub(crate) struct Series {
     pub(crate) dashed: bool,
     /// Points that no line joins.
     pub(crate) dots: bool,
-    /// Thin and pale: what others are held against.
+    /// Thin and pale: the reference of others.
     pub(crate) faint: bool,
-    /// Place in the palette, where it is not that in the chart.
+    /// Index in the palette, if it differs from that in the chart.
     pub(crate) colour: Option<usize>,
 }
 
@@ -102,7 +102,7 @@ pub(crate) struct Chart {
     pub(crate) series: Vec<Series>,
     /// Spans of the horizontal axis that are shaded.
     pub(crate) bands: Vec<[f64; 2]>,
-    /// Pairs of series, upper and lower, with the ground between them shaded.
+    /// Pairs of series, upper and lower, with the area between them shaded.
     pub(crate) between: Vec<[usize; 2]>,
     pub(crate) lines: Vec<Line>,
     pub(crate) gauges: Vec<Gauge>,
@@ -162,7 +162,7 @@ fn decimals(values: &[f64]) -> Value {
     values.iter().map(|&value| rounded(value, DIGITS)).collect()
 }
 
-/// Values in single precision, seven digits, which take less room than decimals do.
+/// Values in single precision, seven digits, which need less space than decimals.
 fn column(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
@@ -171,7 +171,7 @@ fn column(values: &[f64]) -> Value {
     json!({ "f32": BASE64_STANDARD.encode(bytes) })
 }
 
-/// Values of a horizontal axis, which may be zoomed far into: even steps by their rule, others in full.
+/// Values of a horizontal axis, which may be zoomed far: even steps by their rule, others in full.
 fn axis(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
@@ -186,7 +186,7 @@ fn axis(values: &[f64]) -> Value {
     json!({ "f64": BASE64_STANDARD.encode(bytes) })
 }
 
-/// A number with this many significant digits, which is shorter to write; `None` if it is no number.
+/// A number with this many significant digits, which is shorter to write; null if it is not finite.
 pub(super) fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
@@ -207,7 +207,7 @@ mod tests {
         assert_eq!(text(-3.0), "-3");
     }
 
-    /// What a page reads back is what was recorded, to single precision, and times to rounding.
+    /// A page reads back the recorded values to single precision, and times to rounding.
     #[test]
     fn truth_columns_are_whole_and_even_axes_are_rules() {
         let values: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

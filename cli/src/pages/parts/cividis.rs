@@ -1,7 +1,7 @@
 //! A scale of colours.
 
-/// Cividis (Nuñez, Anderton and Renslow, PLOS ONE 13, 2018), from its corner stones: light rises evenly for
-/// all kinds of sight.
+/// Cividis (Nuñez, Anderton and Renslow, PLOS ONE 13, 2018), from its corner points: lightness rises evenly
+/// for all types of colour vision.
 const STONES: [[f64; 3]; 6] = [
     [0.0, 34.0, 78.0],
     [49.0, 68.0, 107.0],

@@ -1,11 +1,10 @@
-//! Fewer points that look the same.
+//! Fewer points with the same appearance.
 
-/// Values of all charts of a page over time: 16 MB as a page writes them. A run that recorded more is
-/// thinned.
+/// Largest number of values in all time charts of a page: 16 MB in a file. Longer runs are thinned out.
 pub(crate) const MOST_VALUES: usize = 3_000_000;
 
-/// Rows to show of columns that share their axis: of each stretch the rows where some column is smallest or
-/// largest, so that no peak is lost. Gives about `most` rows, all of them where there are no more.
+/// Rows to show of columns with a common axis: in each stretch the rows with the minimum or maximum of some
+/// column, so that no peak is lost. Returns about `most` rows; all of them if there are fewer.
 pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<usize> {
     if rows <= most || columns.is_empty() {
         return (0..rows).collect();
@@ -25,7 +24,7 @@ pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<u
     kept
 }
 
-/// Points of a path: those at least a little away from the last one kept, at most `most` of them.
+/// Points of a path: those at a minimum distance from the last one kept, at most `most` of them.
 pub(crate) fn by_steps(x: &[f64], y: &[f64], most: usize) -> Vec<usize> {
     let extent = |values: &[f64]| {
         let (low, high) = values

@@ -1,6 +1,6 @@
 //! Text in HTML.
 
-/// Text with the characters that HTML gives a meaning written out.
+/// Text with HTML's special characters escaped.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,7 +1,7 @@
-//! Self-contained pages: text, tables and interactive charts in one file that needs no network.
+//! Self-contained pages: text, tables and interactive charts in one file without network access.
 //!
-//! A [`Page`] is put together from sections in reading order and rendered once. Charts are drawn by the
-//! vendored uPlot (MIT licence, see `assets/uplot.LICENSE`) from data that the page carries with it.
+//! A [`Page`] consists of sections in reading order and is rendered once. The vendored uPlot (MIT licence,
+//! see `assets/uplot.LICENSE`) draws the charts from data in the page.
 
 mod chart;
 mod cividis;
@@ -31,7 +31,7 @@ const MAP_SCRIPT: &str = include_str!("../../../assets/map.js");
 const SCENE_SCRIPT: &str = include_str!("../../../assets/scene.js");
 const STYLE: &str = include_str!("../../../assets/page.css");
 
-/// What a figure means for whoever reads it.
+/// Assessment of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tone {
     #[default]
@@ -55,7 +55,7 @@ impl Tone {
     }
 }
 
-/// A figure that stands on its own: its name, the number with its unit, and a remark.
+/// A separate figure: its name, the number with its unit, and a remark.
 pub(crate) struct Tile {
     name: &'static str,
     value: String,
@@ -148,7 +148,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A drawing, with what its parts say under the pointer.
+    /// A drawing whose parts have texts under the pointer.
     pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) -> usize {
         self.maps.push(hover);
         let data = self.maps.len() - 1;
@@ -156,7 +156,7 @@ impl Page {
         data
     }
 
-    /// A map with the places of another, whose number [`Self::map`] gave.
+    /// A map with the places of another, whose number [`Self::map`] returned.
     pub(crate) fn map_like(&mut self, title: &str, caption: &str, svg: &str, other: usize) {
         let (label, least) = (of_drawing(title, "map"), legible(svg));
         let (title, caption) = (escape(title), escape(caption));
@@ -168,7 +168,7 @@ impl Page {
         );
     }
 
-    /// A scene in space that moves; `assets/scene.js` says what it is made of.
+    /// A moving scene in space; `assets/scene.js` describes its parts.
     pub(crate) fn scene(&mut self, title: &str, caption: &str, scene: Value) {
         let (title, caption, index) = (escape(title), escape(caption), self.scenes.len());
         let _ = writeln!(
@@ -190,7 +190,7 @@ impl Page {
         );
     }
 
-    /// A table; columns named in `right` hold numbers.
+    /// A table; columns in `right` hold numbers.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };
         let label = header.iter().filter(|name| !name.is_empty()).copied().collect::<Vec<_>>().join(", ");
@@ -201,7 +201,7 @@ impl Page {
              {label}\"><table><thead><tr>"
         );
         for (i, name) in header.iter().enumerate() {
-            // A header cell without a word is none.
+            // A header cell without a word is an ordinary cell.
             let cell = if name.is_empty() { "td" } else { "th" };
             let _ = write!(self.body, "<{cell}{}>{}</{cell}>", class(i), escape(name));
         }
@@ -249,7 +249,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A table that is folded away: it is long, and most readers do without.
+    /// A long table that is folded at first.
     pub(crate) fn folded_table(
         &mut self,
         title: &str,
@@ -262,7 +262,7 @@ impl Page {
         self.body.push_str("</details>\n");
     }
 
-    /// A text as it was written, folded away on the screen where it is long.
+    /// A verbatim text, folded on the screen if it is long.
     pub(crate) fn verbatim(&mut self, title: &str, text: &str) {
         let _ = writeln!(
             self.body,
@@ -288,10 +288,10 @@ impl Page {
     }
 }
 
-/// A page of one's own: its body, what its scripts read, and the scripts, which find charts and planes ready.
+/// A separate page: its body, the data of its scripts, and the scripts, which find charts and planes ready.
 pub(crate) fn own_page(title: &str, style: &str, body: &str, data: &Value, scripts: &[&str]) -> String {
     let scripts: Vec<&str> = std::iter::once(PLANE_SCRIPT).chain(scripts.iter().copied()).collect();
-    // A server is asked for an icon unless the page names one.
+    // Browsers request an icon unless the page names one.
     let head = format!("<link rel=\"icon\" href=\"data:,\">\n<style>{style}</style>\n");
     document(title, &head, body, data, &scripts)
 }
@@ -330,7 +330,7 @@ pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
     body + "</div>\n"
 }
 
-/// Attributes by which a drawing is reached by keys and has a name.
+/// Attributes that make a drawing reachable by keyboard and give it a name.
 fn of_drawing(title: &str, what: &str) -> String {
     let name = format!("{} {what}", title.trim_end_matches([',', '.', ':']));
     let name = escape(name.trim());

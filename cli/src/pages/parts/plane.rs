@@ -4,17 +4,17 @@ use serde_json::{Value, json};
 
 use super::chart::rounded;
 
-/// Significant digits of coordinates, and of what stands beside them.
+/// Significant digits of coordinates and of their labels.
 const DIGITS: usize = 6;
 
-/// What a point of a plane is.
+/// The meaning of a point in a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlaneKind {
     /// Real part in 1/s, imaginary part in Hz.
     S,
-    /// z of samples; the border of stability is the unit circle.
+    /// z of a sampled loop; the border of stability is the unit circle.
     Z,
-    /// The value of a loop; frequencies stand beside it.
+    /// The value of a loop, labelled with frequencies.
     Nyquist,
 }
 
@@ -27,14 +27,14 @@ pub(crate) struct PlanePath {
     pub(crate) dashed: bool,
 }
 
-/// How a single point is drawn.
+/// The symbol of a single point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlaneShape {
     /// A cross.
     Pole,
     /// A circle.
     Zero,
-    /// A filled square: where the file stands.
+    /// A filled square: the present value of the file.
     Now,
 }
 
@@ -46,14 +46,14 @@ pub(crate) struct PlaneMark {
     pub(crate) shape: PlaneShape,
 }
 
-/// What a circle of a plane is.
+/// The meaning of a circle in a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CircleKind {
     /// The border of stability.
     Border,
     /// A circle to measure by.
     Unit,
-    /// What the curve must keep out of.
+    /// The region that the curve must avoid.
     Disk,
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// The border of stability of samples.
+    /// The border of stability of sampled loops.
     pub(crate) fn border() -> Self {
         Self { centre: 0.0, radius: 1.0, kind: CircleKind::Border, name: "border of stability".into() }
     }
@@ -79,7 +79,7 @@ pub(crate) struct Plane {
     pub(crate) caption: String,
     pub(crate) x_label: String,
     pub(crate) y_label: String,
-    /// What the values beside the points are, where they are gains.
+    /// Meaning of the values at the points, if they are gains.
     pub(crate) gain: String,
     /// Sample time of a z plane.
     pub(crate) period_s: Option<f64>,
@@ -130,7 +130,7 @@ impl Plane {
     }
 }
 
-/// A view that holds points with room about them: `about` is kept inside.
+/// A view that contains points with a margin; `about` is kept inside.
 pub(crate) fn view_of(points: impl IntoIterator<Item = [f64; 2]>, about: [f64; 2]) -> [f64; 4] {
     let mut view = [about[0], about[0], about[1], about[1]];
     for [x, y] in points.into_iter().filter(|p| p[0].is_finite() && p[1].is_finite()) {

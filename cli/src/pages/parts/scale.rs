@@ -1,23 +1,23 @@
-//! The axes of plots: where values lie, which are marked, and how their numbers are written: all with the
-//! same factor, which the title names.
+//! The axes of plots: positions of values, ticks, and the format of their numbers, with a common factor in
+//! the title.
 
 use feeler_studies::sweep::share_between;
 
 use crate::numbers::{PREFIXES, plain};
 
-/// Pixels between ticks of a linear axis, about.
+/// Approximate number of pixels between ticks of a linear axis.
 const TICK_EVERY: f64 = 70.0;
-/// Sizes that are written as they are.
+/// Magnitudes that are written without a factor.
 const PLAIN: [f64; 2] = [1e-3, 1e4];
-/// The largest number beside a tick of an axis of equal ratios.
+/// The largest number at a tick of a logarithmic axis.
 const LARGEST: f64 = 1e5;
-/// Ends and ticks that differ by less than this share are one.
+/// Ends and ticks with a smaller relative difference are equal.
 const ROUNDING: f64 = 1e-3;
 
 /// An axis of a plot.
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
-    /// What it shows, without its unit.
+    /// Its quantity, without the unit.
     pub(crate) label: String,
     /// Empty for a pure number.
     pub(crate) unit: String,
@@ -26,7 +26,7 @@ pub(crate) struct Scale {
     pub(crate) log: bool,
 }
 
-/// How the numbers of an axis are written.
+/// The format of the numbers of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Style {
     /// In units of this power of ten, a multiple of three.
@@ -36,12 +36,12 @@ enum Style {
 }
 
 impl Scale {
-    /// Where a value lies between the ends, 0 to 1.
+    /// Position of a value between the ends, 0 to 1.
     pub(crate) fn share(&self, value: f64) -> f64 {
         share_between(self.range, self.log, value)
     }
 
-    /// What it shows, with the unit of its numbers; a dash for a pure number.
+    /// Its quantity with the unit of its numbers; a dash for a pure number.
     pub(crate) fn title(&self) -> String {
         let unit = match self.style() {
             Style::Factor(power) if power != 0 => scaled(power, &self.unit),
@@ -51,7 +51,7 @@ impl Scale {
         if self.label.is_empty() { String::new() } else { format!("{} ({unit})", self.label) }
     }
 
-    /// Whether ticks are those of decades: less than one is too short for these.
+    /// Whether ticks are those of decades: less than one decade is too short.
     fn has_decades(&self) -> bool {
         let [low, high] = self.ends();
         self.log && low > 0.0 && high > 10.0 * low
@@ -83,10 +83,10 @@ impl Scale {
         if smallest < PLAIN[0] * 10_f64.powi(power) { Style::Powers } else { Style::Factor(power) }
     }
 
-    /// Marked values: with their text where they get one.
+    /// Tick values, with their text if they have one.
     pub(crate) fn ticks(&self, pixels: f64) -> Vec<(f64, String)> {
         let [low, high] = self.ends();
-        // Ends that are one leave nothing to mark.
+        // Equal ends leave nothing to mark.
         if !(high - low).is_finite() || high <= low {
             return Vec::new();
         }
@@ -128,7 +128,7 @@ impl Scale {
     }
 }
 
-/// A unit that is this many powers of ten of this one, by its prefix if it can have one.
+/// A power of ten of a unit, with a prefix if possible.
 fn scaled(power: i32, unit: &str) -> String {
     let prefix = PREFIXES
         .iter()

@@ -1,4 +1,4 @@
-//! Drawing: plots as SVG, in which every number has a place.
+//! Plots as SVG, with positions for numbers.
 
 use std::fmt::Write as _;
 
@@ -32,7 +32,7 @@ impl Frame {
         [left + self.x.share(x) * width, top + (1.0 - self.y.share(y)) * height]
     }
 
-    /// Axes, ticks and labels; drawn over what the plot holds.
+    /// Axes, ticks and labels; drawn over the contents of the plot.
     pub(crate) fn draw(&self, svg: &mut String, title: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(
@@ -63,11 +63,11 @@ impl Frame {
         text_at(svg, [x, y - 9.0], "start", 13, INK, title);
     }
 
-    /// A line with a light edge, so that it stands out on any ground. Parts outside of the frame are cut off.
+    /// A line with a light edge, visible on any background. Parts outside the frame are clipped.
     pub(crate) fn line(&self, svg: &mut String, clip: &str, points: &[[f64; 2]], dashed: bool) {
         let mut path = String::new();
         for (i, point) in points.iter().filter(|point| point.iter().all(|v| v.is_finite())).enumerate() {
-            // Far outside is as good as very far outside, and keeps the file in bounds.
+            // Coordinates far outside are limited, which keeps the file small.
             let [x, y] = self.at(*point).map(|v| v.clamp(-1e4, 1e4));
             let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
@@ -81,7 +81,7 @@ impl Frame {
         }
     }
 
-    /// A region to cut lines off at.
+    /// A region that clips lines.
     pub(crate) fn clip(&self, svg: &mut String, name: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(
@@ -103,7 +103,7 @@ pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u3
     }
 }
 
-/// A legend in rows from a corner on; gives its height.
+/// A legend in rows from a corner; returns its height.
 pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, String)]) -> f64 {
     for (i, (swatch, text)) in entries.iter().enumerate() {
         let top = y + 20.0 * i as f64;

@@ -11,30 +11,30 @@ use crate::numbers::{prefix, with_unit};
 use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Mark, Page, Series, by_extremes, by_steps};
 use crate::units::Units;
 
-/// Rows of a chart that moves.
+/// Largest number of rows of a live chart.
 const GLANCE_ROWS: usize = 4_000;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
-/// Harmonics of the strongest line that the spectrum goes up to at least.
+/// The spectrum extends at least to this harmonic of the strongest line.
 const HARMONICS: f64 = 30.0;
-/// Lines of this share of the strongest are shown whatever their frequency.
+/// Lines above this share of the strongest are shown at any frequency.
 const TELLING_SHARE: f64 = 1e-3;
-/// Amplitudes below this share of the force are rounding, and so is a spectrum with none above.
+/// Amplitudes below this share of the force are rounding, and so is a spectrum without larger ones.
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
 /// Cycles in the close-up.
 const CYCLES: f64 = 6.0;
-/// Contact spans that are shaded; beyond this they are narrower than a pixel.
+/// Largest number of shaded contact spans; more would be narrower than a pixel.
 const MOST_BANDS: usize = 4_000;
 /// The horizontal axis of every chart over time.
 const TIME: &str = "time (s)";
 
-/// A signal as a chart shows it.
+/// A signal in a chart.
 struct Curve {
     signal: String,
     unit: String,
-    /// What one unit shown is in SI.
+    /// SI value of one displayed unit.
     scale: f64,
     dashed: bool,
 }
@@ -45,7 +45,7 @@ impl Curve {
     }
 }
 
-/// A run as its charts see it.
+/// The data of a run for its charts.
 pub(super) struct View<'a> {
     machine: &'a Machine,
     controllers: &'a Elements<ControllerUse>,
@@ -97,7 +97,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Force and drive over the whole run, in no more rows than a screen shows.
+    /// Force and drive over the whole run, with as many rows as a screen shows.
     pub(super) fn glance(mut self) -> Vec<Chart> {
         self.most_rows = GLANCE_ROWS;
         let rows = 0..self.t_s().len();
@@ -106,7 +106,7 @@ impl<'a> View<'a> {
         charts.map(|chart| Chart { bands: bands.clone(), together: Some("run"), ..chart }).collect()
     }
 
-    /// Where the bodies are over the whole run.
+    /// Positions of the bodies over the whole run.
     pub(super) fn motion(&self, page: &mut Page) {
         let rows = 0..self.t_s().len();
         let Some(mut chart) = self.positions(&rows) else { return };
@@ -116,7 +116,7 @@ impl<'a> View<'a> {
         page.chart(&chart);
     }
 
-    /// What the file asks for and no other chart shows.
+    /// Signals requested by the file that no other chart shows.
     pub(super) fn others(&self, page: &mut Page) {
         let others = self.other_charts(&(0..self.t_s().len()));
         if others.is_empty() {
@@ -129,7 +129,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The last cycles of an oscillation that lasts.
+    /// The last cycles of a sustained oscillation.
     pub(super) fn close_up(&self, page: &mut Page) {
         let Some(oscillation) =
             self.result.summary.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0)
@@ -156,7 +156,7 @@ impl<'a> View<'a> {
         shown.map(|span| [span.start_s.max(*from_s), span.end_s.min(*to_s)]).take(MOST_BANDS).collect()
     }
 
-    /// A chart of some signals over some rows; none where none of them was recorded.
+    /// A chart of some signals over some rows; `None` if none of them was recorded.
     fn over_time(
         &self,
         title: &str,
@@ -205,14 +205,14 @@ impl<'a> View<'a> {
         Some(Chart { caption: caption.into(), ..chart })
     }
 
-    /// Commands and forces; commands of another unit apart.
+    /// Commands and forces; commands with another unit are separate.
     fn drives(&self, rows: &Range<usize>) -> Vec<Chart> {
         let force = self.units.force;
         let (mut forces, mut commands, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for (name, actuator) in &self.machine.actuators {
             let command = format!("{name}.command");
             forces.push(Curve::new(format!("{name}.force"), force));
-            // Above the force, and dashed: of a quick drive the two are one line.
+            // Above the force, and dashed: for a fast drive the two coincide.
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
                 forces.push(Curve { dashed: true, ..Curve::new(command, force) });
             } else {
@@ -230,7 +230,7 @@ impl<'a> View<'a> {
         commands.into_iter().chain(force).collect()
     }
 
-    /// The command of a drive that is no force; where it is a position, with the motion that follows it.
+    /// The command of a drive that is not a force; a position is shown with the motion that follows it.
     fn command(&self, name: &str, actuator: &Actuator, rows: &Range<usize>) -> Option<Chart> {
         let unit = self.units.command(actuator);
         let is_target = matches!(actuator.kind, ActuatorKind::PositionServo(_) | ActuatorKind::Imposed);
@@ -293,8 +293,8 @@ impl<'a> View<'a> {
             .collect()
     }
 
-    /// Whether a chart above shows the same numbers under another name: what an ideal sensor reads, what a
-    /// controller puts out.
+    /// Whether a chart above shows the same numbers under another name: the signal of an ideal sensor, or a
+    /// controller's output.
     fn is_drawn(&self, signal: &str) -> bool {
         let record = &self.result.record;
         let commands = self.machine.actuators.keys().map(|name| format!("{name}.command"));
@@ -303,7 +303,7 @@ impl<'a> View<'a> {
         commands.chain(forces).any(|drawn| drawn != signal && record.column(&drawn).is_some_and(same))
     }
 
-    /// Unit of what a controller puts out: that of its drive's command.
+    /// Unit of a controller's output: that of its drive's command.
     fn output_unit(&self, controller: &str) -> &'static str {
         let drive =
             self.controllers.get(controller).and_then(|used| self.machine.actuators.get(&used.drives));
@@ -327,8 +327,8 @@ impl<'a> View<'a> {
         } else {
             (since_touch, "from the first touch to the end".to_owned())
         };
-        // Central differences: rows are close to each other, and the velocities of two bodies need not both
-        // be recorded.
+        // Central differences: rows are close together, and the velocities of both bodies may not be
+        // recorded.
         let inner = rows.start.max(1)..rows.end.min(t_s.len().saturating_sub(1));
         let rate = |row: usize| (compression[row + 1] - compression[row - 1]) / (t_s[row + 1] - t_s[row - 1]);
         let (x, y): (Vec<f64>, Vec<f64>) = inner.map(|row| (compression[row], rate(row))).unzip();
@@ -376,7 +376,7 @@ impl<'a> View<'a> {
             ));
             return;
         }
-        // Beyond both there is the floor alone.
+        // Beyond both there is only noise.
         let least = TELLING_SHARE * spectrum.amplitudes[largest];
         let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
         let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);
@@ -398,7 +398,7 @@ impl<'a> View<'a> {
         chart.x = kept.iter().map(|&i| spectrum.frequencies_hz[shown[i]]).collect();
         chart.series = vec![Series::new("amplitude", force, kept.iter().map(|&i| amplitudes[i]).collect())];
         let (x, y) = (spectrum.frequencies_hz[shown[strongest]], amplitudes[strongest]);
-        // The summary's figures, found between the lines of the transform, where it has them.
+        // The summary's figures lie between the lines of the transform, and are used if available.
         let oscillation = self.result.summary.oscillation;
         let frequency_hz = oscillation.and_then(|oscillation| oscillation.spectral_hz).unwrap_or(x);
         let amplitude = oscillation.and_then(|oscillation| oscillation.spectral_amplitude_n).unwrap_or(y);
@@ -410,7 +410,7 @@ impl<'a> View<'a> {
         page.chart(&chart);
     }
 
-    /// Size of the main contact's force over the tail of the run.
+    /// Magnitude of the main contact's force over the tail of the run.
     fn tail_force(&self) -> f64 {
         let force =
             self.main_contact().and_then(|contact| self.result.record.column(&contact.force_signal()));

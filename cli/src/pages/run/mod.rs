@@ -26,7 +26,7 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.lead(&words::outcome(summary, units));
     page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);
-    // What tells most comes first: the force over the whole run, then how it looks when it does not come to
+    // The most important charts first: the force over the whole run, then a close-up if it does not come to
     // rest.
     view.whole_run(&mut page);
     view.close_up(&mut page);
@@ -46,8 +46,7 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.render()
 }
 
-/// Frequency of the strongest line of the force of a motion that grows, Hz; what lasts has its frequency in
-/// the summary.
+/// Frequency of the strongest line of a growing force, Hz; a sustained one has its frequency in the summary.
 fn strongest_hz(result: &RunResult) -> Option<f64> {
     let grows = result.summary.outcome == Outcome::Unstable && result.summary.oscillation.is_none();
     let spectrum = result.tail_spectrum().filter(|_| grows)?;
@@ -56,7 +55,7 @@ fn strongest_hz(result: &RunResult) -> Option<f64> {
     lines.max_by(|a, b| a.1.total_cmp(b.1)).map(|(frequency, _)| *frequency)
 }
 
-/// The first charts of a run, for a page that moves.
+/// The first charts of a run, for a live page.
 pub(crate) fn glance(document: &Document, result: &RunResult) -> Vec<Chart> {
     View::new(document, result, Units::of(&document.scenario.machine)).glance()
 }
@@ -115,7 +114,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
     tiles
 }
 
-/// How an outcome is to be taken.
+/// Assessment of an outcome.
 pub(crate) fn tone(outcome: Outcome) -> Tone {
     match outcome {
         Outcome::Settled => Tone::Good,
@@ -175,7 +174,7 @@ fn events(page: &mut Page, summary: &Summary) {
     page.folded_table(&title, &EVENTS, &[0], &rows);
 }
 
-/// Heads of a list of events.
+/// Headings of a list of events.
 pub(crate) const EVENTS: [&str; 3] = ["time (s)", "what", "on"];
 
 /// Events with their times to the microsecond.

@@ -15,7 +15,7 @@ const POINT: [f64; 2] = [2.4, 5.0];
 /// Height of the band of outcomes above the plot.
 const BAND: f64 = 10.0;
 
-/// A predicted line, in values of the axis and of the plot; dashed where what it shows does not attract.
+/// A predicted line, in values of the axis and of the plot; dashed for an unstable cycle.
 pub(super) struct Prediction {
     pub(super) line: Vec<[f64; 2]>,
     pub(super) dashed: bool,
@@ -38,7 +38,7 @@ impl<'a> Diagram<'a> {
         self.axis.points.map_or(0.0, |points| 0.5 / (points - 1) as f64)
     }
 
-    /// Columns of the plot, as the page's script wants them.
+    /// Columns of the plot, as input of the page's script.
     pub(super) fn places(&self) -> Vec<[f64; 5]> {
         let mut sorted: Vec<(f64, usize)> =
             self.rows.iter().filter_map(|&row| Some((self.share(self.at[row]?), row))).collect();

@@ -1,5 +1,5 @@
-//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and how far
-//! the simulation departs from them.
+//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and the
+//! difference from the simulation.
 
 use feeler_analysis::LimitCycle;
 use feeler_studies::sweep::{CyclesAt, DrawnAxis};
@@ -9,9 +9,9 @@ use super::bifurcation::Prediction;
 use crate::numbers::{percent, plain};
 use crate::pages::parts::Page;
 
-/// Rows of the table of departures at most.
+/// Largest number of rows in the table of differences.
 const MOST_ROWS: usize = 12;
-/// The first harmonic tells the motion where it departs by no more than this.
+/// Largest difference at which the first harmonic describes the motion.
 const AGREES: f64 = 0.1;
 
 /// Predictions at the rows of a sweep over one axis.
@@ -22,7 +22,7 @@ pub(super) struct Predicted<'a> {
     places: &'a [CyclesAt],
 }
 
-/// One variant that chatters or swings between limits, in simulation and in theory.
+/// One variant that chatters or oscillates between limits, in simulation and in theory.
 struct Pair {
     at: f64,
     frequency_hz: [f64; 2],
@@ -34,8 +34,8 @@ impl<'a> Predicted<'a> {
         Self { report, axis, places }
     }
 
-    /// Peak forces over the axis: a line for each run of values at which a cycle of those `wanted` that
-    /// attracts (or does not) exists.
+    /// Peak forces over the axis: a line for each run of values with a cycle among `wanted`, either stable or
+    /// unstable.
     pub(super) fn peaks(&self, wanted: impl Fn(&LimitCycle) -> bool) -> Vec<Prediction> {
         [true, false]
             .into_iter()
@@ -60,7 +60,7 @@ impl<'a> Predicted<'a> {
         let column = |name: &str| self.report.table.reals(name).unwrap_or_default();
         let frequencies = column("frequency_hz");
         let list = |name: &str| self.report.table.lists(name).unwrap_or_default();
-        // Where the tool stays in contact the force once per cycle is its largest.
+        // If the tool stays in contact, the force once per cycle is its maximum.
         let (impacts, cycles_n) = (list("impact_peaks_n"), list("strobe_n"));
         let pair = |CyclesAt { value: at, row, cycles }: &CyclesAt| {
             let cycle = cycles.iter().find(|cycle| cycle.stable)?;
@@ -80,7 +80,7 @@ impl<'a> Predicted<'a> {
         self.places.iter().filter_map(pair).collect()
     }
 
-    /// Says where theory and simulation part, and by how much, under the title of the panel.
+    /// Reports the differences between theory and simulation, under the title of the panel.
     pub(super) fn compare(&self, title: &str, page: &mut Page) {
         let pairs = self.pairs();
         if pairs.is_empty() {
@@ -115,7 +115,7 @@ impl<'a> Predicted<'a> {
     }
 }
 
-/// Prediction less simulation, as a share of the simulation.
+/// Prediction less simulation, relative to the simulation.
 fn departure([simulated, predicted]: [f64; 2]) -> f64 {
     predicted / simulated - 1.0
 }

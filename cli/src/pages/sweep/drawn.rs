@@ -1,15 +1,15 @@
-//! Which variants of a large sweep its page draws.
+//! The variants of a large sweep that its page draws.
 
 use feeler_files::{Axis, Sampling, SweepFile};
 use feeler_studies::sweep::{DrawnAxis, Panels};
 
-/// Panels that are drawn; more are left to the table.
+/// Largest number of drawn panels; the table has the rest.
 pub(crate) const MOST_PANELS: usize = 8;
-/// Cells of an axis that are drawn at most; of finer grids every n-th.
+/// Largest number of drawn cells of an axis; finer grids show every n-th.
 pub(super) const MOST_CELLS: u64 = 256;
-/// Variants that maps draw, and show under the pointer, at most.
+/// Largest number of variants that maps draw and show under the pointer.
 const MOST_ON_MAPS: usize = 20_000;
-/// The same of diagrams, whose columns are narrower than half a pixel then; each variant brings its list of
+/// The same for diagrams, whose columns are then narrower than half a pixel; each variant has a list of
 /// impacts.
 const MOST_ON_DIAGRAMS: usize = 2_000;
 
@@ -18,19 +18,18 @@ const MOST_ON_DIAGRAMS: usize = 2_000;
 pub(super) enum Drawn {
     /// Every variant.
     All,
-    /// This number from the start: of points that are drawn these are a fair part, and of an adaptive sweep
-    /// the coarse passes.
+    /// This number from the start: for random points a fair sample, for an adaptive sweep the coarse passes.
     First(usize),
-    /// Of a grid, these values of each axis in order of the file, and this number of panels.
+    /// For a grid, these values of each axis in the order of the file, and this number of panels.
     Grid { axes: Vec<Values>, panels: u64 },
 }
 
-/// The values of an axis that are drawn.
+/// The drawn values of an axis.
 #[derive(Debug)]
 pub(super) struct Values {
     key: String,
     count: u64,
-    /// One value in this many is drawn; `None` if each value has a panel of its own.
+    /// One value in this many is drawn; `None` if each value has its own panel.
     every: Option<u64>,
 }
 
@@ -41,7 +40,7 @@ impl Values {
 }
 
 impl Drawn {
-    /// Chooses from the `rows` variants of a sweep.
+    /// Selects from the `rows` variants of a sweep.
     pub(super) fn of(sweep: &SweepFile, rows: usize) -> Self {
         let on_diagrams = DrawnAxis::of(sweep).len() == 1;
         let most = if on_diagrams { MOST_ON_DIAGRAMS } else { MOST_ON_MAPS };
@@ -60,7 +59,7 @@ impl Drawn {
         };
         let mut axes: Vec<Values> = sweep.axes.iter().map(values).collect();
         let budget = most as u64 / panels.max(1);
-        // The axis with the most values left is thinned until all fit.
+        // The axis with the most remaining values is thinned out until all fit.
         while axes.iter().map(Values::drawn).product::<u64>() > budget.max(1) {
             let Some(axis) = axes.iter_mut().max_by_key(|axis| axis.drawn()) else { break };
             axis.every = axis.every.map(|every| every + 1);
@@ -74,7 +73,7 @@ impl Drawn {
             Self::All => true,
             Self::First(count) => row < *count,
             Self::Grid { axes, panels: drawn } => {
-                // The last axis runs fastest, and of panels too.
+                // The last axis varies fastest, among panels, too.
                 let (mut rest, mut panel, mut panels) = (row as u64, 0, 1);
                 for axis in axes.iter().rev() {
                     let index = rest % axis.count;
@@ -93,7 +92,7 @@ impl Drawn {
         }
     }
 
-    /// Of how many values of an axis one is drawn; `None` if no values of a grid are left out.
+    /// Spacing of the drawn values of an axis; `None` if all values of a grid are drawn.
     pub(super) fn every(&self, key: &str) -> Option<u64> {
         if let Self::Grid { axes, .. } = self {
             axes.iter().find(|axis| axis.key == key)?.every
@@ -102,7 +101,7 @@ impl Drawn {
         }
     }
 
-    /// Says what is left out; empty where nothing is. `drawn` variants are.
+    /// Describes the omitted part; empty if nothing is omitted. `drawn` variants are drawn.
     pub(super) fn words(&self, drawn: usize) -> String {
         let which = match self {
             Self::All => return String::new(),

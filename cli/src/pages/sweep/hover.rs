@@ -1,4 +1,4 @@
-//! What the pointer shows over a map or diagram: the variant, and the command that runs it.
+//! Text under the pointer on a map or diagram: the variant, and the command that runs it.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{terminal, words};
 
-/// Measures that the pointer shows: column, words, unit; of a force that of the axis.
+/// Measures under the pointer: column, words, unit; a force has the unit of the axis.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("peak_force_n", "peak force", "N"),
     ("settling_time_s", "settling time", "s"),
@@ -19,19 +19,19 @@ pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("chatter_contact_share", "share of time in contact", ""),
     ("growth_per_s", "growth", "1/s"),
 ];
-/// Places for each different value, at least, where a column is written as its different values and which of
-/// them each place has.
+/// Smallest number of places per distinct value at which a column is written as its distinct values and an
+/// index for each place.
 const PLACES_PER_VALUE: usize = 4;
 
 impl Report<'_> {
-    /// For the page's script: places, the columns shown there (those of the axes first), and the command.
+    /// Input of the page's script: places, the shown columns (those of the axes first), and the command.
     pub(super) fn hover(&self, places: &[[f64; 5]]) -> Value {
         let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
         let of_rows =
             |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
         let mut columns: Vec<Value> = Vec::new();
         for key in self.sweep.file.axes.keys() {
-            // Texts have their units with them.
+            // Texts include their units.
             let (values, unit) = match self.table.columns.get(key) {
                 Some(Column::Text(texts)) => {
                     (rows.iter().map(|&row| json!(texts[row])).collect(), String::new())
@@ -69,7 +69,7 @@ fn label(name: &str) -> &str {
     known.map_or(otherwise, |(outcome, _)| words::outcome_label(*outcome))
 }
 
-/// A column, short where few of its values differ.
+/// A column, in short form if it has few distinct values.
 fn packed(values: Vec<Value>) -> Value {
     let mut different: BTreeMap<String, usize> = BTreeMap::new();
     let mut of: Vec<Value> = Vec::new();

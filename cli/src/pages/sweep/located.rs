@@ -1,11 +1,11 @@
-//! How closely an adaptive sweep locates its edges.
+//! Accuracy of the edges of an adaptive sweep.
 
 use feeler_studies::sweep::{DrawnAxis, Sweep};
 
 use crate::numbers::{plain, with_unit};
 
-/// What noise makes of the edges that an adaptive sweep locates; `None` if it is not adaptive, or nothing is
-/// drawn at random.
+/// Effect of noise on the edges that an adaptive sweep locates; `None` if it is not adaptive or has nothing
+/// random.
 pub(crate) fn about_noise(sweep: &Sweep) -> Option<&'static str> {
     sweep.file.refine?;
     let scenario = &sweep.document.scenario;

@@ -16,12 +16,12 @@ use crate::pages::parts::of_share;
 use crate::pages::parts::svg::{Frame, Place, Scale, image, legend};
 use crate::words;
 
-/// Half the size of a variant that lies on no grid, as a share of the plot.
+/// Half the size of a variant outside a grid, as a share of the plot.
 const DOT: f64 = 0.006;
 const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 34.0, width: 540.0, height: 430.0 };
 
-/// A cell: shares of the plot from its lower left corner, and the variant.
+/// A cell: its lower left corner as shares of the plot, and the variant.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     left: f64,
@@ -47,8 +47,7 @@ pub(super) struct Map<'a> {
     axes: [&'a DrawnAxis; 2],
     pub(super) title: String,
     cells: Vec<Cell>,
-    /// Whether variants lie closer along boundaries, and what lies between them has the colour of the
-    /// nearest.
+    /// Whether variants are denser along boundaries, with the colour of the nearest one in between.
     is_refined: bool,
     theory: MapTheory,
 }
@@ -112,7 +111,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// What the lines are, or why there are none.
+    /// Meaning of the lines, or why there are none.
     pub(super) fn about_limits(&self) -> String {
         if !self.theory.varied.is_empty() {
             return format!(
@@ -159,7 +158,7 @@ impl<'a> Map<'a> {
         Frame { place: PLOT, x, y }
     }
 
-    /// For each cell its place and row, as the page's script wants them.
+    /// Place and row of each cell, as input of the page's script.
     pub(super) fn places(&self) -> Vec<[f64; 5]> {
         let round = |v: f64| (v * 100.0).round() / 100.0;
         let of = |cell: &Cell| {
@@ -176,7 +175,7 @@ impl<'a> Map<'a> {
         for (cell, colour) in self.cells.iter().zip(&colours) {
             let Place { x, y, width, height } = cell.place();
             let path = paths.entry(colour.clone()).or_default();
-            // A little wider, so that no seams show between cells.
+            // Slightly wider, so that no gaps appear between cells.
             let _ =
                 write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
         }
@@ -261,26 +260,26 @@ fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
     if line.len() == 1 { meets(line) } else { line.windows(2).any(meets) }
 }
 
-/// The values of an axis as they are drawn.
+/// The drawn values of an axis.
 #[derive(Clone, Copy, Debug)]
 struct Lattice {
     /// Index of the last value.
     last: u64,
-    /// From one value of the coarsest grid to the next.
+    /// Distance of values of the coarsest grid.
     stride: u64,
-    /// Every n-th index a cell is drawn.
+    /// A cell is drawn at every n-th index.
     every: u64,
 }
 
-/// From where, as a share of the plot, and how long a cell's sides are; `None` if the grid is too fine to
-/// show this one.
+/// Start, as a share of the plot, and length of a cell's sides; `None` if the grid is too fine to show this
+/// one.
 fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
     let [Some(x), Some(y)] = lattice else {
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
     };
     let of = |share: f64, Lattice { last, every, .. }: Lattice| {
         let index = (share * last as f64).round() as u64;
-        // The plot reaches half a cell beyond the outermost values, and wider cells are cut off there.
+        // The plot extends half a cell beyond the outermost values, and clips wider cells there.
         let cells = (last + 1) as f64;
         let half = 0.5 * every as f64;
         let [from, to] = [-half, half].map(|side| (index as f64 + 0.5 + side).clamp(0.0, cells));
@@ -289,10 +288,10 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
     Some([of(share[0], x)?, of(share[1], y)?])
 }
 
-/// The cells of a map whose variants, at shares of the axes, lie closer along boundaries.
+/// The cells of a map whose variants, at shares of the axes, are denser along boundaries.
 fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
-    // From shares between the outermost values to shares of the plot, which reaches half a cell of the finest
-    // beyond.
+    // From shares between the outermost values to shares of the plot, which extends by half of the finest
+    // cell.
     let of_plot = |share: f64, Lattice { last, .. }: Lattice| (share * last as f64 + 0.5) / (last + 1) as f64;
     let shares: Vec<[f64; 2]> =
         places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
@@ -332,8 +331,8 @@ mod tests {
         assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
     }
 
-    /// Two levels of halving between three values, known at the coarse ones and once between: the plot ends
-    /// half a finest cell beyond the outermost.
+    /// Two levels of halving between three values, known at the coarse ones and once in between: the plot
+    /// ends half a finest cell beyond the outermost.
     #[test]
     fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
         let lattice = Lattice { last: 8, stride: 4, every: 1 };
@@ -349,8 +348,8 @@ mod tests {
                 .sum::<f64>()
         };
         assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
-        // Corner (0, 0): of the 3 x 3 places nearer to it than to the other coarse ones, (2, 2), (1, 2) and
-        // (2, 1) are the middle one's.
+        // Corner (0, 0): of the 3 x 3 places nearest to it among the coarse ones, (2, 2), (1, 2) and (2, 1)
+        // belong to the middle one.
         assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
         let holds = |cell: &Cell, x: f64, y: f64| {
             (cell.left..cell.left + cell.width).contains(&x)

@@ -1,4 +1,4 @@
-//! The page of a sweep: maps over two axes, diagrams over one, and what each variant came to.
+//! The page of a sweep: maps over two axes, diagrams over one, and the results of each variant.
 
 mod bifurcation;
 mod cycles;
@@ -56,7 +56,7 @@ pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<S
     Ok(Shown { drawn, table })
 }
 
-/// Writes page and drawings, and gives their paths.
+/// Writes page and drawings, and returns their paths.
 pub(crate) fn write(
     sweep: &Sweep,
     name: &str,
@@ -105,7 +105,7 @@ struct Report<'a> {
     tally: &'a Tally,
     drawn: &'a Drawn,
     axes: Vec<DrawnAxis>,
-    /// By row of the table; `error` where a variant failed, `done` where outcomes are not kept.
+    /// By row of the table; `error` for a failed variant, `done` if outcomes are not kept.
     outcomes: Vec<String>,
     units: Units,
 }
@@ -120,7 +120,7 @@ impl Report<'_> {
         let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
         let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
-        // What does not settle, by falling number; what is left to say of the few is in the table.
+        // Outcomes that do not settle, by falling number; the table has the rest.
         let mut others: Vec<(usize, &str)> = Outcome::ALL
             .iter()
             .filter(|(outcome, _)| !outcome.is_stable())
@@ -163,8 +163,7 @@ impl Report<'_> {
         tiles
     }
 
-    /// The panels that are drawn, each with what tells the names of its drawings from those of others; says
-    /// where there are more.
+    /// The drawn panels, each with the suffix of its drawings' names; reports if there are more.
     fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
         let panels = Panels::of(&self.sweep.file);
         let count = panels.count();
@@ -250,7 +249,7 @@ impl Report<'_> {
                             label: &str,
                             lists: &[Vec<f64>],
                             predictions: &[Prediction]| {
-                // Of what no variant has, an empty plot would say nothing.
+                // An empty plot would not show anything.
                 let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
                 if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
                     page.paragraph(&format!(
@@ -343,7 +342,7 @@ impl Report<'_> {
     }
 }
 
-/// What variants of an outcome that is not stable do, after a number of them.
+/// Behaviour of variants with an unstable outcome, as text after their number.
 fn headline(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Chatter => "chatter",
@@ -356,7 +355,7 @@ fn headline(outcome: Outcome) -> &'static str {
     }
 }
 
-/// What the lines of a diagram are, where there are any.
+/// Meaning of the lines in a diagram, if there are any.
 fn about_predictions(predictions: &[Prediction], what: &str) -> String {
     let [attracts, repels] =
         [false, true].map(|dashed| predictions.iter().any(|prediction| prediction.dashed == dashed));

@@ -1,5 +1,4 @@
-//! A map of variants that lie closer here than there: every place has the colour of the variant that is
-//! nearest.
+//! A map of variants with varying density: every place has the colour of the nearest variant.
 
 /// A rectangle of places with the same nearest variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,8 +11,8 @@ pub(super) struct Tile {
     pub(super) of: usize,
 }
 
-/// Tiles of a raster of this many columns and rows, for variants at shares of its sides. Distances are
-/// counted in `unit`, columns and rows that are as long as each other.
+/// Tiles of a raster with this many columns and rows, for variants at shares of its sides. Distances are in
+/// `unit`, the number of columns and rows of equal length.
 pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64; 2]) -> Vec<Tile> {
     let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
     let mut seeds: Vec<Option<usize>> = vec![None; columns * rows];
@@ -30,7 +29,7 @@ pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64
         candidates.reduce(|a, b| if b.0 < a.0 { b } else { a }).map(|(_, found)| found)
     };
     let mut done: Vec<Tile> = Vec::new();
-    // Those that reach up to the row in hand.
+    // Tiles that extend up to the present row.
     let mut open: Vec<Tile> = Vec::new();
     for row in 0..rows {
         let mut runs: Vec<Tile> = Vec::new();
@@ -55,7 +54,7 @@ pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64
     done
 }
 
-/// For each place the nearest variant of its column, and in which row that is.
+/// For each place the nearest variant of its column, and its row.
 fn nearest_of_columns(seeds: &[Option<usize>], rows: usize) -> Vec<Option<(usize, usize)>> {
     let mut nearest: Vec<Option<(usize, usize)>> = vec![None; seeds.len()];
     for (column, seeds) in seeds.chunks(rows).enumerate() {

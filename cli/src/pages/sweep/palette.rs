@@ -1,8 +1,8 @@
-//! Colours that all kinds of sight tell apart.
+//! Colours that are distinct for all types of colour vision.
 
 use feeler_studies::run::Outcome;
 
-/// Okabe and Ito's colours for what may go wrong, their blues for what goes well.
+/// Okabe and Ito's colours: warm ones for problems, blues for success.
 pub(crate) fn of_outcome(name: &str) -> &'static str {
     match Outcome::ALL.iter().find(|(_, known)| *known == name).map(|(outcome, _)| *outcome) {
         Some(Outcome::Settled) => "#0072b2",

@@ -1,4 +1,4 @@
-//! Figures of all variants of a sweep, taken from its table part by part.
+//! Figures of all variants of a sweep, read from its table part by part.
 
 use std::collections::BTreeMap;
 use std::path::Path;

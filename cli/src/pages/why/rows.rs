@@ -7,11 +7,11 @@ use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
 use crate::words;
 
-/// Sets as small as the chosen one that are listed.
+/// Largest number of listed sets with the size of the chosen one.
 const MOST_OTHERS: usize = 8;
 
-/// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first
-/// ones, and how many more there are.
+/// Sets of the same size as the chosen one that also remove the chatter, with their changes: the first ones,
+/// and the number of the others.
 pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     let others = found.smallest.get(1..).unwrap_or_default();
     let row = |set: &Vec<Change>| {
@@ -27,7 +27,7 @@ pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     rows
 }
 
-/// A row per run: what was changed, what became of it.
+/// A row per run: its change and its outcome.
 pub(crate) fn trial_rows(found: &Explanation, units: Units) -> Vec<Vec<String>> {
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let sets = found.contributions.iter().filter(|trial| trial.changes.len() > 1);
@@ -61,7 +61,7 @@ fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     ]
 }
 
-/// The size of what lasts; of a motion that grows without bound the size at the end says nothing.
+/// The amplitude of a sustained motion; the final amplitude of unbounded growth has no meaning.
 pub(super) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
     if trial.outcome == Some(Outcome::Unstable) {
         Some("grows".into())
@@ -83,7 +83,7 @@ pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
     found.remedies.iter().enumerate().map(row).collect()
 }
 
-/// A row per remedy that settings apply: its number, and what a command line takes.
+/// A row per remedy with settings: its number, and the command line arguments.
 pub(crate) fn setting_rows(found: &Explanation) -> Vec<Vec<String>> {
     let settable = found.remedies.iter().enumerate().filter(|(_, remedy)| !remedy.settings.is_empty());
     settable

@@ -1,31 +1,32 @@
-//! Drift that a loop neither sees nor moves: a machine that nothing holds in place, wandering off as a whole.
+//! Drift of a machine that nothing holds in place: the machine moves as a whole, and the loop neither senses
+//! nor drives that motion.
 //!
-//! It is an eigenvalue on the limit of stability at every gain, so it says nothing about any gain, while its
-//! rounding errors look like crossings. A search over gains is done without it.
+//! A drift is an eigenvalue on the limit of stability at every gain, so it says nothing about any gain. Its
+//! rounding errors would look like crossings. A search over gains therefore leaves the drift out.
 
 use feeler_lti::{C64, balance};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// A direction is left alone by a row whose terms cancel to this share of their sizes; exponentials are good
-/// to 1e-14 or so.
+/// A row does not respond to a direction if its terms cancel to this share of their sizes. Exponentials are
+/// accurate to about 1e-14.
 const CANCELS: f64 = 1e-10;
-/// Singular values below this share of the largest, rows scaled alike, may belong to a drift; [`CANCELS`]
+/// Singular values below this share of the largest may belong to a drift (rows have equal scale). [`CANCELS`]
 /// then decides.
 const SMALL: f64 = 1e-9;
 
 /// A state matrix A0 + k A1 as a function of a gain k, without its drift.
 #[derive(Clone, Debug)]
 pub(crate) struct WithoutDrift {
-    /// A0 of the states that are left.
+    /// A0 of the remaining states.
     pub(crate) zero: DMatrix<f64>,
-    /// A1 of the states that are left.
+    /// A1 of the remaining states.
     pub(crate) slope: DMatrix<f64>,
     neutral: f64,
     left_out: Vec<LeftOut>,
 }
 
-/// A state whose value only says how far a drift has gone, and by how much the drift moves the others while
-/// it moves this one by 1.
+/// A state whose value only measures the drift, and how far the drift moves the other states while it moves
+/// this one by 1.
 #[derive(Clone, Debug)]
 struct LeftOut {
     state: usize,
@@ -53,7 +54,7 @@ impl WithoutDrift {
         rest
     }
 
-    /// Distances of the other states from where the drift has taken them replace them.
+    /// Replaces the other states by their distances from the drift.
     fn leave_out(&mut self, state: usize, direction: DVector<f64>) {
         let direction = direction.remove_row(state);
         let quotient = |m: &DMatrix<f64>| {
@@ -67,7 +68,7 @@ impl WithoutDrift {
         self.left_out.push(LeftOut { state, direction, zero: zero_row, slope: slope_row });
     }
 
-    /// The eigenvector in all states, from the one in those that are left.
+    /// Expands an eigenvector of the remaining states to all states.
     pub(crate) fn whole(&self, gain: f64, eigenvalue: C64, vector: &DVector<C64>) -> DVector<C64> {
         self.left_out.iter().rev().fold(vector.clone(), |vector, out| {
             let pull: C64 =
@@ -80,7 +81,7 @@ impl WithoutDrift {
     }
 }
 
-/// Directions that both matrices leave alone, unit length.
+/// Unit directions to which neither matrix responds.
 fn drifts(zero: &DMatrix<f64>, slope: &DMatrix<f64>, neutral: f64) -> Vec<DVector<f64>> {
     let n = zero.nrows();
     if n == 0 {
@@ -112,7 +113,7 @@ fn drifts(zero: &DMatrix<f64>, slope: &DMatrix<f64>, neutral: f64) -> Vec<DVecto
         .collect()
 }
 
-/// A component that is rounding only is none.
+/// Sets a component to zero if it is only rounding.
 fn clean(component: f64) -> f64 {
     if component.abs() <= CANCELS { 0.0 } else { component }
 }
@@ -124,11 +125,11 @@ mod tests {
 
     use super::*;
 
-    /// Eigenvalues of these matrices are good to about n eps times their size.
+    /// Eigenvalues of these matrices are accurate to about n eps times their size.
     const EIGEN: f64 = 1e-9;
 
-    /// Two masses joined by a spring, of which the relative speed is fed back; positions and speeds, nothing
-    /// held in place.
+    /// Two masses joined by a spring, with feedback of their relative speed. States are positions and speeds;
+    /// nothing is held in place.
     fn floating() -> (DMatrix<f64>, DMatrix<f64>) {
         let zero =
             dmatrix![0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; -4e5, 4e5, -30.0, 0.0; 4e5, -4e5, 0.0, 0.0];
@@ -168,8 +169,8 @@ mod tests {
 
     #[test]
     fn truth_a_drift_that_grows_is_kept() {
-        // A free mass under no force: its speed is a second neutral motion, and the position that it feeds
-        // grows without bound.
+        // A free mass without force: its speed is a second neutral motion, so its position grows without
+        // bound.
         let (zero, slope) = (dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 2));
         let rest = WithoutDrift::new(zero, slope, 0.0);
         assert_eq!(rest.zero, dmatrix![0.0]);

@@ -1,4 +1,4 @@
-//! The factor on the gain of every drive up to which a loop is stable, whatever its law.
+//! Stability of a loop against one common factor on the gain of every drive, whatever the law.
 
 use feeler_control::Law;
 
@@ -7,13 +7,12 @@ use crate::limits::stability::{Band, Edge, GainBands};
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::sampled_loop::SampledLoop;
 
-/// Factors beyond this are not looked for beside much dead time.
+/// Largest factor of the search if the loop has much dead time.
 const LARGEST_FACTOR: f64 = 1e3;
 
 impl ControlLoop {
-    /// Stable factors, from zero on, on the gain of every drive in the sampled loop: one times the gains
-    /// as they
-    /// are. Edges are as exact as those of [`Self::sampled_bands`], and the same where one gain is the
+    /// Stable factors on the gain of every drive in the sampled loop, from zero on; 1 means the gains as they
+    /// are. Edges are as exact as those of [`Self::sampled_bands`], and equal to them if one gain is the
     /// whole law.
     ///
     /// # Errors

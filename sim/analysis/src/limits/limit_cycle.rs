@@ -1,10 +1,11 @@
-//! Limit cycles of a contact that only pushes, by describing functions: what linear theory says of chatter.
+//! Limit cycles of a contact that only pushes, by describing functions: the linear theory of chatter.
 //!
-//! In a cycle the compression is taken as `b + a sin wt`. The one-sided spring then answers with a mean force
-//! and a first harmonic, which are those of a softer spring that also pulls; dry saturation of the drive
-//! likewise. The sampled loop with these equivalent gains, exact otherwise, must neither grow nor decay: each
-//! such amplitude is a cycle, stable if larger ones decay. Harmonics are neglected, so the answer is the
-//! better the more the machine filters them; impacts far apart are beyond it.
+//! In a cycle the compression is taken as `b + a sin wt`. The one-sided spring then has a mean force and a
+//! first harmonic, which equal those of a softer spring that also pulls. Saturation of the drive is treated
+//! in the same way. The sampled loop with these equivalent gains is otherwise exact. An amplitude at which it
+//! neither grows nor decays is a cycle; the cycle is stable if larger amplitudes decay. Harmonics are
+//! neglected, so accuracy improves with the filtering of the machine. Impacts far apart are outside the
+//! method.
 //!
 //! Source: A. Gelb and W. E. Vander Velde, "Multiple-Input Describing Functions and Nonlinear System Design",
 //! McGraw-Hill 1968, on dual-input describing functions.
@@ -24,20 +25,20 @@ use crate::loops::control_loop::ControlLoop;
 use crate::loops::sampled_loop::SampledLoop;
 use crate::machine::prepare::View;
 
-/// Offsets `b / a` between which cycles are looked for: from oscillations far smaller than the mean
-/// compression to contacts a few per cent of the time.
+/// Range of offsets `b / a` of the search: from oscillations far smaller than the mean compression to contact
+/// during a few per cent of the time.
 const OFFSETS: [f64; 2] = [-0.995, 30.0];
-/// Points of the search between contact lost at times and never lost, each.
+/// Points of the search on each side of the offset at which contact is first lost.
 const POINTS: u32 = 24;
-/// Halvings of an interval with a cycle in it.
+/// Bisections of an interval that contains a cycle.
 const HALVINGS: u32 = 40;
-/// Rounds in which the saturation's equivalent gain and the motion that it shapes settle on each other.
+/// Iterations between the saturation's equivalent gain and the motion that it shapes.
 const ROUNDS: u32 = 30;
-/// An equivalent gain that changes by less has settled.
+/// The iteration ends when the equivalent gain changes by less than this.
 const SETTLED: f64 = 1e-10;
-/// Motions below this frequency are drifts, Hz.
+/// Motions below this frequency are drift, Hz.
 const DRIFT_HZ: f64 = 1e-3;
-/// How near to zero frequency static gains are taken, so that an integrator's is finite: z - 1.
+/// Static gains are evaluated at z - 1 equal to this, so that an integrator's gain is finite.
 const NEARLY_STATIC: f64 = 1e-9;
 
 /// A limit cycle as first harmonics see it.
@@ -55,19 +56,18 @@ pub struct LimitCycle {
     pub amplitude_m: f64,
     /// Share of the command's oscillation that the drive's limit lets through; 1 without saturation.
     pub drive_share: f64,
-    /// Whether it attracts. A cycle that does not is the largest disturbance from which the loop still
+    /// Whether the cycle attracts. An unstable cycle is the largest disturbance from which the loop still
     /// settles.
     pub stable: bool,
 }
 
-/// Equivalent gains of a ramp that begins at zero, `max(x, 0)`, for `x = a (offset + sin)`; all as shares of
-/// `a` or of the slope.
+/// Equivalent gains of the ramp `max(x, 0)` for `x = a (offset + sin)`, each divided by `a` or by the slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ramp {
     /// Mean value over `a`.
     mean: f64,
-    /// First harmonic over `a`; also that of a damper that acts while `x > 0`, over that of one that always
-    /// acts.
+    /// First harmonic over `a`. Also the ratio between a damper that acts only while `x > 0` and one that
+    /// always acts.
     harmonic: f64,
     /// Share of the time with `x > 0`.
     share: f64,
@@ -82,7 +82,7 @@ impl Ramp {
     }
 }
 
-/// Mean and equivalent gain of a symmetric saturation for a command of this mean and amplitude.
+/// Mean and equivalent gain of a symmetric saturation, for a command with this mean and amplitude.
 fn saturation(limit: f64, mean: f64, amplitude: f64) -> [f64; 2] {
     if limit.is_infinite() || amplitude <= 0.0 {
         return [mean.clamp(-limit, limit), 1.0];
@@ -97,13 +97,13 @@ struct Trial {
     cycle: LimitCycle,
 }
 
-/// What does not change with the amplitude.
+/// The part of the balance that does not depend on the amplitude.
 struct Balance {
     whole: ControlLoop,
     controller: usize,
     limit: f64,
-    /// Of the command when the loop rests: what it is without any force, and how it answers to one newton of
-    /// drive force.
+    /// Command of the loop at rest: its value without any force, and its change for one newton of drive
+    /// force.
     static_command: [f64; 2],
     /// Mean contact force for a drive force of one newton.
     force_per_command: f64,
@@ -219,8 +219,7 @@ impl Balance {
                 };
                 return Ok(Trial { growth_per_s: motion.growth_per_s, cycle });
             }
-            // Half-way steps: the share falls as the command grows, so that whole ones may alternate for
-            // ever.
+            // Half steps: the share falls as the command grows, so whole steps may alternate for ever.
             drive_share = 0.5 * (drive_share + next);
         }
     }
@@ -241,12 +240,11 @@ impl Balance {
         Ok(self.trial(0.5 * (grows + decays))?.cycle)
     }
 
-    /// Mean of the command, N, when it oscillates with this amplitude: the root of a function that rises with
-    /// it.
+    /// Mean of a command that oscillates with this amplitude, N: the root of an increasing function.
     fn mean_command(&self, amplitude_n: f64) -> f64 {
         let [alone, per_newton] = self.static_command;
         let excess = |u: f64| u - alone - per_newton * saturation(self.limit, u, amplitude_n)[0];
-        // Linear without saturation, and nearly so up to it.
+        // Exact without saturation, and close to it otherwise.
         let linear = alone / (1.0 - per_newton);
         if self.limit.is_infinite() {
             return linear;
@@ -265,7 +263,7 @@ impl Balance {
     }
 }
 
-/// The oscillation of a linear loop that grows most.
+/// The fastest growing oscillation of a linear loop.
 struct Motion {
     growth_per_s: f64,
     frequency_hz: f64,
@@ -296,7 +294,7 @@ impl Motion {
     }
 }
 
-/// Static gains of a law, nearly: from its reference and its reading to its output.
+/// Static gains of a law, approximately: from its reference and from its reading to its output.
 fn static_law(spec: &ControllerSpec, motion_is_velocity: bool) -> Result<[f64; 2], AnalysisError> {
     let law = spec.linear(motion_is_velocity)?;
     let n = law.c.len();
@@ -321,9 +319,9 @@ mod tests {
     use super::*;
 
     const STEPS: u32 = 200_000;
-    /// The midpoint rule errs by the square of the step where the integrand has a kink.
+    /// The midpoint rule errs by the square of the step at a kink of the integrand.
     const KINK: f64 = 1e-9;
-    /// And by up to the height of each of two jumps, 2, over a step.
+    /// It also errs over one step by the height of each jump; there are two jumps of up to 2.
     const JUMP: f64 = 4.0 / STEPS as f64;
 
     /// Mean and first harmonic of a function of `offset + sin`, and of its damper.

@@ -1,4 +1,4 @@
-//! Poles of a closed loop followed over its gain, as far as its zeros.
+//! Poles of a closed loop as its gain grows, up to the zeros at which branches end.
 
 use feeler_lti::{C64, RootLocus, StateSpace, eigenvalues, root_locus};
 use nalgebra::DMatrix;
@@ -8,7 +8,7 @@ use crate::error::AnalysisError;
 /// How finely a locus is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fineness {
-    /// Gains in each decade, before it is refined where poles move fast.
+    /// Gains per decade, before refinement where poles move fast.
     per_decade: f64,
     /// Rounds of refinement.
     passes: usize,
@@ -16,34 +16,34 @@ pub(crate) struct Fineness {
 }
 
 impl Fineness {
-    /// For a picture that is looked at.
+    /// For a picture that a user examines.
     pub(crate) const WHOLE: Self = Self { per_decade: 50.0, passes: 3, most_gains: 1200 };
-    /// For one of many in a row.
+    /// For one picture of many in a row.
     pub(crate) const BRIEF: Self = Self { per_decade: 15.0, passes: 1, most_gains: 250 };
 }
 
-/// A locus begins this far below the largest stable gain and reaches at least this many times beyond it...
+/// A locus begins this far below the largest stable gain and reaches at least this many times beyond it.
 const BELOW: f64 = 1e-3;
 const BEYOND: f64 = 20.0;
-/// ...and on, in at most this number of steps of a decade, until some branch has come to each zero within
-/// this share of the zero's size.
+/// It then continues for at most this number of decades, until some branch has come to each zero within this
+/// share of the zero's size.
 const DECADES: i32 = 4;
 const ARRIVED: f64 = 0.02;
-/// A locus in the z plane ends where a pole is this far out.
+/// A locus in the z plane ends when a pole is this far out.
 const FAR: f64 = 1e3;
-/// From one gain to the next no pole within the picture moves farther than this share of it, if dividing the
-/// step so finely, so often, helps.
+/// Between two gains no pole within the picture moves by more than this share of the picture. Longer steps
+/// are divided, into at most [`FINEST`] parts.
 const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
-/// Rounding of matrices, over their largest element, within which they are a straight line, and a slope one
-/// product of a column and a row.
+/// Tolerance of matrices, relative to their largest element: within it they are affine in the gain, and a
+/// slope is the product of one column and one row.
 const AFFINE: f64 = 1e-10;
-/// The picture reaches this many times farther than what swings at gain zero, and than the zeros that do; it
-/// is at least this much as wide as high.
+/// The picture extends this many times beyond the oscillating poles at gain zero and the oscillating zeros.
+/// Its width is at least this share of its height.
 const PICTURE: f64 = 1.5;
 const LEAST_WIDTH: f64 = 0.15;
-/// Where a law loses states as its gain vanishes, as without integral action, a locus begins at this share of
-/// the largest stable gain.
+/// If a law loses states as its gain vanishes (integral action does), the locus begins at this share of the
+/// largest stable gain.
 const NEXT_TO_NONE: f64 = 1e-9;
 
 /// Poles of a closed loop over its gain.
@@ -51,7 +51,7 @@ const NEXT_TO_NONE: f64 = 1e-9;
 pub struct Locus {
     /// Step of the z plane, s; absent in the s plane.
     pub period_s: Option<f64>,
-    /// Rising from zero, or from next to it where the law has a state less at zero.
+    /// Gains, rising from zero; from nearly zero if the law loses a state at zero.
     pub gains: Vec<f64>,
     /// One branch for each pole, one point for each gain.
     pub branches: Vec<Vec<C64>>,
@@ -64,14 +64,14 @@ pub struct Locus {
 }
 
 impl Locus {
-    /// The point of the s plane that belongs to a point of the locus, rad/s.
+    /// The point of the s plane that corresponds to a point of the locus, rad/s.
     pub fn s_of(&self, point: C64) -> C64 {
         self.period_s.map_or(point, |period_s| point.ln() / period_s)
     }
 }
 
-/// Follows the poles over the gain; the zeros of the open loop are taken where the loop does not tell those
-/// of the gain by itself.
+/// Follows the poles over the gain. The zeros of the open loop serve if the zeros of the gain itself cannot
+/// be found.
 pub(crate) fn follow(
     period_s: Option<f64>,
     closed: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
@@ -82,7 +82,7 @@ pub(crate) fn follow(
 ) -> Result<Locus, AnalysisError> {
     let zero = closed(0.0)?;
     let present = eigenvalues(&closed(present_gain)?)?;
-    // Whether a gain exists does not depend on its value, and zero has been tried.
+    // Whether the law accepts a gain does not depend on its value, and zero has succeeded.
     let matrix = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
     let zeros = zeros_of_gain(&matrix, scale).unwrap_or(open_zeros);
@@ -90,8 +90,7 @@ pub(crate) fn follow(
     let mut to = BEYOND * scale.max(present_gain);
     let first = if zero.nrows() == matrix(scale).nrows() { 0.0 } else { NEXT_TO_NONE * scale };
     let poles = eigenvalues(&matrix(first))?;
-    // Of the s plane, where zeros far out are asymptotes to the eye; the z plane is as large as its unit
-    // circle.
+    // In the s plane very distant zeros look like asymptotes. The z plane is as large as its unit circle.
     let size = poles.iter().chain(&zeros).map(|p| p.norm()).fold(0.0, f64::max);
     for _ in 0..DECADES {
         let ends = eigenvalues(&matrix(to))?;
@@ -108,8 +107,8 @@ pub(crate) fn follow(
     gains.sort_by(f64::total_cmp);
     gains.dedup();
     if period_s.is_some() {
-        // Powers of the gain, as of a fast loop within a slow one, send poles so far out that rounding leaves
-        // nothing of the others.
+        // Powers of the gain, as with a fast loop inside a slow one, move poles so far out that rounding
+        // hides the others.
         let near = |k: f64| eigenvalues(&matrix(k)).is_ok_and(|poles| poles.iter().all(|p| p.norm() <= FAR));
         let end = gains.iter().position(|&k| k > scale && !near(k)).unwrap_or(gains.len());
         gains.truncate(end);
@@ -128,9 +127,9 @@ pub(crate) fn follow(
     Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
 }
 
-/// Zeros at which branches end: those from where the gain acts to what it multiplies, all other terms of the
-/// law being part of the machine. `None` where the closed loop is no straight line in the gain, or the gain
-/// acts in several places.
+/// Zeros at which branches end: those between the point at which the gain acts and the quantity that it
+/// multiplies. All other terms of the law belong to the machine. `None` if the closed loop is not affine in
+/// the gain, or if the gain acts in several places.
 fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Vec<C64>> {
     let [one, two, three] = [1.0, 2.0, 3.0].map(|times| matrix(times * scale));
     let slope = &two - &one;
@@ -138,8 +137,8 @@ fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Ve
     if (&rest + &slope * 3.0 - &three).amax() > AFFINE * three.amax() {
         return None;
     }
-    // A column and a row through the largest element: where it acts and what it multiplies, their zeros
-    // exact.
+    // A column and a row through the largest element: where the gain acts and what it multiplies. Their zeros
+    // are exact.
     let (row, column) = slope.iamax_full();
     let largest = slope[(row, column)];
     let (b, c) = (slope.columns(column, 1).into_owned(), slope.rows(row, 1) / largest);
@@ -149,7 +148,7 @@ fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Ve
     StateSpace::new(rest, b, c, DMatrix::zeros(1, 1)).and_then(|system| system.zeros()).ok()
 }
 
-/// Half of the width and of the height of what swings, rad/s.
+/// Half the width and half the height of the oscillating points, rad/s.
 fn picture_of<'a>(points: impl Iterator<Item = &'a C64>) -> [f64; 2] {
     let (mut swinging, mut largest) = ([0.0_f64; 2], 0.0_f64);
     for p in points {
@@ -162,7 +161,7 @@ fn picture_of<'a>(points: impl Iterator<Item = &'a C64>) -> [f64; 2] {
     swinging.map(|half| if half > 0.0 { half } else { largest.max(f64::MIN_POSITIVE) })
 }
 
-/// Gains that divide the steps in which some pole within the picture moves far.
+/// Gains that divide the steps in which some pole within the picture moves too far.
 fn long_steps(traced: &RootLocus, [width, height]: [f64; 2]) -> Vec<f64> {
     let inside = |p: &C64| p.re.abs() <= PICTURE * width && p.im.abs() <= PICTURE * height;
     let parts = |j: usize| {
@@ -201,7 +200,7 @@ mod tests {
         assert!((locus.s_of((s * 1e-3).exp()) - s).norm() < 1e-9);
     }
 
-    /// Integral action on a mode: at gain zero there is no integrator, next to it there is.
+    /// Integral action on a mode: at gain zero there is no integrator, at any other gain there is one.
     #[test]
     fn regress_every_branch_is_followed_where_a_state_vanishes_with_the_gain() {
         let closed = |k: f64| {
@@ -216,8 +215,8 @@ mod tests {
         }
     }
 
-    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law, and
-    /// has no part in the zeros of k.
+    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law and
+    /// does not affect the zeros of k.
     #[test]
     fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {
         let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0 * k, -9.0 - k, -4.6]);
@@ -226,8 +225,8 @@ mod tests {
         assert!(locus.zeros.len() == 1 && (locus.zeros[0] + 2.0).norm() < 1e-9, "{:?}", locus.zeros);
     }
 
-    /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches run into the lightly damped zeros, one
-    /// away along the real axis.
+    /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches end in the lightly damped zeros, one
+    /// leaves along the real axis.
     #[test]
     fn truth_branches_arrive_at_their_zeros_in_short_steps() {
         let zero = C64::new(-0.01, (4.0_f64 - 1e-4).sqrt());
@@ -246,8 +245,8 @@ mod tests {
         }
     }
 
-    /// A pair that hardly moves, and a pole at k^10, as of a loop ten times as fast as its common period: far
-    /// out, its rounding would be all that is left of the pair.
+    /// A pair that hardly moves, and a pole at k^10, as of a loop ten times as fast as its common period. Far
+    /// out, the rounding of that pole would hide the pair.
     #[test]
     fn regress_a_locus_ends_before_a_far_pole_drowns_the_others() {
         let turn = dmatrix![1.0, 2.0, 0.5; -1.0, 1.5, 0.7; 0.3, -0.4, 2.0];

@@ -1,4 +1,4 @@
-//! Margins of a loop in the shape that programs read.
+//! Margins of a loop, as programs read them.
 
 use std::f64::consts::TAU;
 
@@ -7,25 +7,25 @@ use serde::Serialize;
 
 use crate::error::AnalysisError;
 
-/// Factors below this are rounding about zero: no gain stabilises.
+/// Factors below this are zero up to rounding: no gain stabilises.
 const NO_GAIN: f64 = 1e-9;
-/// A frequency so far below one tells what there is at rest, up to this share.
+/// Ratio of a frequency that shows the behaviour at rest, up to this share.
 const TOWARDS_REST: f64 = 1e-3;
 const FLAT: f64 = 1e-6;
 
 /// Margins of the sampled loop broken at its controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarginReport {
-    /// Factor by which the gain may rise; absent if no rise destabilises, and where the loop is unstable.
+    /// Factor by which the gain may rise; absent if no rise destabilises or the loop is unstable.
     pub gain: Option<f64>,
     /// Frequency at which the loop swings with that gain, Hz.
     pub gain_hz: Option<f64>,
-    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent if no fall
-    /// destabilises the one, or stabilises the other.
+    /// Factor by which the gain of a stable loop may fall, or to which that of an unstable loop must fall.
+    /// Absent if no fall destabilises the one or stabilises the other.
     pub gain_decrease: Option<f64>,
     /// Smallest phase margin; absent if the loop is unstable.
     pub phase_deg: Option<f64>,
-    /// Delay that the loop bears in addition, s; absent if the loop is unstable.
+    /// Additional delay that the loop tolerates, s; absent if the loop is unstable.
     pub delay_s: Option<f64>,
     /// Crossover with the smallest phase margin, Hz.
     pub crossover_hz: Option<f64>,
@@ -37,15 +37,14 @@ pub struct MarginReport {
     pub sensitivity_peak_hz: f64,
     /// Largest modulus of the complementary sensitivity.
     pub complementary_sensitivity_peak: f64,
-    /// Where it is, Hz; zero where it is largest at rest, so that nothing resonates.
+    /// Frequency of that peak, Hz; zero if the modulus is largest at rest, so that nothing resonates.
     pub complementary_sensitivity_peak_hz: f64,
-    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop and the clockwise turns
-    /// about -1.
+    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop plus the clockwise
+    /// encirclements of -1.
     pub unstable_poles: usize,
     /// Unstable poles of the open loop, from which the count starts.
     pub open_unstable_poles: usize,
-    /// Clockwise turns of the open loop about -1, over all frequencies; negative where it turns the other
-    /// way.
+    /// Clockwise encirclements of -1 by the open loop over all frequencies; negative if counterclockwise.
     pub encirclements: isize,
 }
 
@@ -96,7 +95,7 @@ fn stabilising<T: feeler_lti::TimeDomain>(
     let telling = |factor: &f64| (NO_GAIN..1.0).contains(factor);
     let mut factors: Vec<f64> = margins.gain.iter().map(|margin| margin.factor).filter(telling).collect();
     factors.sort_by(|a, b| b.total_cmp(a));
-    // At each a pair at most becomes stable.
+    // At each factor at most one pair becomes stable.
     for i in unstable_poles.saturating_sub(1) / 2..factors.len() {
         let below = 0.5 * (factors[i] + factors.get(i + 1).copied().unwrap_or(0.0));
         if open.closed_loop_unstable_poles(below)? == 0 {
@@ -106,7 +105,7 @@ fn stabilising<T: feeler_lti::TimeDomain>(
     Ok(None)
 }
 
-/// Whether the largest modulus is that at rest, from which the response only falls: then there is no peak.
+/// Whether the modulus is largest at rest and only falls from there: then there is no peak.
 fn is_at_rest<T: feeler_lti::TimeDomain>(open: &LoopTransfer<T>, peak: &Peak) -> bool {
     let lower = open.at_frequency(TAU * peak.frequency_hz * TOWARDS_REST).map(|l| (l / (l + 1.0)).norm());
     peak.frequency_hz <= 0.0 || lower.is_ok_and(|lower| lower > peak.value * (1.0 - FLAT))

@@ -1,4 +1,4 @@
-//! How far a loop can go: stable gains, margins, chatter, limits of drives, and what limits the bandwidth.
+//! Limits of a loop: stable gains, margins, chatter, drive limits, and what limits the bandwidth.
 
 pub(crate) mod drift;
 pub(crate) mod factor;

@@ -1,4 +1,4 @@
-//! Where a drive reaches its limit.
+//! The frequency at which a drive reaches its limit.
 
 use std::f64::consts::TAU;
 
@@ -14,18 +14,18 @@ use crate::loops::late::Evaluator;
 
 /// Frequency that counts as rest, as a share of half of the sampling rate.
 const AT_REST: f64 = 1e-6;
-/// Lowest frequency of the search, in the same, and steps from there: an excess that is narrower than one is
-/// passed over.
+/// Lowest frequency of the search, as the same share, and ratio of its steps. The search misses an excess
+/// that is narrower than one step.
 const LOWEST: f64 = 1e-3;
 const STEPS: u32 = 2000;
 /// Relative accuracy of the frequency found.
 const ACCURACY: f64 = 1e-12;
 
 impl ControlLoop {
-    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive
-    /// gives: more command than the controller may put out, or more force, or faster changes of it, than the
-    /// drive can make; zero where it does so at rest. At half of the largest stable gain where there is one,
-    /// else at the gain as it is.
+    /// Lowest frequency at which the drive saturates under a reference as large as the final one in the file.
+    /// Saturation means more command than the controller may give, or more force or force rate than the drive
+    /// can make. Zero if the drive saturates at rest. Evaluated at half of the largest stable gain if there
+    /// is one, else at the present gain.
     pub(crate) fn saturation_hz(
         &self,
         key: &str,
@@ -43,7 +43,7 @@ impl ControlLoop {
             .map(|largest| self.at_half_of(controller, &gain, largest))
             .transpose()?;
         let demand = Demand::new(half.as_ref().unwrap_or(self), controller)?;
-        // By how many times the most is asked for.
+        // Ratio of the demand to the limit.
         let excess = |frequency_hz: f64| -> Result<f64, AnalysisError> {
             let [command, force] = demand.at(frequency_hz)?;
             Ok((command / command_limit)
@@ -89,7 +89,7 @@ impl<'a> Demand<'a> {
         let own = &whole.controllers()[controller];
         let size = Reference::new(&own.spec.reference, 0, "")?.value(f64::MAX).abs();
         let around = whole.open_loop(controller)?.evaluator();
-        // The limit of a force that builds up is on what the drive makes of the command.
+        // For a drive with force dynamics the limit applies to the force that it makes of the command.
         let force = whole.plant().output(Source::Drive(own.drive, Quantity::Force))?;
         let made = whole.response_to(controller, force)?.evaluator();
         Ok(Self {
@@ -102,7 +102,7 @@ impl<'a> Demand<'a> {
         })
     }
 
-    /// Sizes of command and drive force at a frequency.
+    /// Magnitudes of command and drive force at a frequency.
     fn at(&self, frequency_hz: f64) -> Result<[f64; 2], AnalysisError> {
         let own = &self.whole.controllers()[self.controller];
         let drive = &self.whole.assembly().drives[own.drive];

@@ -1,5 +1,5 @@
-//! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen,
-//! lighten or damp first.
+//! Sensitivity of the bandwidth and of other limits to each parameter of a machine: what to stiffen, lighten
+//! or damp first.
 
 use feeler_catalogue::Key;
 use feeler_control::ControllerSpec;
@@ -15,43 +15,43 @@ use crate::workers::Workers;
 
 /// Relative step of the central differences; their error is its square.
 const DIFFERENCE: f64 = 1e-3;
-/// A loss below this share of what is won is none.
+/// A loss below this share of the gain does not count.
 const NO_LOSS: f64 = 0.1;
 
-/// How the loop answers to one number of the machine.
+/// Sensitivity of the loop to one parameter of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// The number's key.
+    /// Key of the parameter.
     pub key: String,
-    /// Its value, SI.
+    /// Value of the parameter, SI.
     pub value: f64,
-    /// Derivative of the bandwidth, Hz per unit of the number.
+    /// Derivative of the bandwidth, Hz per unit of the parameter.
     pub bandwidth_hz_per_unit: f64,
-    /// Relative change of the bandwidth over relative change of the number. Where the drive saturates, of the
-    /// frequency at which it does.
+    /// Relative change of the bandwidth over relative change of the parameter. If the drive saturates first,
+    /// the same for the saturation frequency.
     pub bandwidth_relative: f64,
-    /// Relative change of the largest stable gain over relative change of the number.
+    /// Relative change of the largest stable gain over relative change of the parameter.
     pub largest_gain_relative: f64,
-    /// Whether the one is won at the other's expense.
+    /// Whether bandwidth and gain change in opposite directions.
     pub trades: bool,
 }
 
-/// By what the numbers of a machine are ranked.
+/// The criterion by which parameters are ranked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RankedBy {
-    /// Bandwidth and largest stable gain together, those that trade the one for the other last.
+    /// Bandwidth and largest stable gain together; parameters that trade one for the other come last.
     BandwidthAndGain,
-    /// The largest stable gain alone: the bandwidth lies on the flank of a mode's peak, and says how high
-    /// that is.
+    /// The largest stable gain alone: the bandwidth lies on the flank of a mode's peak and measures the
+    /// height of that peak.
     LargestGain,
-    /// The frequency at which the drive saturates, which is what is achieved.
+    /// The saturation frequency, which is the bandwidth that is achieved.
     Saturation,
 }
 
 impl Sensitivity {
-    /// What a change of the number is worth, signed: a relative change of what is achieved over the relative
-    /// change of the number. Not a number where there is nothing to compare by.
+    /// The signed worth of a change: relative change of the ranked quantity over relative change of the
+    /// parameter. NaN if there is nothing to compare.
     pub fn worth(&self, by: RankedBy) -> f64 {
         match by {
             RankedBy::BandwidthAndGain => self.bandwidth_relative + self.largest_gain_relative,
@@ -60,23 +60,22 @@ impl Sensitivity {
         }
     }
 
-    /// Whether the number trades one thing that it is ranked by for another.
+    /// Whether the parameter trades one ranked quantity for another.
     pub fn is_trade(&self, by: RankedBy) -> bool {
         by == RankedBy::BandwidthAndGain && self.trades
     }
 }
 
-/// Puts the most telling first, trades and what cannot be compared last.
+/// Sorts by falling worth; trades and parameters without a worth come last.
 pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
     let size = |s: &Sensitivity| if s.worth(by).is_nan() { -1.0 } else { s.worth(by).abs() };
     sensitivities.sort_by(|a, b| a.is_trade(by).cmp(&b.is_trade(by)).then(size(b).total_cmp(&size(a))));
 }
 
 impl ControlLoop {
-    /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is
-    /// not zero, and, where the drive saturates below the bandwidth, how the frequency at which it does
-    /// answers to these and to the limits themselves, the gain being kept. By falling worth; none where no
-    /// gain is stable.
+    /// Sensitivities of bandwidth and largest gain of the sampled loop to every nonzero mass, stiffness and
+    /// damping. If the drive saturates below the bandwidth, also those of the saturation frequency to these
+    /// parameters and to the limits, with the gain kept. Sorted by falling worth; empty if no gain is stable.
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`].
@@ -96,7 +95,7 @@ impl ControlLoop {
             if value == 0.0 {
                 return Ok(None);
             }
-            // Largest gain, and bandwidth or what is left of it.
+            // Largest gain, and the bandwidth or the saturation frequency below it.
             let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
                 let altered =
                     self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
@@ -127,8 +126,8 @@ impl ControlLoop {
         Ok(sensitivities)
     }
 
-    /// Largest gain and bandwidth of a loop that differs from that of `base` by little: of many states from where
-    /// they are there, else anew.
+    /// Largest gain and bandwidth of a loop that differs slightly from that of `base`. With many states the
+    /// search starts from the values of `base`.
     fn stage_near(
         &self,
         key: &str,
@@ -151,7 +150,7 @@ impl ControlLoop {
         Ok((Some(largest), found.map(|found| found.unwrap_or(nyquist_hz))))
     }
 
-    /// Masses, stiffnesses and dampings of what takes part: an absent contact does not.
+    /// Masses, stiffnesses and dampings of all elements that act; an absent contact does not.
     fn numbers(&self) -> Vec<(String, Slot)> {
         let assembly = self.assembly();
         let mut numbers: Vec<(String, Slot)> = Vec::new();
@@ -179,7 +178,7 @@ impl ControlLoop {
         numbers
     }
 
-    /// Limits of drives and controllers, where there are any.
+    /// Limits of drives and controllers, if any.
     fn limits(&self) -> Vec<(String, Slot)> {
         let mut limits = Vec::new();
         for (i, drive) in self.assembly().drives.iter().enumerate() {
@@ -204,17 +203,17 @@ impl ControlLoop {
     }
 }
 
-/// A dotted path as in a file.
+/// Dotted path of a parameter, as in a file.
 fn key_of(table: Table, element: &str, key: &Key) -> String {
     format!("{}.{element}.{}", table.name(), key.name)
 }
 
-/// Whether two changes go opposite ways, the loss being no trifle beside the gain.
+/// Whether two changes have opposite signs and the loss is significant.
 fn trades(a: f64, b: f64) -> bool {
     a * b < 0.0 && a.abs().min(b.abs()) > NO_LOSS * a.abs().max(b.abs())
 }
 
-/// One number of a machine or its controllers.
+/// One parameter of a machine or its controllers.
 #[derive(Clone, Copy)]
 enum Slot {
     Mass(usize),

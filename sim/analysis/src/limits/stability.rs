@@ -1,4 +1,4 @@
-//! Which values of a gain are stable, and what happens at each edge.
+//! Stable values of a gain, and the motion that begins to grow at each edge.
 
 use std::f64::consts::TAU;
 
@@ -16,18 +16,18 @@ use crate::loops::control_loop::ControlLoop;
 use crate::loops::sampled_loop::SampledLoop;
 use crate::machine::modes::{VibrationMode, modes};
 
-/// Decades searched above and below the gain at which loop and machine weigh alike.
+/// Decades searched above and below the gain at which loop and machine have equal weight.
 const DECADES: u32 = 7;
-/// Points of the search in each decade, before it is refined where growth rates bend.
+/// Points per decade of the search, before refinement where growth rates bend.
 const POINTS_PER_DECADE: u32 = 12;
-/// Matrices that depart from a straight line in the gain by no more than this share of their largest element
-/// are on it, up to rounding.
+/// Matrices count as affine in the gain if they depart from a straight line by at most this share of their
+/// largest element.
 const AFFINE: f64 = 1e-13;
-/// From this many states on, the edges of a gain that acts in one place are found by its response.
+/// From this number of states on, the edges of a gain that acts in one place follow from its response.
 pub(crate) const MANY_STATES: usize = 32;
-/// Growth rates below this cannot be told from none, 1/s: at gains next to zero an integrator's pole lies
-/// that close to the limit, where eigenvalues of sampled loops are good to 1e-12 per period of 1e-3 s or
-/// less.
+/// Growth rates below this cannot be distinguished from zero, 1/s. At gains near zero an integrator's pole
+/// lies that close to the limit. Eigenvalues of sampled loops are accurate to 1e-12 per period of at most
+/// 1e-3 s.
 const TELLING_GROWTH_PER_S: f64 = 1e-7;
 
 /// An edge of stability.
@@ -35,20 +35,20 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 pub struct Edge {
     /// The gain.
     pub gain: f64,
-    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, that of the
-    /// bodies, of all that look alike once per common period.
+    /// Frequency of the motion that begins to grow, Hz. If several rates repeat together, many frequencies
+    /// look alike once per common period; this is the one at which the bodies move.
     pub frequency_hz: f64,
-    /// Index of the machine's own mode that the motion is most like; `None` where it is like none, as that of
-    /// a rigid body which nothing holds.
+    /// Index of the machine's own mode that the motion resembles most. `None` if it resembles none, as with a
+    /// rigid body that nothing holds.
     pub mode: Option<usize>,
 }
 
-/// An interval of stable gains; an absent edge is where the search ended.
+/// An interval of stable gains; an edge is `None` where the search ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Band {
-    /// Lower edge; absent where the interval begins at zero.
+    /// Lower edge; `None` if the interval begins at zero.
     pub lower: Option<Edge>,
-    /// Upper edge; absent where there is none.
+    /// Upper edge; `None` if the interval has no upper end.
     pub upper: Option<Edge>,
 }
 
@@ -62,14 +62,14 @@ pub struct GainBands {
 /// Every interval of stable gains below zero, rising.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BelowZero {
-    /// The intervals; an upper edge is absent where the interval ends at zero.
+    /// The intervals; an upper edge is `None` if the interval ends at zero.
     pub(crate) bands: Vec<Band>,
-    /// The motion next to the limit of stability at zero itself.
+    /// The motion at the limit of stability at gain zero itself.
     pub(crate) at_zero: Edge,
 }
 
 impl BelowZero {
-    /// From the intervals of the gain with its sign turned, from zero on.
+    /// From the intervals, from zero on, of the gain with its sign reversed.
     fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
         let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };
         let bands = turned
@@ -81,7 +81,7 @@ impl BelowZero {
     }
 }
 
-/// The interval that holds a gain, else the nearest one.
+/// The interval that contains a gain, else the nearest one.
 pub(crate) fn nearest<'a>(bands: impl Iterator<Item = &'a Band>, gain: f64) -> Option<&'a Band> {
     let distance = |band: &Band| {
         let below = band.lower.as_ref().map_or(0.0, |edge| edge.gain - gain);
@@ -92,12 +92,12 @@ pub(crate) fn nearest<'a>(bands: impl Iterator<Item = &'a Band>, gain: f64) -> O
 }
 
 impl GainBands {
-    /// The interval that holds a gain, else the nearest one; `None` where no gain is stable.
+    /// The interval that contains a gain, else the nearest one; `None` if no gain is stable.
     pub fn nearest(&self, gain: f64) -> Option<&Band> {
         nearest(self.bands.iter(), gain)
     }
 
-    /// Every interval on either side of zero, rising; those that meet at zero are one.
+    /// Every interval on both sides of zero, rising; intervals that meet at zero are joined.
     pub(crate) fn joined(&self, below: BelowZero) -> Vec<Band> {
         let BelowZero { bands: mut all, at_zero } = below;
         let mut above = self.bands.clone();
@@ -113,16 +113,15 @@ impl GainBands {
         all
     }
 
-    /// The first edge met when the gain rises from zero: infinite where there is none, zero where nothing is
-    /// stable.
+    /// The first edge as the gain rises from zero: infinite if there is none, zero if no gain is stable.
     pub fn first_upper(&self) -> f64 {
         self.bands.first().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
     }
 }
 
 impl ControlLoop {
-    /// Stable values, from zero on, of the gain that a key names, in the sampled loop. Edges are exact to
-    /// about 1e-12.
+    /// Stable values from zero on, in the sampled loop, of the gain with this key. Edges are exact to about
+    /// 1e-12.
     ///
     /// # Errors
     /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`],
@@ -137,8 +136,8 @@ impl ControlLoop {
         self.bands(sampled.domain()?, matrix, sampled.expand(), sampled.alias_s())
     }
 
-    /// The gain to which an edge of the sampled loop at `edge_hz` moves when the machine changes a little; `None`
-    /// for loops of few states, of several rates, or where none is near.
+    /// The new gain of a sampled edge at `edge_hz` after a small change of the machine. `None` for loops with
+    /// few states or several rates, and if no edge is near.
     pub(crate) fn edge_near(&self, key: &str, edge_hz: f64) -> Result<Option<f64>, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
         let Ok(sampled) = SampledLoop::new(self) else { return Ok(None) };
@@ -168,8 +167,7 @@ impl ControlLoop {
         self.bands(feeler_lti::Continuous, matrix, continuous.expand(), None)
     }
 
-    /// Every interval of stable values of the gain that a key names, on either side of zero, rising, in the
-    /// sampled loop.
+    /// Every interval of stable values of a gain in the sampled loop, on both sides of zero, rising.
     ///
     /// # Errors
     /// As [`Self::sampled_bands`].
@@ -185,8 +183,7 @@ impl ControlLoop {
         Ok(self.continuous_bands(key)?.joined(self.continuous_bands_below_zero(key)?))
     }
 
-    /// Stable values below zero of the gain that a key names, in the sampled loop; none where the law allows
-    /// none.
+    /// Stable values below zero of a gain in the sampled loop; empty if the law allows none.
     ///
     /// # Errors
     /// As [`Self::sampled_bands`].
@@ -197,7 +194,7 @@ impl ControlLoop {
             other => other?,
         };
         if let Some(mirrored) = mirrored {
-            // Where all else decays, it is the integrator of a vanishing gain that is left.
+            // If everything else decays, the remaining motion is that of the integrator with vanishing gain.
             return Ok(BelowZero::mirrored(mirrored, Edge { gain: 0.0, frequency_hz: 0.0, mode: None }));
         }
         let sampled = SampledLoop::new(self)?;
@@ -231,7 +228,7 @@ impl ControlLoop {
         Ok(BelowZero::mirrored(mirrored, self.at_zero(domain, matrix(0.0).ok(), expand, alias_s)?))
     }
 
-    /// The motion next to the limit of stability at gain zero.
+    /// The motion at the limit of stability at gain zero.
     fn at_zero<T: TimeDomain>(
         &self,
         domain: T,
@@ -261,8 +258,8 @@ impl ControlLoop {
         expand: &DMatrix<f64>,
         alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
-        // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the
-        // force gain -1 of an impedance makes it feel no motion.
+        // Errors do not depend on the value of the gain, so these calls find them all. The value must not be
+        // one: an impedance with force gain -1 does not respond to motion.
         let unit = finite_unit(&matrix)?;
         let (low, middle, high) = (matrix(2.0 * unit)?, matrix(4.0 * unit)?, matrix(6.0 * unit)?);
         let slope = (&middle - &low) / (2.0 * unit);
@@ -302,8 +299,8 @@ impl ControlLoop {
         Ok(GainBands { bands: bands.collect() })
     }
 
-    /// Frequency of a motion of the loop, Hz; where several rates repeat together, every `alias_s`, that of
-    /// the bodies.
+    /// Frequency of a motion of the loop, Hz. If several rates repeat together every `alias_s`, the frequency
+    /// at which the bodies move.
     fn frequency_hz<T: TimeDomain>(
         &self,
         domain: T,
@@ -318,8 +315,8 @@ impl ControlLoop {
         }
     }
 
-    /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what
-    /// their speeds are to their places in a motion of the loop tells it roughly, with its sign.
+    /// Of all frequencies with the same phase per period, the one at which the bodies move. The ratio of
+    /// their speeds to their positions gives it roughly, with its sign.
     fn unfolded_hz(&self, turns: f64, vector: &DVector<C64>, expand: &DMatrix<f64>, period_s: f64) -> f64 {
         let motion = of_machine(vector, expand);
         let (coordinates, layout) = (self.plant().motion().coordinates(), self.plant().motion().layout());
@@ -333,8 +330,8 @@ impl ControlLoop {
         ((turns + whole) / period_s).abs()
     }
 
-    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop;
-    /// `None` where more of the motion is in none of them, as that of a whole machine which nothing holds.
+    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop.
+    /// `None` if most of the motion belongs to no mode, as with a machine that nothing holds.
     pub(crate) fn most_alike(
         &self,
         own: &[VibrationMode],
@@ -356,7 +353,7 @@ impl ControlLoop {
         };
         let alike: Vec<f64> = own.iter().map(likeness).collect();
         let best = (0..own.len()).max_by(|&i, &j| alike[i].total_cmp(&alike[j]))?;
-        // Shapes are orthogonal in kinetic energy, but for damping: what they leave of the motion is that of
+        // Shapes are orthogonal in kinetic energy except for damping. The remainder of the motion belongs to
         // no oscillating mode.
         let elsewhere = 1.0 - alike.iter().sum::<f64>();
         (alike[best] > elsewhere).then_some(best)
@@ -368,8 +365,8 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
-/// The largest power of ten up to one of which a few times makes a finite matrix: an unstable loop lifted
-/// over thousands of periods grows beyond all numbers.
+/// The largest power of ten, up to one, of which a small multiple still gives a finite matrix. An unstable
+/// loop lifted over thousands of periods overflows.
 fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> Result<f64, AnalysisError> {
     let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
     for decade in 0..=decades {
@@ -381,7 +378,7 @@ fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> 
     Ok(1.0)
 }
 
-/// The smallest gain of the search at which stability can be told; zero where it never can.
+/// The smallest gain of the search at which stability can be decided; zero if there is none.
 fn smallest_telling<T: TimeDomain>(
     domain: T,
     at: &impl Fn(f64) -> DMatrix<f64>,
@@ -405,8 +402,8 @@ fn smallest_telling<T: TimeDomain>(
     Ok(0.0)
 }
 
-/// Both matrices without the states, from `first` on, that nothing depends on: held outputs that are
-/// overwritten before they act. Each is an eigenvalue at exactly zero, whose rounding would only mislead the
+/// Both matrices without those states from `first` on that do not affect anything: held outputs that are
+/// overwritten before they act. Each is an eigenvalue at exactly zero, and its rounding would mislead the
 /// search.
 fn without_idle(zero: &DMatrix<f64>, slope: &DMatrix<f64>, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let mut kept: Vec<usize> = (0..zero.ncols()).collect();

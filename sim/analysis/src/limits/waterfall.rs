@@ -1,5 +1,5 @@
-//! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one
-//! ingredient after the other.
+//! What limits the bandwidth: from the rigid body under a perfect drive to the loop as built, one ingredient
+//! at a time.
 
 use feeler_control::Law;
 use feeler_lti::C64;
@@ -13,14 +13,14 @@ use crate::loops::control_loop::{ControlLoop, LoopController};
 use crate::loops::gain_key::with_gain;
 use crate::machine::modes::{ModeClass, ModeInPair, VibrationMode, undamped_hz};
 
-/// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
+/// Bandwidths are compared at half of the largest stable gain: a gain margin of two.
 const SHARE_OF_LIMIT: f64 = 0.5;
 /// An ingredient whose absence raises the limit by less than this factor does not limit.
 const MATTERS: f64 = 1.05;
-/// Modes damped less than this have a peak...
+/// Modes with less damping than this have a peak.
 const RESONANT: f64 = 0.3;
-/// ...on whose flank, 3 dB below where the response began, a bandwidth up to so many times the mode's
-/// frequency lies.
+/// A bandwidth up to this many times the mode's frequency lies on the flank of that peak, 3 dB below the
+/// value at low frequency.
 const FLANK: f64 = 1.3;
 
 /// Which of the paper's three problems, or the controller itself, limits the bandwidth.
@@ -29,7 +29,7 @@ const FLANK: f64 = 1.3;
 pub enum Limit {
     /// Inertia, damping and the drive.
     RigidBody,
-    /// A mode in which actuator and sensor part.
+    /// A mode in which actuator and sensor move in opposition.
     NoncolocatedMode,
     /// A mode of base or workpiece.
     ColocatedMode,
@@ -48,20 +48,19 @@ pub enum Limit {
 pub struct Stage {
     /// What has been added.
     pub added: String,
-    /// Largest stable gain; absent where there is none.
+    /// Largest stable gain; `None` if there is none.
     pub largest_gain: Option<f64>,
-    /// Frequency at which the loop begins to swing there, Hz.
+    /// Frequency at which the loop begins to oscillate at that gain, Hz.
     pub edge_hz: Option<f64>,
-    /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below
-    /// what it is at low frequency, Hz; half of the sampling rate where it never does; absent where the gain
-    /// is unlimited.
+    /// Bandwidth at half that gain, Hz: where the response of the reading to the reference first falls 3 dB
+    /// below its value at low frequency. Half of the sampling rate if it never does; `None` if the gain is
+    /// unlimited.
     pub bandwidth_hz: Option<f64>,
-    /// The same at the gain of the stage before, Hz: what this ingredient does by itself; the rest of the
-    /// difference is that of the gain it allows. Absent where there is no gain before, or this loop is
+    /// The same at the gain of the previous stage, Hz. It isolates the effect of this ingredient; the rest of
+    /// the difference comes from the gain that it allows. `None` without a previous gain, or if this loop is
     /// unstable with it.
     pub bandwidth_at_gain_before_hz: Option<f64>,
-    /// What of the reference is still followed beyond the bandwidth, where that is where integral action
-    /// ends.
+    /// The share of the reference that is still followed beyond the bandwidth, if integral action ends there.
     pub shelf: Option<Shelf>,
 }
 
@@ -71,7 +70,7 @@ impl Stage {
         saturation_hz.zip(self.bandwidth_hz).is_some_and(|(saturation, bandwidth)| saturation < bandwidth)
     }
 
-    /// What of the bandwidth is left.
+    /// This stage limited to the bandwidth that saturation leaves.
     fn saturated(self, saturation_hz: Option<f64>) -> Self {
         let bandwidth_hz = self
             .bandwidth_hz
@@ -80,22 +79,21 @@ impl Stage {
     }
 }
 
-/// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"`
-/// or `"none"`.
+/// The largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"` or `"none"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relief {
     /// It is this many times as large.
     Times(f64),
     /// Every gain is stable.
     Unlimited,
-    /// Gains up to a largest one are stable, where none is with the ingredient.
+    /// Gains up to a largest one are stable; with the ingredient none is.
     Stable,
-    /// No gain is stable, as with it.
+    /// No gain is stable, with or without the ingredient.
     NoneEither,
 }
 
 impl Relief {
-    /// From the largest gain with an ingredient to that without; zero where nothing is stable, infinite where
+    /// From the largest gain with an ingredient to that without: zero if nothing is stable, infinite if
     /// everything is.
     fn new(with: f64, without: f64) -> Self {
         match (with > 0.0, without > 0.0) {
@@ -106,7 +104,7 @@ impl Relief {
         }
     }
 
-    /// As a factor, to compare by.
+    /// As a factor, for comparison.
     fn factor(self) -> f64 {
         match self {
             Self::Times(factor) => factor,
@@ -130,21 +128,21 @@ impl Serialize for Relief {
 /// The whole account.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Waterfall {
-    /// From the ideal down to what is built.
+    /// From the ideal loop to the loop as built.
     pub stages: Vec<Stage>,
-    /// What would become of the largest gain without an ingredient, the others present.
+    /// The largest gain without each ingredient, with the others present.
     pub without: Vec<(String, Relief)>,
-    /// Frequency above which a reference of the size that the file ends with drives the command to its limit
-    /// at half of the largest stable gain, Hz: zero where it does so at rest, absent where it never does.
+    /// Saturation frequency, Hz: above it a reference as large as the final one in the file saturates the
+    /// drive, at half of the largest stable gain. Zero if it saturates at rest, `None` if it never does.
     pub saturation_hz: Option<f64>,
-    /// Index of a flexible mode on whose falling flank the bandwidth lies: it then moves with that mode's
-    /// peak, whatever becomes of the loop below it.
+    /// Index of a flexible mode on whose falling flank the bandwidth lies. The bandwidth then follows that
+    /// mode's peak.
     pub rides_mode: Option<usize>,
     /// The verdict.
     pub limit: Limit,
 }
 
-/// The lightly damped flexible mode on whose falling flank a frequency lies.
+/// The lightly damped flexible mode whose falling flank contains a frequency.
 fn flank(frequency_hz: f64, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Option<usize> {
     let flexible = |i: &usize| {
         !pairs[*i].rigid_body
@@ -158,7 +156,7 @@ fn flank(frequency_hz: f64, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Op
         .max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
 }
 
-/// Whether a law adds up its error.
+/// Whether a law integrates its error.
 fn has_integral_action(law: &Law) -> bool {
     match law {
         Law::ExplicitForce(gains) => gains.ki != 0.0,
@@ -167,7 +165,8 @@ fn has_integral_action(law: &Law) -> bool {
     }
 }
 
-/// An ideal drive with the same gain: a velocity source keeps the damping of its motor, and loses its lag.
+/// Replaces drives by ideal ones with the same gain. A velocity source keeps the damping of its motor and
+/// loses its lag.
 fn idealise_drives(assembly: &mut Assembly) {
     for i in 0..assembly.drives.len() {
         let drive = &mut assembly.drives[i];
@@ -180,7 +179,7 @@ fn idealise_drives(assembly: &mut Assembly) {
     }
 }
 
-/// The same with two nodes moving as one.
+/// The same with two nodes joined.
 fn merged(joined: &[NodeId], a: NodeId, b: NodeId) -> Vec<NodeId> {
     joined.iter().map(|&of| if of == joined[b] { joined[a] } else { of }).collect()
 }
@@ -202,7 +201,7 @@ fn without_filters(assembly: &mut Assembly, controllers: &mut [LoopController]) 
 }
 
 impl ControlLoop {
-    /// The account for one gain. `modes` and `pairs` are those of the loop's own actuator and sensor.
+    /// The waterfall of one gain. `modes` and `pairs` are those of the loop's own actuator and sensor.
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`] and [`Self::continuous_bands`].
@@ -312,9 +311,9 @@ impl ControlLoop {
         })
     }
 
-    /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference,
-    /// first falls 3 dB below what it is at low frequency, Hz; half of the sampling rate where it never does,
-    /// none where it reads nothing.
+    /// Bandwidth of a controller in the sampled loop, Hz: where the response of its reading to the reference
+    /// first falls 3 dB below its value at low frequency. Half of the sampling rate if it never does; `None`
+    /// if the controller reads nothing.
     ///
     /// # Errors
     /// Those of [`crate::SampledLoop::open_loop`].
@@ -338,7 +337,7 @@ impl ControlLoop {
             None => (None, None),
             Some(edge) => follows(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
         };
-        // The gain before, where this loop is stable with it.
+        // The previous gain, if this loop is stable with it.
         let kept = before.and_then(|stage| stage.largest_gain).filter(|largest| *largest > 0.0);
         let kept = kept.filter(|largest| edge.is_some_and(|edge| SHARE_OF_LIMIT * largest < edge.gain));
         let at_gain_before = kept
@@ -370,8 +369,8 @@ impl ControlLoop {
         Ok(half)
     }
 
-    /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that
-    /// strains each most, by rising frequency of that mode.
+    /// Springs that can be made rigid while every drive can still move, with the class of the mode that
+    /// strains each most. Sorted by the frequency of that mode.
     fn flexible_links(&self, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
         let plant = self.plant();
         let layout = plant.motion().layout();
@@ -400,7 +399,7 @@ impl ControlLoop {
         }
         links.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut joined = self.joined_by_rigid_links();
-        // From the stiffest on: with all of them rigid, the drive has to be able to move.
+        // Starting with the stiffest: with all of them rigid, the drive must still be able to move.
         let mut kept = vec![true; links.len()];
         for (kept, (_, i, _)) in kept.iter_mut().zip(&links).rev() {
             let link = &self.assembly().links[*i];
@@ -416,7 +415,7 @@ impl ControlLoop {
         links.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|((_, i, class), _)| (i, class)).collect()
     }
 
-    /// For each node the one that stands for all that move as one with it.
+    /// For each node, the representative of the nodes that move with it as one.
     fn joined_by_rigid_links(&self) -> Vec<NodeId> {
         let apart: Vec<NodeId> = (0..self.assembly().nodes.len()).collect();
         self.assembly()

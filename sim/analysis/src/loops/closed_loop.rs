@@ -1,4 +1,4 @@
-//! A controller's reading against its reference, the loop closed.
+//! Response of a controller's reading to its reference, with the loop closed.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -18,14 +18,14 @@ use crate::loops::late::Evaluator;
 const LOWEST_HZ: f64 = 1e-3;
 /// Highest frequency of the search in a continuous loop, Hz.
 const HIGHEST_HZ: f64 = 1e5;
-/// Ratio of neighbouring frequencies of the search: a notch narrower than that is passed over.
+/// Ratio of neighbouring frequencies of the search: it misses a notch that is narrower.
 const STEP: f64 = 1.02;
-/// A shelf is looked for at so many times the bandwidth; a first-order fall has left a fifth and a tenth
-/// there, a shelf as much at both, and this share at least.
+/// Multiples of the bandwidth at which a shelf is measured. A first-order fall leaves a fifth and a tenth
+/// there; a shelf leaves about the same at both, and at least this share.
 const SHELF_AT: [f64; 2] = [5.0, 10.0];
 const SHELF_SHARE: f64 = 0.05;
 const SHELF_FLAT: f64 = 1.25;
-/// Factors on a bandwidth between which that of a loop is looked for that differs by little.
+/// Range, relative to a known bandwidth, in which that of a slightly different loop is sought.
 const NEAR: [f64; 2] = [0.97, 1.03];
 /// Relative accuracy of a bandwidth.
 const ACCURACY: f64 = 1e-12;
@@ -35,23 +35,23 @@ const ACCURACY: f64 = 1e-12;
 #[derive(Debug)]
 pub struct ClosedLoop<T: TimeDomain> {
     domain: T,
-    /// From the controller's output to the reading, this loop open.
+    /// From the controller's output to the reading, with this loop open.
     plant: Evaluator,
     /// Around the loop.
     around: Evaluator,
     law: ReferencePath,
     highest_hz: f64,
-    /// The reference is a position and the sensor one of velocity: its integral is compared.
+    /// The reference is a position and the sensor measures velocity: the integral of the reading is compared.
     integrates: bool,
 }
 
-/// Where the reading, 3 dB down, goes on following a share of the reference: what is left to proportional
-/// action where the integral one ends.
+/// A shelf: 3 dB down, the reading still follows a share of the reference, because proportional action
+/// remains where integral action ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shelf {
-    /// Share of what it is at low frequency.
+    /// Share of the value at low frequency.
     pub share: f64,
-    /// Frequency at which it falls 3 dB below that, Hz.
+    /// Frequency at which the response falls 3 dB below the shelf, Hz.
     pub to_hz: f64,
 }
 
@@ -63,7 +63,7 @@ enum ReferencePath {
 }
 
 impl ClosedLoop<Discrete> {
-    /// The sampled loop of controller `controller`; none where it reads nothing.
+    /// The sampled loop of controller `controller`; `None` if it reads nothing.
     ///
     /// # Errors
     /// Those of [`crate::SampledLoop::open_loop`].
@@ -85,7 +85,7 @@ impl ClosedLoop<Discrete> {
 }
 
 impl ClosedLoop<Continuous> {
-    /// The continuous loop of controller `controller`; none where it reads nothing.
+    /// The continuous loop of controller `controller`; `None` if it reads nothing.
     ///
     /// # Errors
     /// Those of [`ContinuousLoop::open_loop`].
@@ -131,8 +131,8 @@ impl<T: TimeDomain> ClosedLoop<T> {
         Ok(if self.integrates { reading / C64::new(0.0, w) } else { reading })
     }
 
-    /// The frequency at which the reading first falls 3 dB below what it is at low frequency, Hz; none where
-    /// it never does up to half of the sampling rate, or does not follow the reference at all.
+    /// Bandwidth, Hz: where the reading first falls 3 dB below its value at low frequency. `None` if it does
+    /// not fall so far up to half of the sampling rate, or does not follow the reference at all.
     ///
     /// # Errors
     /// As [`Self::at`].
@@ -141,7 +141,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
         if least == 0.0 { Ok(None) } else { self.falls_below(least, LOWEST_HZ) }
     }
 
-    /// The same of a loop whose bandwidth is known to be near a frequency.
+    /// Bandwidth of a loop that is known to have it near `near_hz`, Hz.
     ///
     /// # Errors
     /// As [`Self::at`].
@@ -154,7 +154,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
         self.bandwidth_hz()
     }
 
-    /// Where between two frequencies the reading falls below this, Hz.
+    /// The frequency between two others at which the reading falls below `least`, Hz.
     fn crossed_hz(&self, least: f64, mut above: f64, mut below: f64) -> Result<f64, AnalysisError> {
         while below > above * (1.0 + ACCURACY) {
             let middle = (above * below).sqrt();
@@ -166,8 +166,8 @@ impl<T: TimeDomain> ClosedLoop<T> {
         Ok(below)
     }
 
-    /// What of the reference is still followed beyond the bandwidth of a law with integral action, if it is
-    /// about as much over a good part of a decade.
+    /// The shelf beyond the bandwidth of a law with integral action, if the response is about constant over a
+    /// large part of a decade.
     ///
     /// # Errors
     /// As [`Self::at`].
@@ -185,7 +185,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
         Ok(Some(Shelf { share: far / low, to_hz }))
     }
 
-    /// The first frequency beyond one at which the reading is less than this, Hz.
+    /// The first frequency above `from_hz` at which the reading is less than `least`, Hz.
     fn falls_below(&self, least: f64, from_hz: f64) -> Result<Option<f64>, AnalysisError> {
         let mut above = from_hz;
         while above < self.highest_hz {
@@ -199,7 +199,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
     }
 }
 
-/// Whether a position is wanted and its speed is felt.
+/// Whether the reference is a position and the sensor measures its velocity.
 pub(crate) fn integrates(controller: &LoopController) -> bool {
     controller.motion_is_velocity
         && controller.motion.is_some()
@@ -221,8 +221,8 @@ pub(crate) fn law_of_reference(controller: &LoopController) -> Result<DiscreteSt
     )?)
 }
 
-/// From the reference to the output of a law on paper: it enters wherever the reading does, with the other
-/// sign, and may be fed forward.
+/// From the reference to the output of a continuous law: it enters with the reading, with opposite sign, and
+/// may be fed forward.
 fn continuous_reference(spec: &ControllerSpec, law: &DMatrix<C64>, s: C64) -> C64 {
     let of = |value: usize, rate: usize| -(law[(0, value)] + s * law[(0, rate)]);
     match &spec.law {

@@ -1,4 +1,4 @@
-//! Control laws as an analyst writes them on paper, in continuous time and without filters of readings.
+//! Control laws in continuous time, without filters of readings, as they are written on paper.
 
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ impl ContinuousLaw {
         }
     }
 
-    /// Whether the output depends on an input at all.
+    /// Whether the output depends on an input.
     pub(crate) fn uses(&self, input: usize) -> bool {
         self.d[input] != 0.0 || self.b.column(input).amax() > 0.0
     }

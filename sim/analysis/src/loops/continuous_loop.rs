@@ -1,4 +1,4 @@
-//! The loop as drawn on paper: laws in continuous time, no sampling, hold, delay or filters of sensors and
+//! The loop as drawn on paper: continuous laws without sampling, hold, delay or filters of sensors and
 //! readings. Drives keep their lags.
 
 use feeler_control::ControllerSpec;
@@ -29,7 +29,7 @@ impl ContinuousLoop {
         Ok(Self { whole, plant })
     }
 
-    /// From the output of one controller to a sensor; the other controllers closed.
+    /// From the output of one controller to a sensor, with the other controllers closed.
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
@@ -48,7 +48,7 @@ impl ContinuousLoop {
     /// State matrix of the closed loop. The plant's states come first.
     ///
     /// # Errors
-    /// [`AnalysisError::Improper`] where a law differentiates a signal that jumps with the command.
+    /// [`AnalysisError::Improper`] if a law differentiates a signal that jumps with the command.
     pub fn closed_loop(&self) -> Result<DMatrix<f64>, AnalysisError> {
         Ok(self.assemble(&self.specs(), None)?.a().clone())
     }
@@ -66,8 +66,8 @@ impl ContinuousLoop {
         Ok(self.assemble(&self.whole.specs_with(controller, gain, value)?, None)?.a().clone())
     }
 
-    /// The loop broken at the output of one controller, the others closed: from that output to what the
-    /// controller answers, negated.
+    /// The loop broken at the output of one controller, with the others closed: from that output to the
+    /// negated response of the controller.
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
@@ -75,7 +75,7 @@ impl ContinuousLoop {
         self.assemble(&self.specs(), Some((controller, Probe::Law)))
     }
 
-    /// Positions and speeds of the machine in a state of the loop.
+    /// Matrix from a state of the loop to positions and speeds of the machine.
     pub(crate) fn expand(&self) -> &DMatrix<f64> {
         &self.plant.reduced.expand
     }
@@ -84,7 +84,7 @@ impl ContinuousLoop {
         self.whole.controllers().iter().map(|c| c.spec.clone()).collect()
     }
 
-    /// All states and, per controller, its inputs as `H x + J u`; then the loop closed around them.
+    /// All states, and each controller's inputs as `H x + J u`; then the loop closed around them.
     fn assemble(
         &self,
         specs: &[ControllerSpec],
@@ -175,7 +175,7 @@ impl ContinuousLoop {
     }
 }
 
-/// A machine and its controllers without what is not on paper: filters and delays of sensors.
+/// A machine and its controllers without the filters and delays of sensors.
 fn on_paper(whole: &ControlLoop) -> Result<ControlLoop, AnalysisError> {
     whole.altered(|assembly, _| {
         for sensor in &mut assembly.sensors {
@@ -185,8 +185,8 @@ fn on_paper(whole: &ControlLoop) -> Result<ControlLoop, AnalysisError> {
     })
 }
 
-/// Controllers' outputs `p x + q u` drive `u`; the broken one's place is taken by the input, and the output
-/// is the probe, `c x + d u`.
+/// Controllers' outputs `p x + q u` drive `u`. The input replaces the broken one, and the output is the probe
+/// `c x + d u`.
 fn close(
     [a, b, p, q]: [&DMatrix<f64>; 4],
     drive_of: &[usize],

@@ -1,4 +1,4 @@
-//! A machine with its controllers, as linear theory sees them.
+//! A linearised machine with its controllers.
 
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::{LoopWiring, Program, Scenario};
@@ -11,12 +11,12 @@ use crate::machine::channel::{Reduction, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 use crate::machine::prepare::View;
 
-/// One controller and the signals that it reads and drives.
+/// One controller, with the signals that it reads and drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopController {
     /// Its name.
     pub name: String,
-    /// Whether it is the loop of a sampled servo, and the name that of its actuator.
+    /// Whether this is the loop of a sampled servo; its name is then that of the actuator.
     pub is_servo: bool,
     /// Law, gains and timing.
     pub spec: ControllerSpec,
@@ -31,21 +31,21 @@ pub struct LoopController {
 }
 
 impl LoopController {
-    /// The sensor through which the law closes its loop: what it controls, or the motion where it makes no
-    /// use of that.
+    /// The sensor through which the law closes its loop: the controlled quantity, or the motion if the law
+    /// does not use that quantity.
     pub fn fed_back(&self) -> Option<usize> {
         let unused = matches!(self.spec.law, Law::Impedance(gains) if gains.force_gain == 0.0);
         self.reading.filter(|_| !unused).or(self.motion)
     }
 
-    /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also
-    /// where it is zero so far, else [`Self::fed_back`].
+    /// The sensor through which the loop of a gain closes. For an impedance's force gain it is the force
+    /// sensor, even if the gain is zero; otherwise [`Self::fed_back`].
     pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
         if is_on_reading(&self.spec.law, gain) { self.reading.or(self.motion) } else { self.fed_back() }
     }
 
-    /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference
-    /// is a position, else what is read.
+    /// The sensor of the quantity that the reference prescribes and whose bandwidth is reported. Under an
+    /// impedance it is the motion, since its reference is a position; otherwise the reading.
     pub fn controlled(&self) -> Option<usize> {
         if matches!(self.spec.law, Law::Impedance(_)) {
             self.motion.or(self.reading)
@@ -64,7 +64,7 @@ pub struct ControlLoop {
     controllers: Vec<LoopController>,
 }
 
-/// The plant between the drives and the sensors in use, without idle states.
+/// The plant from drives to the sensors in use, without idle states.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopPlant {
     pub(crate) reduced: Reduction,
@@ -75,10 +75,10 @@ pub(crate) struct LoopPlant {
     pub(crate) drive_delay_s: Vec<f64>,
 }
 
-/// What a broken loop puts out.
+/// The output of a broken loop.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Probe {
-    /// The controller's output, negated: negative feedback is understood.
+    /// The controller's output, negated by the convention of negative feedback.
     Law,
     /// Its reading.
     Reading,
@@ -92,7 +92,7 @@ impl ControlLoop {
     pub fn new(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
         let assembly = program.motion().assembly().clone();
-        // What commands the target of a sampled servo acts on its loop, and not on the drive.
+        // A command for the target of a sampled servo acts on the servo's loop and not on the drive.
         let aims =
             |wiring: &LoopWiring<'_>| !wiring.is_servo && assembly.drives[wiring.drive].sampling().is_some();
         if let Some(outer) = program.loops().find(|loops| aims(loops) && loops.spec.law != Law::OpenLoop) {
@@ -113,8 +113,8 @@ impl ControlLoop {
         Ok(Self { plant, assembly, view: *view, controllers })
     }
 
-    /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a
-    /// motion sensor with that gain has one, also where the gain is zero in the scenario.
+    /// Linearises a scenario so that the gain of a key can be varied. A controller that needs a motion sensor
+    /// for that gain gets one, even if the gain is zero in the scenario.
     ///
     /// # Errors
     /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without
@@ -179,11 +179,11 @@ impl ControlLoop {
         AnalysisError::NoController { name: name.into(), known }
     }
 
-    /// Controller and gain that a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first
-    /// controller) names.
+    /// Controller and gain of a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first
+    /// controller).
     ///
     /// # Errors
-    /// [`AnalysisError::NoController`]; the gain itself is checked where it is set.
+    /// [`AnalysisError::NoController`]; the gain itself is checked when it is set.
     pub fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
         let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
         let of_servo = path.strip_prefix("actuators.");
@@ -197,8 +197,7 @@ impl ControlLoop {
         Ok((controller, gain.into()))
     }
 
-    /// The gain that is looked at unless another is asked for: of the first controller that closes a loop,
-    /// the first that is not zero.
+    /// The gain to analyse by default: the first nonzero gain of the first controller that closes a loop.
     pub fn default_gain_key(&self) -> Option<String> {
         let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
         let controller = self.controllers.iter().find(closes)?;

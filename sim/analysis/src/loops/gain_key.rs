@@ -1,11 +1,11 @@
-//! Gains of control laws by the names they have in files.
+//! Gains of control laws, by their names in files.
 
 use feeler_catalogue::{Field, Role};
 use feeler_control::{ControllerSpec, Law};
 
 use crate::error::AnalysisError;
 
-/// Names of the gains of a law, the most telling one first.
+/// Names of the gains of a law, the most important first.
 pub fn gain_names(law: &Law) -> Vec<&'static str> {
     law.gains().iter().map(|gain| gain.key.name).collect()
 }
@@ -28,7 +28,7 @@ pub fn with_gain(spec: &ControllerSpec, key: &str, value: f64) -> Result<Control
     Ok(changed)
 }
 
-/// The first gain of a law that is not zero, else its first; `None` for a law without gains.
+/// The first nonzero gain of a law, else its first; `None` for a law without gains.
 pub fn leading_gain(spec: &ControllerSpec) -> Option<&'static str> {
     let gains = spec.law.gains();
     let in_use = gains.iter().find(|gain| gain.number(&spec.law).is_some_and(|value| value != 0.0));

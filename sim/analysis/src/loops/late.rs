@@ -1,11 +1,12 @@
 //! Sampled loops with many samples of dead time.
 //!
-//! Lifted, every sample of delay is a state, and their eigenvalues cost too much. A whole number of
-//! samples is a factor `z^-n` of the loop broken at its controller, exactly, so here it stands beside a
-//! system of few states: responses and margins are those of that system, late. Gains at which a root of
-//! `1 + z^-n (H0 + k H1)` lies on the unit circle are those at which `-(1 + z^-n H0) / (z^-n H1)` is real;
-//! between them the number of unstable roots does not change, and at each it changes by the way that its root
-//! goes (D-decomposition; Neimark 1948).
+//! In a lifted loop every sample of delay is a state, and the eigenvalues become too expensive. A whole
+//! number of samples is exactly a factor `z^-n` of the loop broken at its controller. Here that factor stands
+//! beside a system with few states, so responses and margins are those of that system with a delay.
+//!
+//! A root of `1 + z^-n (H0 + k H1)` lies on the unit circle at gains for which `-(1 + z^-n H0) / (z^-n H1)`
+//! is real. Between these gains the number of unstable roots is constant. At each it changes in the direction
+//! in which the root crosses (D-decomposition; Neimark 1948).
 
 use std::f64::consts::TAU;
 
@@ -22,20 +23,20 @@ use crate::loops::sampled_loop::SampledLoop;
 use crate::machine::linearise::OutputRow;
 use crate::machine::modes::{VibrationMode, modes};
 
-/// From this many whole samples of delay on they stand beside the loop. Fewer cost less as states.
+/// From this number of whole samples on, a delay stands beside the loop. Fewer samples cost less as states.
 const LATE: usize = 12;
-/// The most samples that stand beside a loop: the work grows with their square, and these take a minute.
+/// Largest number of samples beside a loop: the work grows with their square, and these take a minute.
 const MOST_LATE: usize = 2000;
 /// A delay within this share of a whole number of samples is that number.
 const WHOLE: f64 = 1e-9;
-/// Shares of half of the sampling rate at which a loop's size is looked at, and whether it is a straight line
-/// in the gain.
+/// Shares of half of the sampling rate at which the size of a loop is measured, and whether it is affine in
+/// the gain.
 const PROBES: [f64; 7] = [1e-3, 3.1e-3, 1.1e-2, 3.3e-2, 0.1, 0.31, 0.93];
 /// Rounding within which it is.
 const AFFINE: f64 = 1e-9;
-/// A gain is real where its imaginary part is below this share of it; bisection leaves 1e-12 or so.
+/// A gain is real if its imaginary part is below this share of it; bisection leaves about 1e-12.
 const REAL: f64 = 1e-6;
-/// Halvings of a bracket of frequencies.
+/// Bisections of a bracket of frequencies.
 const HALVINGS: usize = 60;
 
 /// A sampled response: `z^-samples` times a system.
@@ -43,7 +44,7 @@ const HALVINGS: usize = 60;
 pub struct LateResponse {
     /// One input, one output.
     pub system: DiscreteStateSpace,
-    /// Whole samples of delay beside it.
+    /// Whole samples of delay beside the system.
     pub samples: usize,
 }
 
@@ -56,7 +57,7 @@ impl LateResponse {
         Ok(LoopTransfer::late(&self.system, self.samples)?)
     }
 
-    /// The response ready to be evaluated.
+    /// The response prepared for evaluation.
     pub(crate) fn evaluator(&self) -> Evaluator {
         Evaluator { response: TransferEvaluator::new(&self.system), samples: self.samples }
     }
@@ -83,8 +84,8 @@ impl Evaluator {
 }
 
 impl ControlLoop {
-    /// The loop broken at the output of one controller, the others closed: from that output to what the
-    /// controller answers, negated.
+    /// The loop broken at the output of one controller, with the others closed: from that output to the
+    /// negated response of the controller.
     ///
     /// # Errors
     /// Those of [`SampledLoop::open_loop`].
@@ -93,8 +94,8 @@ impl ControlLoop {
         Ok(LateResponse { system: SampledLoop::new(&short)?.open_loop(controller)?, samples })
     }
 
-    /// From the output of one controller, held, to any signal as it would be sampled by that controller just
-    /// before it acts; the other controllers closed.
+    /// From the held output of one controller to any signal, as that controller would sample it just before
+    /// it acts; the other controllers are closed.
     ///
     /// # Errors
     /// Those of [`SampledLoop::open_loop`].
@@ -111,9 +112,9 @@ impl ControlLoop {
         Ok(LateResponse { system: SampledLoop::response_to(&short, controller, output)?, samples })
     }
 
-    /// The same loop without the whole samples of delay between the output of a controller and the plant, and
-    /// of its sensor where it is part of the loop, and their number; as it is where they are few. A delay
-    /// that another controller shares stays where it is.
+    /// The same loop without its whole samples of delay, and their number. They lie between the output of a
+    /// controller and the plant, and in its sensor if that is part of the loop. If they are few, the loop is
+    /// unchanged. A delay that another controller shares stays.
     fn without_dead_time(
         &self,
         controller: usize,
@@ -125,7 +126,7 @@ impl ControlLoop {
             self.controllers().iter().enumerate().filter(|(i, _)| *i != controller).map(|(_, other)| other)
         };
         let own_drive = others().all(|other| other.drive != drive);
-        // With a second sensor beside it, its delay is no factor of the loop.
+        // If the law also uses a second sensor, this sensor's delay is not a factor of the loop.
         let alone = |sensor: &usize| {
             with_sensor
                 && others().all(|other| other.reading != Some(*sensor) && other.motion != Some(*sensor))
@@ -153,9 +154,9 @@ impl ControlLoop {
         Ok((short, samples))
     }
 
-    /// Stable values of a gain times a sign, from zero on, of a loop with much dead time; `None` where the
-    /// dead time is no factor of the loop, or the loop is no straight line in the gain. A delay beyond
-    /// [`MOST_LATE`] samples is refused.
+    /// Stable values, from zero on, of a gain times a sign in a loop with much dead time. `None` if the dead
+    /// time is not a factor of the loop, or if the loop is not affine in the gain. A delay of more than
+    /// [`MOST_LATE`] samples is an error.
     pub(crate) fn late_bands(
         &self,
         controller: usize,
@@ -189,7 +190,7 @@ fn whole_samples(delay_s: f64, period_s: f64) -> usize {
     (delay_s / period_s * (1.0 + WHOLE)).floor() as usize
 }
 
-/// Leaves of a delay what is no whole sample, and gives the number of those.
+/// Reduces a delay to its fraction of a sample and returns the number of whole samples.
 fn cut(delay_s: &mut f64, period_s: f64) -> usize {
     let samples = whole_samples(*delay_s, period_s);
     let left_s = *delay_s - samples as f64 * period_s;
@@ -201,11 +202,11 @@ fn cut(delay_s: &mut f64, period_s: f64) -> usize {
 struct Crossing {
     gain: f64,
     w: f64,
-    /// By how much the number of unstable roots rises with the gain there.
+    /// Increase of the number of unstable roots as the gain rises through this value.
     change: isize,
 }
 
-/// The search for stable gains of a loop with dead time, in units of a gain that makes a difference.
+/// The search for stable gains of a loop with dead time, in units of a gain that has a noticeable effect.
 struct LateSearch {
     whole: ControlLoop,
     samples: usize,
@@ -281,8 +282,8 @@ impl LateSearch {
         SampledLoop::new(&whole)?.open_loop(self.controller)
     }
 
-    /// The gain at which a root lies at this frequency, complex: only real ones are gains. Not a number at a
-    /// pole of the loop.
+    /// The complex gain for which a root lies at this frequency; only real values are gains. NaN at a pole of
+    /// the loop.
     fn gain_at(&self, w: f64) -> C64 {
         let z = C64::cis(w * self.period_s);
         let [Ok(one), Ok(two)] = [0, 1].map(|i| self.ends[i].at(z)) else {
@@ -328,7 +329,7 @@ impl LateSearch {
         Ok(found)
     }
 
-    /// 1 where the root at this frequency leaves the unit circle as the gain rises, -1 where it enters.
+    /// 1 if the root at this frequency leaves the unit circle as the gain rises, -1 if it enters.
     fn outwards(&self, w: f64, gain: f64) -> Result<isize, AnalysisError> {
         let z = C64::cis(w * self.period_s);
         let [one, two] = [self.ends[0].with_derivative(z)?, self.ends[1].with_derivative(z)?];
@@ -358,7 +359,7 @@ impl LateSearch {
         for (i, crossing) in crossings.iter().enumerate() {
             let mut after = unstable + crossing.change;
             if after <= 0 {
-                // What matters most is counted anew.
+                // Whether the loop is stable matters most, so unstable roots are counted anew.
                 let next = crossings
                     .get(i + 1)
                     .map_or(2.0 * crossing.gain, |next| 0.5 * (crossing.gain + next.gain));

@@ -1,4 +1,5 @@
-//! The actuator and the sensor between which a controller closes its loop, whatever else is looked at.
+//! The actuator and the sensor between which a controller closes its loop, independent of the analysed
+//! signals.
 
 use feeler_plant::description::{Machine, Quantity, SignalName};
 use serde::Serialize;
@@ -7,21 +8,21 @@ use crate::error::AnalysisError;
 use crate::loops::control_loop::ControlLoop;
 use crate::machine::modes::{ModeInPair, VibrationMode, classify};
 
-/// What gains, margins and limits are of: the loop of one controller.
+/// The loop of one controller, to which gains, margins and limits refer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LoopPair {
     /// The controller.
     pub controller: String,
     /// The command that it gives.
     pub input: String,
-    /// The signal that its sensor reads: that of motion, for a law that makes no use of a force, unless its
-    /// gain of force is asked for.
+    /// The signal that its sensor reads. For a law without force feedback it is the motion, unless its force
+    /// gain is analysed.
     pub output: String,
-    /// The signal whose bandwidth is reported: that of the reference.
+    /// The signal whose bandwidth is reported: the one that the reference prescribes.
     pub controlled: String,
 }
 
-/// The loop of a controller as one of its gains closes it, and what each mode is in it; `None` where the
+/// The loop of a controller as one of its gains closes it, and the class of each mode in it. `None` if the
 /// controller reads nothing.
 pub(crate) fn loop_pair(
     machine: &Machine,

@@ -1,10 +1,10 @@
-//! The sampled loop, exact: plant under every hold, fractional delays of controllers, drives and sensors,
+//! The exact sampled loop: the plant under every hold, fractional delays of controllers, drives and sensors,
 //! filters, and several rates.
 //!
-//! All of it is linear in what is known when a common period begins: the plant's state, the outputs held,
-//! those under way, signals taken early and not yet read, and the controllers' states. One period is walked
-//! through instant by instant with each quantity as a row over that vector (lifting); what stands at the end
-//! is the matrix of the loop.
+//! Everything is linear in the vector known when a common period begins: the plant's state, held outputs,
+//! outputs in transit, early readings, and the controllers' states. The code steps through one period,
+//! instant by instant, with each quantity as a row over that vector (lifting). The rows at the end are the
+//! matrix of the loop.
 
 use std::collections::VecDeque;
 
@@ -17,10 +17,10 @@ use crate::loops::control_loop::{ControlLoop, LoopPlant, Probe};
 use crate::loops::schedule::{Action, Schedule, Timing};
 use crate::machine::linearise::OutputRow;
 
-/// Spans that differ by less than this share one exponential, s: the engine's grid.
+/// Spans that differ by less than this share one exponential, s: the engine's time grid.
 const SAME_SPAN_S: f64 = 1e-15;
-/// Outputs and readings under way, at most, of a loop whose eigenvalues are sought: each is a state, and an
-/// analysis takes some ten seconds with a hundred of them and eight times as long with twice as many.
+/// Largest number of outputs and readings in transit if eigenvalues are needed. Each is a state. An analysis
+/// takes about ten seconds with a hundred of them, and eight times as long with twice as many.
 const MOST_STORED: usize = 100;
 
 /// The sampled loop of a [`ControlLoop`].
@@ -29,7 +29,7 @@ pub struct SampledLoop<'a> {
     whole: &'a ControlLoop,
     plant: LoopPlant,
     schedule: Schedule,
-    /// Per instant, how the plant gets from it to the next: transition and input matrix.
+    /// Per instant, transition and input matrix of the plant up to the next.
     spans: Vec<Span>,
     /// From the start of the period to the first instant.
     lead_in: Span,
@@ -94,8 +94,8 @@ impl<'a> SampledLoop<'a> {
         self.schedule.common_s
     }
 
-    /// The common period where some controller samples more than once in it, so that motions faster than half
-    /// of one over it look slower.
+    /// The common period, if some controller samples more than once in it. Motions above half of its inverse
+    /// then appear slower.
     pub(crate) fn alias_s(&self) -> Option<f64> {
         let common_s = self.schedule.common_s;
         let is_fast = |period_s: f64| period_s < 0.75 * common_s;
@@ -118,7 +118,7 @@ impl<'a> SampledLoop<'a> {
         self.closed_with(&self.specs())
     }
 
-    /// The same with the gain of every drive times a factor.
+    /// The same with the gain of every drive multiplied by a factor.
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
@@ -154,23 +154,23 @@ impl<'a> SampledLoop<'a> {
         Ok(eigenvalues(&self.closed_loop()?)?)
     }
 
-    /// Positions and speeds of the machine in a state of the loop.
+    /// Matrix from a state of the loop to positions and speeds of the machine.
     pub(crate) fn expand(&self) -> &DMatrix<f64> {
         &self.plant.reduced.expand
     }
 
-    /// The loop broken at the output of one controller, the others closed: from that output to what the
-    /// controller answers, negated.
+    /// The loop broken at the output of one controller, with the others closed: from that output to the
+    /// negated response of the controller.
     ///
     /// # Errors
-    /// [`AnalysisError::SlowerThanLoop`] where other controllers repeat more slowly, so that the broken loop
+    /// [`AnalysisError::SlowerThanLoop`] if other controllers repeat more slowly, so that the broken loop
     /// varies in time.
     pub fn open_loop(&self, controller: usize) -> Result<DiscreteStateSpace, AnalysisError> {
         self.broken(controller, Probe::Law)
     }
 
-    /// From the output of one controller, held, to any signal as it would be sampled by that controller just
-    /// before it acts; the other controllers closed.
+    /// From the held output of one controller to any signal, as that controller would sample it just before
+    /// it acts; the other controllers are closed.
     ///
     /// # Errors
     /// As [`Self::open_loop`].
@@ -214,14 +214,13 @@ impl<'a> SampledLoop<'a> {
         Ok(self.walk(specs, None)?.0)
     }
 
-    /// Samples under way when a common period begins.
+    /// Samples in transit when a common period begins.
     fn stored(&self) -> usize {
         self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>()
     }
 
-    /// One common period: what every entry of the lifted vector has become, as rows over the vector (and,
-    /// where the loop is broken, over the output that enters instead, as the last column); and the broken
-    /// controller's answer.
+    /// One common period: every entry of the lifted vector at its end, as rows over the vector. If the loop
+    /// is broken, the last column is the output that enters instead. Also the broken controller's response.
     fn walk(
         &self,
         specs: &[ControllerSpec],
@@ -290,7 +289,7 @@ impl<'a> SampledLoop<'a> {
         Ok((walk.into_matrix(), answer))
     }
 
-    /// Every entry of the lifted vector as itself.
+    /// The identity: every entry of the lifted vector as itself.
     fn start(&self, laws: &[LinearLaw], broken: bool) -> Walk {
         let n = self.plant.reduced.a.nrows();
         let controllers = laws.len();
@@ -316,7 +315,7 @@ impl<'a> SampledLoop<'a> {
         Walk { width, x: DMatrix::identity(n, width), held, pending, taken, states }
     }
 
-    /// Moves the plant on with its inputs held.
+    /// Advances the plant with its inputs held.
     fn advance(&self, walk: &mut Walk, (transition, step): &Span) {
         walk.x = transition * &walk.x;
         for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
@@ -345,7 +344,8 @@ impl Walk {
     }
 }
 
-/// One sample of a law: its states move on, and its output for reading and motion with the reference at rest.
+/// One sample of a law: advances its states and returns its output for reading and motion, with the reference
+/// at rest.
 fn step(law: &LinearLaw, states: &mut [RowDVector<f64>], inputs: &[RowDVector<f64>; 2]) -> RowDVector<f64> {
     let mix = |of_state: &[f64], of_input: &[f64; 3], states: &[RowDVector<f64>]| {
         let mut sum = &inputs[0] * of_input[1] + &inputs[1] * of_input[2];

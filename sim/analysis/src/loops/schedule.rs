@@ -1,39 +1,39 @@
-//! The instants of sampled controllers over the time after which they repeat together.
+//! Instants of sampled controllers over their common period.
 
 use crate::error::AnalysisError;
 
-/// Instants closer than this are one, s, as in the engine's clock.
+/// Instants closer than this are equal, s, as in the engine's clock.
 const SAME_INSTANT_S: f64 = 1e-12;
-/// The most samples of the fastest controller in a common period: a search for stable gains walks through
-/// them some hundred times.
+/// Largest number of samples of the fastest controller in a common period: a search for stable gains steps
+/// through them about a hundred times.
 const MOST_SAMPLES: usize = 1000;
 /// Ratios of periods this close to a fraction are that fraction.
 const COMMENSURATE: f64 = 1e-9;
 
-/// What a controller needs to be scheduled.
+/// Timing of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "the postfix is the unit")]
 pub(crate) struct Timing {
     pub(crate) period_s: f64,
     pub(crate) offset_s: f64,
-    /// From a sample to when its output acts.
+    /// Time from a sample until its output acts, s.
     pub(crate) output_delay_s: f64,
     /// Delays of the two sensors, absent if there is none.
     pub(crate) sensor_delay_s: [Option<f64>; 2],
 }
 
-/// What happens at an instant, in the order in which it happens.
+/// An action at an instant, in order of execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Action {
     /// The signal of a delayed sensor (0: reading, 1: motion) of a controller is taken.
     Take(usize, usize),
     /// A controller samples.
     Sample(usize),
-    /// The oldest output under way of a controller takes effect.
+    /// The oldest output in transit of a controller takes effect.
     Arrive(usize),
 }
 
-/// All instants of one common period, and what is under way when it begins.
+/// All instants of one common period, and what is in transit when it begins.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Schedule {
     pub(crate) common_s: f64,
@@ -41,7 +41,7 @@ pub(crate) struct Schedule {
     pub(crate) instants: Vec<(f64, Vec<Action>)>,
     /// Per controller, outputs under way.
     pub(crate) pending: Vec<usize>,
-    /// Per controller and sensor, signals taken and not yet read.
+    /// Per controller and sensor, signals taken but not yet read.
     pub(crate) taken: Vec<[usize; 2]>,
 }
 
@@ -54,8 +54,8 @@ impl Schedule {
         for (i, timing) in timings.iter().enumerate() {
             let delays = timing.sensor_delay_s.iter().flatten().copied();
             let reach_s = delays.fold(timing.output_delay_s, f64::max);
-            // Samples from so early that their outputs arrive in this period, to so late that their readings
-            // are taken in it.
+            // From the first sample whose output arrives in this period to the last sample whose reading is
+            // taken in it.
             let first = ((-reach_s - timing.offset_s) / timing.period_s).floor() as i64 - 1;
             let last = ((common_s + reach_s - timing.offset_s) / timing.period_s).ceil() as i64 + 1;
             for k in first..=last {
@@ -134,8 +134,8 @@ mod tests {
 
     #[test]
     fn truth_what_is_under_way_when_a_period_begins() {
-        // 2.5 samples late: at zero the outputs of the last two samples are still to come; half a sample of
-        // sensor delay takes one early.
+        // 2.5 samples late: at zero the outputs of the last two samples are still in transit. Half a sample
+        // of sensor delay takes one reading early.
         let schedule = Schedule::new(&[timing(1e-3, 2.5e-3, 0.5e-3)]).unwrap();
         assert_eq!((schedule.pending[0], schedule.taken[0]), (2, [1, 0]));
         assert_eq!(schedule.instants.len(), 2);

@@ -1,4 +1,4 @@
-//! What a controlled signal does after a step of the reference, the loop closed, by linear theory.
+//! Linear response of the controlled signal to a step of the reference, with the loop closed.
 
 use feeler_lti::DiscreteStateSpace;
 use feeler_plant::assembly::Source;
@@ -9,17 +9,17 @@ use crate::loops::closed_loop::{integrates, law_of_reference};
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::late::LateResponse;
 
-/// Samples of a response at most.
+/// Largest number of samples of a response.
 const MOST_SAMPLES: usize = 20_000;
-/// A response that has grown beyond this ends there.
+/// A response ends when it has grown beyond this.
 const FAR: f64 = 1e3;
 
-/// What is controlled after a step of the reference by one, at the samples of its controller.
+/// The controlled signal after a unit step of the reference, at the samples of its controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepResponse {
     /// The controller's period, s.
     pub period_s: f64,
-    /// From the step on, just before the controller acts.
+    /// Values from the step on, just before the controller acts.
     pub values: Vec<f64>,
 }
 
@@ -43,7 +43,7 @@ impl StepResponse {
         let samples = ((duration_s / period_s).ceil() as usize + 1).min(MOST_SAMPLES);
         let (mut values, mut sum) = (Vec::with_capacity(samples), 0.0);
         for _ in 0..samples {
-            // Neither plant nor loop answers a command before its next sample.
+            // Neither plant nor loop responds to a command before its next sample.
             let (value, fed_back) = (plant.output(), around.output());
             let command = law.step(1.0) - fed_back;
             plant.feed(command);
@@ -59,11 +59,11 @@ impl StepResponse {
     }
 }
 
-/// A system of one input and one output under way.
+/// A system with one input and one output, stepped in time.
 struct Line {
     system: DiscreteStateSpace,
     state: DVector<f64>,
-    /// The last outputs, which come later.
+    /// Outputs in the delay line.
     waiting: std::collections::VecDeque<f64>,
 }
 
@@ -81,7 +81,7 @@ impl Line {
         self.system.c().row(0).transpose().dot(&self.state)
     }
 
-    /// The output before the input of this sample.
+    /// The output before this sample's input acts.
     fn output(&self) -> f64 {
         self.waiting.front().copied().unwrap_or_else(|| self.own_output())
     }
@@ -96,7 +96,7 @@ impl Line {
         self.state = next;
     }
 
-    /// The output with the input of this sample in it.
+    /// The output after this sample's input has acted.
     fn step(&mut self, input: f64) -> f64 {
         let output = self.own_output() + self.system.d()[(0, 0)] * input;
         self.feed(input);

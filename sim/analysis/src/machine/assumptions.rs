@@ -1,4 +1,4 @@
-//! What of a machine linear theory leaves out, and what it takes in its place.
+//! Nonlinear properties of a machine, and what linear theory assumes instead.
 
 use feeler_plant::assembly::{Drive, Link};
 use feeler_plant::description::Engagement;
@@ -8,19 +8,19 @@ use serde::Serialize;
 use crate::loops::control_loop::ControlLoop;
 use crate::machine::prepare::{FrictionView, PlayView, View};
 
-/// One nonlinear property, and how it is taken.
+/// One nonlinear property and its linear replacement.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Assumption {
-    /// What has it: the key of an element, as in `springs.transmission`.
+    /// Key of the element with this property, as in `springs.transmission`.
     pub of: String,
     /// The property, as in `backlash`.
     pub property: &'static str,
-    /// What the linear model takes in its place.
+    /// What the linear model assumes.
     pub taken: String,
 }
 
 impl ControlLoop {
-    /// Every nonlinear property of machine and controllers, effects applied, with what stands in its place
+    /// Every nonlinear property of machine and controllers with effects applied, and its linear replacement
     /// under `view`.
     pub fn assumptions(&self, view: &View) -> Vec<Assumption> {
         let mut found = Found(Vec::new());
@@ -121,7 +121,7 @@ impl ControlLoop {
     }
 
     fn of_contacts(&self, view: &View, found: &mut Found) {
-        // As it is taken, beside as it is.
+        // The contacts as linearised, next to those of the file.
         let taken = &self.plant().motion().assembly().contacts;
         for (contact, taken) in self.assembly().contacts.iter().zip(taken) {
             if taken.engagement == Engagement::Free {
@@ -147,12 +147,12 @@ impl ControlLoop {
     }
 }
 
-/// What is said of every force over position.
+/// Text for every force that depends on position.
 const TANGENT: &str = "taken as its tangent where the machine rests: a stiffness";
-/// What is said of a spring beside far stiffer ones.
+/// Text for a spring between far stiffer ones.
 const LOST: &str = "lost in rounding beside the stiffness of its neighbours: the slow modes that it makes are \
      not determined; join the stiffly held bodies rigidly";
-/// What is said of every limit.
+/// Text for every limit.
 const NOT_REACHED: &str =
     "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
 

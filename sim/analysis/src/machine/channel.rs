@@ -1,4 +1,4 @@
-//! One input and one output of a machine: state space without idle states, and the delay beside it.
+//! One input and one output of a machine: a state space without idle states, and the delay beside it.
 
 use feeler_lti::{C64, Continuous, LtiError, StateSpace, ZeroPoleGain, frequencies_hz};
 use nalgebra::DMatrix;
@@ -11,8 +11,8 @@ const CANCELS: f64 = 1e-13;
 pub struct Channel {
     /// One input, one output.
     pub system: StateSpace,
-    /// What each state is, as in `motor.position`; a distance where bodies that nothing holds in place are
-    /// described by one.
+    /// Names of the states, as in `motor.position`. Bodies that nothing holds in place are described by
+    /// distances.
     pub states: Vec<String>,
     /// Delay of drive and sensor together, s.
     pub delay_s: f64,
@@ -84,12 +84,12 @@ pub(crate) struct Reduction {
     pub(crate) c: DMatrix<f64>,
     /// Original states from those kept.
     pub(crate) expand: DMatrix<f64>,
-    /// The states kept, and from which other each is a distance, if it is.
+    /// The states kept. Each may be a distance from another state, whose index follows.
     pub(crate) kept: Vec<(usize, Option<usize>)>,
 }
 
 impl Reduction {
-    /// What the states are, from what the original ones are.
+    /// Names of the states, from the names of the original ones.
     pub(crate) fn names(&self, of_all: &[String]) -> Vec<String> {
         let name = |(state, from): &(usize, Option<usize>)| match from {
             Some(from) => format!("{} - {}", of_all[*state], of_all[*from]),
@@ -99,9 +99,9 @@ impl Reduction {
     }
 }
 
-/// Replaces the positions of bodies that nothing holds in place by their distances from the first of them,
-/// then keeps the states that an input reaches and an output sees. The first `2 coordinates` states are
-/// positions and speeds.
+/// Replaces the positions of bodies that nothing holds by their distances from the first of them. Then keeps
+/// the states that an input reaches and an output observes. The first `2 coordinates` states are positions
+/// and speeds.
 pub(crate) fn reduce(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, coordinates: usize) -> Reduction {
     let whole = relative_coordinates(a, b, c, coordinates);
     let n = whole.a.nrows();
@@ -127,8 +127,8 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
         let free = (nc..2 * nc).all(|row| sum(&a, row).abs() <= CANCELS * size(&a, row));
         let (Some(&lead), true) = (group.first(), free && group.len() > 1) else { continue };
         let blind = |m: &DMatrix<f64>, row: usize| sum(m, row).abs() <= CANCELS * size(m, row);
-        // Drives and filters, too, may depend on distances only; what rounding leaves of the drift would join
-        // it to the loop.
+        // Drives and filters, too, may depend only on distances. Rounding would otherwise couple the drift to
+        // the loop.
         let blind_states: Vec<usize> = (nc..a.nrows()).filter(|&row| blind(&a, row)).collect();
         let blind_outputs: Vec<usize> = (0..c.nrows()).filter(|&row| blind(&c, row)).collect();
         for &g in &group[1..] {
@@ -155,7 +155,7 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
     Reduction { a, b, c, expand, kept }
 }
 
-/// Coordinates that springs join, in groups.
+/// Groups of coordinates that springs join.
 fn spring_groups(a: &DMatrix<f64>, nc: usize) -> Vec<Vec<usize>> {
     let mut group: Vec<usize> = (0..nc).collect();
     for _ in 0..nc {

@@ -6,14 +6,14 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::AnalysisError;
 
-/// Newton steps; laws of contact are smooth and convex, so a handful suffice.
+/// Newton steps; contact laws are smooth and convex, so a few suffice.
 const MAX_STEPS: usize = 60;
 /// Accelerations below this share of the largest single contribution are rounding.
 const BALANCED: f64 = 1e-10;
 /// Singular values below this share of the largest belong to directions in which nothing holds the machine.
 const FREE_DIRECTION: f64 = 1e-11;
 
-/// The operating point: extended vector at rest, drives holding what must be held.
+/// The operating point: extended vector at rest, with the drive inputs that hold the machine there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OperatingPoint {
     /// The extended vector of [`feeler_plant::motion::Layout`], with the values of the nonlinear terms.
@@ -43,12 +43,12 @@ pub(crate) fn eliminate(motion: &Motion, gradients: &[Row], row: &Row) -> Row {
     linear
 }
 
-/// What keeps a machine at rest.
+/// What holds a machine at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Holding {
-    /// Drives give what it takes for the first contact to carry this force, N.
+    /// Drives hold the machine so that the first contact carries this force, N.
     Preload(f64),
-    /// One drive gives this, the others nothing.
+    /// One drive has this command, the others zero.
     Drive {
         /// The drive.
         drive: usize,
@@ -57,8 +57,8 @@ pub(crate) enum Holding {
     },
 }
 
-/// Finds the state of rest nearest to the start under what holds it: positions, drive and filter states, and
-/// the inputs where they are not given.
+/// Finds the state of rest nearest to the start: positions, drive and filter states, and the inputs that are
+/// not given.
 pub(crate) fn equilibrium(
     motion: &Motion,
     equations: &Equations,
@@ -69,7 +69,7 @@ pub(crate) fn equilibrium(
     xi.resize(layout.width(), 0.0);
     xi[layout.one()] = 1.0;
     let nc = layout.coordinates();
-    // Speeds are zero, and inputs are what they are where they are given; all else may move.
+    // Speeds are zero and given inputs are fixed; everything else may change.
     let last = match holding {
         Holding::Preload(_) => layout.states() + layout.inputs(),
         Holding::Drive { .. } => layout.states(),
@@ -116,27 +116,27 @@ pub(crate) fn equilibrium(
         }
     }
     motion.fill_terms(equations, &mut xi);
-    // A linear machine looks the same wherever it stands.
+    // The linearisation of a linear machine does not depend on its position.
     if motion.terms().is_empty() {
         return Ok(OperatingPoint { xi, balanced: false });
     }
     Err(AnalysisError::NoEquilibrium { residual_m_per_s2: residual })
 }
 
-/// Moves everything in front of the first contact so far that the contact carries about this force: a power
-/// law has no slope at zero.
+/// Moves everything in front of the first contact until the contact carries about this force: a power law has
+/// no slope at zero.
 fn start_in_contact(motion: &Motion, equations: &Equations, preload_n: f64, xi: &mut [f64]) {
     let part = &motion.assembly().contacts[0];
     let depth = (preload_n.abs() / part.law.stiffness).powf(1.0 / part.law.exponent) * preload_n.signum();
     let missing = depth - dot(&equations.compression[0][0], xi);
-    // Coordinates on the tip's side move, those on the workpiece's stay.
+    // Coordinates on the tip's side move, those on the workpiece's side stay.
     let rows = equations.compression[0][0].iter().take(motion.layout().coordinates());
     for (x, _) in xi.iter_mut().zip(rows).filter(|(_, row)| **row > 0.0) {
         *x += missing;
     }
 }
 
-/// The smallest step (each unknown measured by its own effect) that takes `error` away.
+/// The smallest step that removes `error`; each unknown is weighted by its own effect.
 fn least_step(rows: &[Row], unknowns: &[usize], error: &DVector<f64>) -> DVector<f64> {
     let mut jacobian = DMatrix::from_fn(rows.len(), unknowns.len(), |i, j| rows[i][unknowns[j]]);
     let mut error = error.clone();

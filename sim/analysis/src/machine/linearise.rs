@@ -1,4 +1,4 @@
-//! Linearisation: a machine at rest, as the state space of its small motions.
+//! Linearisation: the state space of small motions of a machine about rest.
 
 use feeler_engine::EngineError;
 use feeler_lti::StateSpace;
@@ -13,12 +13,12 @@ use crate::machine::channel::{Channel, reduce};
 use crate::machine::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_gradients};
 use crate::machine::prepare::{View, without_switches};
 
-/// Small motions of a machine about an operating point: `x' = A x + B u` with one input per drive, its
-/// command.
+/// Small motions of a machine about an operating point: `x' = A x + B u`, with the command of each drive as
+/// an input.
 ///
 /// States are those of [`feeler_plant::motion::Layout`]: positions, speeds, then states of drives and sensor
-/// filters, all as deviations. Delays of drives and sensors are no part of it; they stand beside each input
-/// and output, exact.
+/// filters, all as deviations. Delays of drives and sensors are not part of it. They stand beside each input
+/// and output, exactly.
 #[derive(Clone, Debug)]
 pub struct LinearMachine {
     machine: Machine,
@@ -30,7 +30,7 @@ pub struct LinearMachine {
     b: DMatrix<f64>,
 }
 
-/// What keeps the machine at rest; a held command acts as far as deadband and limit let it.
+/// What holds the machine at rest. A held command acts within deadband and limit.
 fn holding(assembly: &Assembly, view: &View) -> Holding {
     let held = view.held.and_then(|held| assembly.drives.get(held.drive).map(|drive| (held, drive)));
     held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| Holding::Drive {
@@ -54,15 +54,16 @@ impl LinearMachine {
     /// Linearises a machine.
     ///
     /// # Errors
-    /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`] where a nonlinear machine cannot rest.
+    /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`] if a nonlinear machine cannot rest.
     pub fn new(machine: &Machine, view: &View) -> Result<Self, AnalysisError> {
         let mut assembly = assemble(machine).map_err(|problems| EngineError::Problems { problems })?;
-        // A machine without its loops has no samples: its servos are continuous.
+        // Without its loops a machine has no samples, so its servos are continuous.
         assembly.drives.iter_mut().for_each(Drive::make_continuous);
         Self::of_assembly(machine, &assembly, view)
     }
 
-    /// Linearises an assembly of this machine, which may differ from it in numbers and in what is rigid.
+    /// Linearises an assembly of this machine. It may differ from the machine in numbers and in what is
+    /// rigid.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -86,7 +87,7 @@ impl LinearMachine {
         &self.machine
     }
 
-    /// Its motion, with contacts, friction and limits as the view takes them.
+    /// Its motion, with contacts, friction and limits as in the view.
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
@@ -160,11 +161,11 @@ impl LinearMachine {
         }
     }
 
-    /// From the command of an actuator to a signal, with only the states that matter, and the delays of both
+    /// From the command of an actuator to a signal, with only the states that matter and the delays of both
     /// ends.
     ///
-    /// Bodies that nothing holds in place are described by their distances from one of them, so that their
-    /// drift is a pole at zero exactly, and is left out where the output does not see it.
+    /// Bodies that nothing holds in place are described by their distances from one of them. Their drift is
+    /// then a pole at exactly zero, and is left out if the output does not observe it.
     ///
     /// # Errors
     /// Those of [`Self::drive`] and [`Self::output`].

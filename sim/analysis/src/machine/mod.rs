@@ -1,4 +1,4 @@
-//! A machine as linear theory sees it: what is kept, where it rests, its state space and its modes.
+//! Linear models of a machine: view, operating point, state space and modes.
 
 pub(crate) mod assumptions;
 pub(crate) mod channel;

@@ -1,5 +1,4 @@
-//! Modes of vibration, and what each means for an actuator and a sensor: the paper's two kinds of
-//! flexibility.
+//! Modes of vibration and their classes for an actuator and a sensor: the paper's two kinds of flexibility.
 
 use std::f64::consts::TAU;
 
@@ -14,16 +13,14 @@ use crate::error::AnalysisError;
 use crate::machine::channel::Channel;
 use crate::machine::linearise::LinearMachine;
 
-/// Displacements below this share of the largest of any body are none.
+/// Displacements below this share of the largest one count as zero.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Modes whose bodies move less than this share of the state vector belong to filters: drives and plant move
-/// by 1e-7 and more.
+/// Modes whose bodies move less than this share of the state vector belong to filters. In modes of drives and
+/// plant, bodies move by 1e-7 or more.
 const NO_MOTION: f64 = 1e-11;
-/// Zeros are mirror images where they lie no farther apart than this share of their size: damping moves both
-/// to the left.
+/// Zeros are mirror images if they lie within this share of their size: damping moves both to the left.
 const MIRRORED: f64 = 0.3;
-/// Stiffness to ground, relative to the machine's largest, that holds free bodies while they are pushed
-/// quasi-statically.
+/// Stiffness to ground, relative to the machine's largest, that holds free bodies during a quasi-static push.
 const SLIGHT: f64 = 1e-12;
 
 /// Damping ratios below this are rounding.
@@ -99,44 +96,44 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<VibrationMode>, AnalysisError>
     Ok(modes)
 }
 
-/// What a mode is to an actuator and a sensor (Eppinger and Seering, sections V and VI).
+/// The class of a mode for an actuator and a sensor (Eppinger and Seering, sections V and VI).
 ///
-/// The class is relative to rigid-body motion, the phase to what lies below: between neighbouring modes of
-/// one class there is a pair of zeros, where the class changes there is none. The first noncolocated mode
-/// thus takes 180 degrees permanently; another one above it has the zeros beside it, and takes only what they
-/// gave (the workpiece's mode above that of the transmission, in the paper's machine with all three).
+/// The class is relative to rigid-body motion, the phase is relative to the modes below. Between neighbouring
+/// modes of one class there is a pair of zeros; where the class changes there is none. The first noncolocated
+/// mode thus takes 180 degrees permanently. A second one above it has zeros beside it and takes only what
+/// they gave. An example is the workpiece's mode above that of the transmission, in the paper's machine with
+/// all three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModeClass {
-    /// They move in the phase relation of rigid-body motion.
+    /// Actuator and sensor move in the phase relation of rigid-body motion.
     Colocated,
     /// They move opposite to it.
     Noncolocated,
-    /// One of them does not take part.
+    /// Actuator or sensor does not take part.
     Uninvolved,
 }
 
-/// A mode as an actuator and a sensor see it.
+/// A mode as an actuator and a sensor observe it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeInPair {
     /// Its class.
     pub class: ModeClass,
-    /// Whether it is the rigid-body motion itself: the mode that gives most of the way when the actuator
-    /// pushes slowly.
+    /// Whether the mode is the rigid-body motion: it contributes most of the displacement under a slow push
+    /// of the actuator.
     pub rigid_body: bool,
-    /// The pair of zeros that goes with it, the one with positive imaginary part; none for a mode that only
-    /// costs phase.
+    /// The pair of zeros that belongs to the mode, the one with positive imaginary part; `None` for a mode
+    /// that only costs phase.
     pub zero: Option<C64>,
-    /// Phase that is lost permanently beyond the mode: -180 for poles alone, 0 with a pair of zeros on the
-    /// left,
-    /// -360 with one on the right.
+    /// Phase change that remains beyond the mode: -180 for poles alone, 0 with a pair of zeros on the left,
+    /// -360 with a pair on the right.
     pub phase_change_deg: f64,
-    /// The largest lag on the way.
+    /// The largest phase lag near the mode.
     pub dip_deg: f64,
 }
 
 impl ModeInPair {
-    /// What the mode multiplies a loop by at `s`: 1 at zero frequency.
+    /// The mode's factor on the loop at `s`: 1 at zero frequency.
     pub fn factor(&self, mode: &VibrationMode, s: C64) -> C64 {
         let pair = |root: C64| (s - root) * (s - root.conj()) / root.norm_sqr();
         self.zero.map_or(C64::new(1.0, 0.0), pair) / pair(mode.eigenvalue)
@@ -163,9 +160,9 @@ fn displacement_row(plant: &LinearMachine, source: Source) -> Option<Row> {
 
 /// Classifies every mode for a drive and a signal.
 ///
-/// The rigid-body relation is that of a slow push of the drive: its sign is that of (displacement of the
-/// driven body against the reacting one) times (displacement that the sensor measures), bodies that nothing
-/// holds being free to go.
+/// The rigid-body relation is that of a slow push of the drive, with unheld bodies free to move. Its sign is
+/// that of the displacement of the driven body against the reacting one, times the displacement that the
+/// sensor measures.
 ///
 /// # Errors
 /// [`AnalysisError::NotLinear`] for a signal that measures no displacement; [`AnalysisError::Lti`].
@@ -201,7 +198,7 @@ pub fn classify(
         let energy: f64 = (0..nc).map(|g| mass(g) * mode.vector[layout.q(g)].norm_sqr()).sum();
         (along(stroke, mode).conj() * along(&sensed, mode)).re.abs() / (energy * mode.eigenvalue.norm_sqr())
     };
-    // Where the push carries the machine away, no mode is the rigid-body motion.
+    // If the push moves the whole machine away, no mode is the rigid-body motion.
     let given: f64 = modes.iter().map(share).sum();
     let carried_away = (slow_way(stroke) * slow_way(&sensed)).abs().sqrt() > 1e3 * given.sqrt();
     let rigid = (0..modes.len())
@@ -238,7 +235,7 @@ pub fn classify(
     Ok(described.collect())
 }
 
-/// Gives each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the
+/// Assigns each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the
 /// rigid-body motion last.
 fn pair_zeros(
     modes: &[VibrationMode],
@@ -269,8 +266,8 @@ fn pair_zeros(
     given
 }
 
-/// Pairs of zeros (of each the one above the axis) that are not half of a quadruple: what lies on the right
-/// and has its mirror image on the left takes as much phase as the image gives, and belongs to no mode.
+/// Pairs of zeros that are not half of a quadruple, each by its zero above the axis. A right zero takes as
+/// much phase as its mirror image on the left gives, so a quadruple belongs to no mode.
 fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
     let pairs = zeros.iter().copied().filter(|z| z.im > 1e-9 * z.norm());
     let (right, mut left): (Vec<C64>, Vec<C64>) = pairs.partition(|z| z.re > 0.0);
@@ -285,13 +282,12 @@ fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
     alone.into_iter().chain(left).collect()
 }
 
-/// Largest lag of a mode's factor: the least phase, continued from zero frequency.
+/// Largest lag of a mode's factor: the smallest phase, continued from zero frequency.
 fn dip_deg(pair: &ModeInPair, mode: &VibrationMode) -> f64 {
     let ends = [mode.eigenvalue, pair.zero.unwrap_or(mode.eigenvalue)];
     let low = ends.iter().map(|r| r.norm()).fold(f64::INFINITY, f64::min);
     let high = ends.iter().map(|r| r.norm()).fold(0.0, f64::max);
-    // Fine where the roots are: a tenth of the smallest damping, from a third of the lower to three times the
-    // higher.
+    // Steps of a tenth of the smallest damping, from a third of the lower root to three times the higher.
     let width = ends.iter().map(|r| (r.re / r.norm()).abs()).fold(f64::INFINITY, f64::min).clamp(1e-5, 0.1);
     let count = ((9.0 * high / low).ln() / (0.1 * width)).ceil().min(2e5) as usize;
     let response = (0..=count).map(|i| {
@@ -302,7 +298,7 @@ fn dip_deg(pair: &ModeInPair, mode: &VibrationMode) -> f64 {
     phase.into_iter().fold(0.0, f64::min).to_degrees()
 }
 
-/// Frequencies of modes that nothing damps and that a pair of actuator and sensor sees, Hz.
+/// Frequencies of undamped modes that a pair of actuator and sensor observes, Hz.
 pub(crate) fn undamped_hz(modes: &[VibrationMode], pairs: &[ModeInPair]) -> Vec<f64> {
     let seen = modes.iter().zip(pairs).filter(|(_, pair)| pair.class != ModeClass::Uninvolved);
     seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED)

@@ -1,4 +1,4 @@
-//! What of a machine is kept, frozen or left out before it is seen as linear.
+//! Removes or fixes the switching parts of a machine before it is linearised.
 
 use feeler_plant::assembly::{Assembly, Friction};
 use feeler_plant::description::Engagement;
@@ -6,12 +6,12 @@ use feeler_plant::description::Engagement;
 /// How the contacts are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactView {
-    /// Clamped and free contacts as the machine has them; a unilateral one touches, without preload.
+    /// Clamped and free contacts as in the machine; a unilateral one touches, without preload.
     #[default]
     AsDescribed,
-    /// All attached where the bodies stand at the start, without preload.
+    /// All contacts attached at the initial positions, without preload.
     Clamped,
-    /// All in contact, the first one pressed by this force (N); drives hold it.
+    /// All in contact; the first one carries this force (N), and drives hold it.
     Pressed {
         /// The force.
         preload_n: f64,
@@ -20,7 +20,7 @@ pub enum ContactView {
     Free,
 }
 
-/// How dry friction is taken, which has no linear counterpart.
+/// How dry friction is treated, which has no linear counterpart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrictionView {
     /// Everything slides in one direction: a constant force, which small motions do not feel.
@@ -58,13 +58,13 @@ pub struct View {
     pub friction: FrictionView,
     /// Free play.
     pub play: PlayView,
-    /// The one command under which the machine rests, no other drive giving anything; absent where drives
-    /// hold what must be held.
+    /// The single command under which the machine rests, with all other drives at zero. `None` if drives hold
+    /// the machine as needed.
     pub held: Option<HeldCommand>,
 }
 
 impl View {
-    /// All contacts clamped, which is what the paper's linear models assume.
+    /// All contacts clamped, as the paper's linear models assume.
     pub const CLAMPED: Self = Self {
         contact: ContactView::Clamped,
         friction: FrictionView::Ignored,
@@ -74,25 +74,24 @@ impl View {
     /// No contact.
     pub const FREE: Self = Self { contact: ContactView::Free, ..Self::CLAMPED };
 
-    /// The force with which the first contact is pressed.
+    /// Force on the first contact at the operating point.
     pub fn preload_n(&self) -> f64 {
         if let ContactView::Pressed { preload_n } = self.contact { preload_n } else { 0.0 }
     }
 }
 
-/// The machine without anything that switches: limits are not reached, deadbands are crossed, bodies start at
-/// rest.
+/// The machine without switches: limits are not reached, deadbands are crossed, and bodies start at rest.
 pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
     let mut frozen = assembly.clone();
     for node in &mut frozen.nodes {
         node.velocity_m_per_s = 0.0;
     }
     for contact in &mut frozen.contacts {
-        // What a surface does to a linear machine is a disturbance, and no part of it.
+        // Motion of a surface is a disturbance and not part of the linear machine.
         contact.profile = None;
         contact.engagement = match (view.contact, contact.engagement) {
             (ContactView::Free, _) | (ContactView::AsDescribed, Engagement::Free) => Engagement::Free,
-            // In contact, a unilateral law is the clamped one about its operating point.
+            // In contact a unilateral law equals the clamped one about its operating point.
             _ => Engagement::Clamped,
         };
     }
@@ -101,7 +100,7 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
             link.rigid = true;
         }
         link.friction = Friction::NONE;
-        // At rest neither direction acts, drag has no slope, and bristles are a spring and a damper.
+        // At rest asymmetry does not act, drag has no slope, and bristles are a spring and a damper.
         (link.asymmetry, link.drag) = (0.0, 0.0);
         if let Some(bristle) = link.bristle.take() {
             link.stiffness += bristle.stiffness;

@@ -1,5 +1,5 @@
-//! What a page shows of a loop: frequency responses, sampled and continuous, and root loci over the gain in
-//! question.
+//! Curves that a page shows of a loop: frequency responses, sampled and continuous, and root loci over the
+//! gain in question.
 
 use std::f64::consts::TAU;
 
@@ -20,50 +20,50 @@ use crate::machine::linearise::OutputRow;
 use crate::machine::outer_force::commanded;
 use crate::report::{Report, Request};
 
-/// Points of a response over its whole band, evenly spaced on a logarithmic scale; fewer where it is one of
-/// many in a row.
+/// Points of a response over its whole band, evenly spaced on a logarithmic scale; fewer if it is one of
+/// many.
 const POINTS: usize = 500;
 const BRIEF_POINTS: usize = 200;
 /// Points on each side of every resonance and antiresonance, spaced by its own width.
 const POINTS_BESIDE: i32 = 12;
-/// Between neighbouring points a response changes by no more than this share of itself, and a loop and its
-/// closed form on the sphere of complex numbers by no more than this much of its radius: curves look round,
-/// on a logarithmic scale and in the plane, wherever they are.
+/// Largest change between neighbouring points: of a response relative to itself, and of the open and closed
+/// loop on the Riemann sphere relative to its radius. Curves then look smooth on a logarithmic scale and in
+/// the plane.
 const CHANGE: f64 = 0.12;
 const ARC: f64 = 0.02;
-/// Periods of the crossover that the answer to a step is followed at a phase margin of 60°; more at less,
-/// down to this; and how long it is where nothing crosses.
+/// Duration of a step response in periods of the crossover: this at a phase margin of 60°, more at less. Also
+/// the lower limit of the margin in degrees, and the duration without a crossover.
 const STEP_PERIODS: f64 = 5.0;
 const LITTLE_DEG: f64 = 6.0;
 const STEP_S: f64 = 0.5;
-/// Halvings of a step, and points, at most.
+/// Largest number of bisections of a step, and of points.
 const HALVINGS: usize = 12;
 const MOST_POINTS: usize = 3000;
 const MOST_BRIEF_POINTS: usize = 600;
 
-/// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half
-/// of the sampling rate.
+/// Responses over frequency. NaN where a response does not exist: at a pole on the axis, and above half of
+/// the sampling rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     /// Hz, rising.
     pub frequencies_hz: Vec<f64>,
     /// From command to output in continuous time, delays of drive and sensor exact.
     pub plant: Vec<C64>,
-    /// The same under the controller's hold, sampled; absent without a controller.
+    /// The same under the controller's hold, sampled; `None` without a controller.
     pub plant_sampled: Option<Vec<C64>>,
-    /// The loop broken at its controller, without sampling, delay and filters; absent as the continuous gain
-    /// of a [`Report`].
+    /// The loop broken at its controller, without sampling, delay and filters; `None` if the [`Report`] has
+    /// no continuous gain.
     pub open: Option<Vec<C64>>,
     /// The loop broken at its controller, as built.
     pub open_sampled: Option<Vec<C64>>,
     /// Half of the sampling rate, Hz.
     pub nyquist_hz: Option<f64>,
-    /// What is controlled after a step of the reference, sampled, gains as in the file.
+    /// The controlled signal after a step of the reference, sampled, with the gains of the file.
     pub step: Option<StepResponse>,
     /// Root locus of the continuous loop.
     pub locus: Option<Locus>,
-    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent if a long delay
-    /// makes its branches countless.
+    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; `None` if a long delay gives
+    /// too many branches.
     pub locus_sampled: Option<Locus>,
 }
 
@@ -106,7 +106,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         if broken.is_some() {
             step = StepResponse::new(&whole, *controller, step_s(report))?;
         }
-        // Hundreds of branches, one for each sample of a long delay, would show nothing.
+        // A long delay has hundreds of branches, one for each sample, which would show nothing.
         let late = broken.as_ref().is_some_and(|open| open.samples > 0);
         open_sampled = broken.as_ref().map(at_late);
         if !late {
@@ -127,7 +127,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
             open = Some(at(&broken));
             let closed = |k: f64| continuous.closed_loop_with(*controller, key, k);
             let zeros = broken.zeros().unwrap_or_default();
-            // The sampled one is shown first.
+            // The sampled locus is shown first.
             if locus_sampled.is_none() || !request.brief {
                 locus = Some(follow(None, closed, zeros, present, range.stable[1], fineness)?);
             }
@@ -157,7 +157,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     })
 }
 
-/// How long the answer to a step is worth a look, s: some periods of the crossover, many where it rings.
+/// Duration of the step response to show, s: some periods of the crossover, more if it rings.
 fn step_s(report: &Report) -> f64 {
     let Some(margins) = report.margins() else { return STEP_S };
     let hz = margins.crossover_hz.or(report.looped.as_ref().and_then(|looped| looped.bandwidth_hz));
@@ -168,7 +168,7 @@ fn step_s(report: &Report) -> f64 {
 /// A response over frequency (Hz).
 type Response = Box<dyn Fn(f64) -> C64>;
 
-/// Frequencies (Hz) with as many more between as the curves need to look round.
+/// Adds frequencies (Hz) until the curves look smooth.
 fn refined(
     mut frequencies_hz: Vec<f64>,
     most_points: usize,
@@ -212,7 +212,7 @@ impl Point {
             2.0 * (a - b).norm() > ARC * ((1.0 + a.norm_sqr()) * (1.0 + b.norm_sqr())).sqrt()
         };
         let closed = |l: &C64| l / (l + 1.0);
-        // What is not a number is far from nothing.
+        // NaN counts as a change.
         self.values.iter().zip(&other.values).any(change)
             || self
                 .loops
@@ -222,7 +222,7 @@ impl Point {
     }
 }
 
-/// From a drive's held command to a signal, the loops of all controllers open.
+/// From a drive's held command to a signal, with all control loops open.
 fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<LateResponse, AnalysisError> {
     let alone = whole.altered(|_, controllers| {
         let mut kept = controllers.swap_remove(controller);
@@ -232,7 +232,7 @@ fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<
     alone.response_to(0, row)
 }
 
-/// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the
+/// Frequencies (Hz) that resolve every root near the axis, and end beyond the last root and half of the
 /// sampling rate.
 fn grid(roots: &[C64], nyquist_hz: Option<f64>, points: usize) -> Vec<f64> {
     let sizes = || roots.iter().map(|r| r.norm() / TAU).filter(|f| *f > 1e-3);
@@ -257,7 +257,7 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>, points: usize) -> Vec<f64> {
 /// The next of 1, 2, 5, 10 ... from a number on.
 fn round_above(value: f64) -> f64 {
     let decade = 10_f64.powf(value.log10().floor());
-    // A number that is round already stays, but for rounding.
+    // A value that is already round stays, up to rounding.
     let reaches = |round: &&f64| **round * decade >= value * (1.0 - 1e-9);
     [1.0, 2.0, 5.0].iter().find(reaches).map_or(10.0 * decade, |round| round * decade)
 }

@@ -1,9 +1,8 @@
-//! Frequency responses measured on the simulated machine as an analyst would on the robot, with the linear
-//! response beside them.
+//! Frequency responses measured on the simulated machine, as an analyst would measure them on the robot, with
+//! the linear response beside them.
 //!
-//! The command is held between samples and the output is sampled at the same instants, just before the next
-//! command acts; the linear response that is laid over the measured one is that of the held and sampled
-//! machine, delays exact.
+//! The command is held between samples. The output is sampled at the same instants, just before the next
+//! command acts. The linear response is that of the held and sampled machine with exact delays.
 
 use std::f64::consts::TAU;
 
@@ -22,19 +21,19 @@ use crate::error::AnalysisError;
 use crate::loops::control_loop::ControlLoop;
 use crate::machine::prepare::{HeldCommand, View};
 
-/// Segments of which the coherence beside a local polynomial is formed.
+/// Number of segments that give the coherence for a local polynomial estimate.
 const COHERENCE_SEGMENTS: usize = 16;
 
 /// What is measured, and how the command is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
-    /// The machine, engaged as it shall be measured.
+    /// The machine, with the engagement of the measurement.
     pub machine: Machine,
     /// The actuator that is excited.
     pub actuator: String,
     /// The signal that is recorded; a sensor's reading comes with its noise and delay.
     pub output: SignalName,
-    /// Time for which each command is held, and between samples of the record, s.
+    /// Time for which each command is held, and sample period of the record, s.
     pub hold_s: f64,
     /// Mean of the command, in its unit.
     pub offset: f64,
@@ -42,7 +41,7 @@ pub struct Experiment {
     pub seed: u64,
 }
 
-/// How noise is turned into a response.
+/// How a response is estimated from noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoiseMethod {
     /// Averages over Hann-windowed segments that overlap by half.
@@ -52,11 +51,11 @@ pub enum NoiseMethod {
         /// H1, H2 or Hv.
         estimator: Estimator,
     },
-    /// Local polynomials through neighbouring lines of the whole record: leakage is estimated and taken away.
+    /// Local polynomials through neighbouring lines of the whole record: leakage is estimated and removed.
     LocalPolynomial(LocalPolynomialSettings),
 }
 
-/// What the actuator is excited with.
+/// The excitation of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Excitation {
@@ -71,14 +70,14 @@ pub enum Excitation {
     Multisine {
         /// Period, s; a whole number of holds.
         period_s: f64,
-        /// Periods that are evaluated, at least two.
+        /// Number of periods that are evaluated, at least two.
         periods: usize,
-        /// Periods before them, while transients die away.
+        /// Number of periods before them, in which transients decay.
         transient_periods: usize,
-        /// Draws of the phases; from two on, nonlinear distortion is told apart from noise.
+        /// Number of phase realisations; with two or more, nonlinear distortion is separated from noise.
         realisations: usize,
     },
-    /// A linear chirp that is followed until the machine is at rest again.
+    /// A linear chirp, recorded until the machine is at rest again.
     Chirp {
         /// Length of the sweep, s.
         sweep_s: f64,
@@ -89,11 +88,11 @@ pub enum Excitation {
     },
     /// One sine after the other.
     SteppedSine {
-        /// How many frequencies, evenly spaced on a logarithmic scale.
+        /// Number of frequencies, evenly spaced on a logarithmic scale.
         points: usize,
-        /// Time for transients at each, s.
+        /// Time for transients at each frequency, s.
         settle_s: f64,
-        /// Time that is evaluated at each, s.
+        /// Time that is evaluated at each frequency, s.
         measure_s: f64,
     },
 }
@@ -105,12 +104,12 @@ pub struct MeasuredResponse {
     pub estimate: ResponseEstimate,
     /// The machine's linear response with hold, sampling and delays, at the frequencies of the estimate.
     pub linear: Vec<C64>,
-    /// Per frequency, variance of a single realisation due to nonlinear distortion; only from two
-    /// realisations of a multisine on.
+    /// Per frequency, variance of a single realisation due to nonlinear distortion; only for a multisine with
+    /// two or more realisations.
     pub distortion_variance: Option<Vec<f64>>,
-    /// Per frequency, variance of the estimate due to noise alone; as the distortion.
+    /// Per frequency, variance of the estimate due to noise alone; available as the distortion is.
     pub noise_variance: Option<Vec<f64>>,
-    /// Whether there is distortion beyond the noise; as the distortion.
+    /// Whether there is distortion beyond the noise; available as the distortion is.
     pub evidence: Option<Evidence>,
 }
 
@@ -133,7 +132,7 @@ pub fn response_from_noise(
         }
         NoiseMethod::LocalPolynomial(settings) => {
             let mut estimate = local_polynomial(input, output, sample_s, &settings, band_hz)?;
-            // Neighbouring lines have no coherence of their own; that of averaged segments speaks for them.
+            // Neighbouring lines have no coherence of their own; that of averaged segments stands for them.
             let segment = (input.len() / COHERENCE_SEGMENTS).max(2);
             let segments = cross_spectra(input, output, sample_s, &WelchSettings::hann(segment))?;
             let coherence = segments.coherence();
@@ -146,11 +145,11 @@ pub fn response_from_noise(
     })
 }
 
-/// What rounding of a long simulation makes of a response, as a share of itself and of the largest: standard
-/// deviations.
+/// Rounding of a long simulation as standard deviations of a response: a share of itself, and of the largest
+/// value.
 const ROUNDING: (f64, f64) = (1e-12, 1e-14);
 
-/// A simulation without noise is exact to rounding, which its bands have to hold.
+/// A simulation without noise is exact to rounding, which its confidence bands must include.
 fn add_rounding(estimate: &mut ResponseEstimate) {
     let largest = estimate.response.iter().map(|g| g.norm()).fold(0.0, f64::max);
     for (variance, g) in estimate.variance.iter_mut().zip(&estimate.response) {
@@ -163,8 +162,8 @@ impl Experiment {
     /// frequencies and estimates the response.
     ///
     /// # Errors
-    /// The mistakes of the machine; [`AnalysisError::RunEnded`] where the motion diverges;
-    /// [`AnalysisError::Lti`] for a record too short.
+    /// The mistakes of the machine; [`AnalysisError::RunEnded`] if the motion diverges;
+    /// [`AnalysisError::Lti`] for a record that is too short.
     pub fn measure(
         &self,
         excitation: &Excitation,
@@ -221,7 +220,7 @@ impl Experiment {
             }
             Excitation::Chirp { sweep_s, rest_s, half_width } => {
                 let amplitude = rms * 2.0_f64.sqrt();
-                // The ends of the band lie within the sweep, where its spectrum is flat.
+                // The sweep extends beyond the band, so its spectrum is flat within the band.
                 let end_hz = (1.1 * high_hz).min(0.499 / self.hold_s);
                 let (start_hz, duration_s, offset) = (0.5 * low_hz, sweep_s, self.offset);
                 let spec = ReferenceSpec::Chirp {
@@ -244,8 +243,8 @@ impl Experiment {
         Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance, evidence })
     }
 
-    /// How the machine is taken where it is seen as linear: at rest under the mean of the command. A velocity
-    /// source has no rest but at zero.
+    /// The view for linearisation: at rest under the mean of the command. A velocity source rests only at
+    /// zero.
     pub fn view(&self) -> View {
         let drive = self.machine.actuators.get_full(&self.actuator);
         let held = drive.filter(|(_, _, actuator)| {

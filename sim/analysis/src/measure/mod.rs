@@ -1,4 +1,4 @@
-//! What is measured or drawn of a loop.
+//! Measured responses and drawn curves of a loop.
 
 pub(crate) mod curves;
 pub mod frf;

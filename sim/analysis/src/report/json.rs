@@ -1,4 +1,4 @@
-//! A report as programs read it: all on one level, `null` or empty where there is no loop.
+//! A report as programs read it: one flat level, with `null` or empty values if there is no loop.
 
 use serde::{Serialize, Serializer};
 

@@ -1,4 +1,4 @@
-//! Everything at once, in the shape that programs read (`feeler analyze --json`).
+//! The complete analysis, as programs read it (`feeler analyze --json`).
 
 mod json;
 mod of_loop;
@@ -27,25 +27,24 @@ use crate::workers::Workers;
 
 pub use of_loop::{GainReport, LoopReport, StableRange, WhyNoWaterfall};
 
-/// What to analyse; what is absent is chosen from the scenario.
+/// The request: absent fields are chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// An actuator's command, or the force from outside on a body, as in `tip.force`; else that of the
-    /// actuator of the controller in question, or of the first actuator.
+    /// An actuator's command, or the external force on a body, as in `tip.force`. The default is the actuator
+    /// of the controller in question, or the first actuator.
     pub input: Option<SignalName>,
-    /// A signal; else what the sensor of the controller in question reads, the first contact's spring force,
-    /// what the first sensor reads, or the position of the driven body.
+    /// A signal. The default is what the sensor of the controller in question reads, then the first contact's
+    /// spring force, the reading of the first sensor, or the position of the driven body.
     pub output: Option<SignalName>,
-    /// A gain; else the first controller's leading one.
+    /// A gain; by default the first controller's leading one.
     pub gain: Option<String>,
     /// How the machine is taken.
     pub view: View,
-    /// Whether to find out how the bandwidth answers to every mass, stiffness and damping.
+    /// Whether to compute sensitivities of the bandwidth to every mass, stiffness and damping.
     pub sensitivities: bool,
     /// Who finds them out.
     pub workers: Workers,
-    /// Whether to leave out what takes long: the account of the bandwidth, and chatter by describing
-    /// functions.
+    /// Whether to skip the slow parts: the waterfall of the bandwidth, and chatter by describing functions.
     pub brief: bool,
 }
 
@@ -60,7 +59,7 @@ pub struct ModeReport {
     pub class: ModeClass,
     /// Its class in the loop; absent without one.
     pub class_in_loop: Option<ModeClass>,
-    /// Phase that is lost permanently beyond it.
+    /// Phase that remains lost beyond it.
     pub phase_change_deg: f64,
     /// Largest lag on the way.
     pub phase_dip_deg: f64,
@@ -114,8 +113,8 @@ pub struct Report {
     pub input: String,
     /// The output.
     pub output: String,
-    /// Force with which the first contact is pressed where the machine is linearised, N (N m for a rotary
-    /// machine); absent without one.
+    /// Force on the first contact at the operating point, N (N m for a rotary machine); `None` without a
+    /// contact.
     pub preload_n: Option<f64>,
     /// Exact delay from input to output beside poles and zeros, s.
     pub delay_s: f64,
@@ -127,26 +126,26 @@ pub struct Report {
     pub poles_hz: Vec<f64>,
     /// Moduli over 2 pi, conjugate pairs once.
     pub zeros_hz: Vec<f64>,
-    /// The response, without its delay, is this times the product of (s - zero) over the product of (s -
-    /// pole); absent if the output does not depend on the input.
+    /// Gain of the factored form: the response without its delay is this times the product of (s - zero) over
+    /// the product of (s - pole). `None` if the output does not depend on the input.
     pub zero_pole_gain: Option<f64>,
-    /// The linear system of which these are poles and zeros.
+    /// The linear system with these poles and zeros.
     pub state_space: StateSpaceReport,
     /// Modes by rising frequency.
     pub modes: Vec<ModeReport>,
     /// The loop of the gain in question; absent without a controller that closes a loop.
     pub looped: Option<LoopReport>,
-    /// Frequencies of modes without any damping that the loop sees, Hz.
+    /// Frequencies of undamped modes that the loop observes, Hz.
     pub undamped_hz: Vec<f64>,
-    /// Chatter of a contact that only pushes, as describing functions predict it; empty where there is none
-    /// or the theory does not apply.
+    /// Chatter of a contact that only pushes, as describing functions predict it; empty if there is none or
+    /// the theory does not apply.
     pub limit_cycles: Vec<LimitCycle>,
-    /// What of the machine is not linear, and what is taken in its place.
+    /// Nonlinear properties of the machine and their linear replacements.
     pub assumptions: Vec<Assumption>,
 }
 
 impl Report {
-    /// Between which signals the loop is closed.
+    /// The signals between which the loop is closed.
     pub fn pair(&self) -> Option<&LoopPair> {
         self.looped.as_ref()?.pair.as_ref()
     }
@@ -161,7 +160,7 @@ impl Report {
         self.looped.as_ref()?.margins.as_ref()
     }
 
-    /// What limits the bandwidth, and the account behind it.
+    /// The waterfall: what limits the bandwidth.
     pub fn waterfall(&self) -> Option<&Waterfall> {
         self.looped.as_ref()?.waterfall.as_ref()
     }
@@ -171,12 +170,12 @@ impl Report {
         self.looped.as_ref()?.limit()
     }
 
-    /// Why nothing is said of what limits the bandwidth.
+    /// Why there is no waterfall.
     pub fn why_no_waterfall(&self) -> Option<&WhyNoWaterfall> {
         self.looped.as_ref()?.why_no_waterfall.as_ref()
     }
 
-    /// What to change first; empty unless asked for.
+    /// Sensitivities, the most important first; empty unless requested.
     pub fn sensitivities(&self) -> &[Sensitivity] {
         self.looped.as_ref().map_or(&[], |of| &of.sensitivities)
     }

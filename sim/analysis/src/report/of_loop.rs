@@ -1,4 +1,4 @@
-//! What is known of the loop that one gain of a controller closes.
+//! The loop that one gain of a controller closes.
 
 use feeler_plant::description::Machine;
 use serde::Serialize;
@@ -18,40 +18,39 @@ use crate::workers::Workers;
 /// A loop: stable gains, margins, and what limits its bandwidth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopReport {
-    /// Between which signals it is closed, whatever input and output of the report are; absent if the
+    /// The signals between which it is closed, independent of the report's input and output; `None` if the
     /// controller reads nothing.
     pub pair: Option<LoopPair>,
     /// The gain and its stable values.
     pub gain: GainReport,
     /// Absent if the loop varies in time.
     pub margins: Option<MarginReport>,
-    /// Frequency at which the reading first falls 3 dB below what it is at low frequency, gains as in the
-    /// file, Hz; absent if the loop is unstable, or never falls.
+    /// Frequency at which the reading first falls 3 dB below its value at low frequency, with the gains of
+    /// the file, Hz. `None` if the loop is unstable or the reading never falls so far.
     pub bandwidth_hz: Option<f64>,
-    /// What limits the bandwidth; absent without margins or a continuous loop to begin from.
+    /// What limits the bandwidth; `None` without margins or a continuous loop to start from.
     pub waterfall: Option<Waterfall>,
-    /// Why there is no waterfall; absent if there is one.
+    /// Why there is no waterfall; `None` if there is one.
     pub why_no_waterfall: Option<WhyNoWaterfall>,
-    /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
+    /// What to stiffen, lighten or damp first, the most important first; empty unless requested.
     pub sensitivities: Vec<Sensitivity>,
-    /// By what they are ranked; absent if there are none.
+    /// The criterion of the ranking; `None` without sensitivities.
     pub ranked_by: Option<RankedBy>,
 }
 
 /// Stable values of a gain about its present value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StableRange {
-    /// Smallest and largest stable gain of those that are not below zero (of those below, where the present
-    /// gain is); absent if there is none.
+    /// Smallest and largest stable gain of the interval at or above zero, or below zero if the present gain
+    /// is; `None` if there is none.
     pub stable: [Option<f64>; 2],
-    /// Frequency at the upper edge, Hz (at the lower one where there is no upper).
+    /// Frequency at the upper edge, Hz; at the lower edge if there is no upper one.
     pub edge_hz: Option<f64>,
-    /// Index of the mode that the motion at that edge is most like.
+    /// Index of the mode that the motion at that edge resembles most.
     pub edge_mode: Option<usize>,
-    /// Both edges of the interval, the lower one wherever it is, also below zero; absent if the interval
-    /// has no end.
+    /// Both edges of the interval, also a lower one below zero; `None` where the interval has no end.
     pub edges: [Option<Edge>; 2],
-    /// Every interval on either side of zero, rising.
+    /// Every interval on both sides of zero, rising.
     pub intervals: Vec<Band>,
     /// Every interval of gains from zero on.
     pub all: GainBands,
@@ -64,17 +63,17 @@ pub struct GainReport {
     pub key: String,
     /// Its value in the file.
     pub present: f64,
-    /// In the loop without sampling, delay and filters; absent if the law has no such form.
+    /// In the loop without sampling, delay and filters; `None` if the law has no such form.
     pub continuous: Option<StableRange>,
     /// In the loop as built.
     pub sampled: StableRange,
 }
 
-/// Why the bandwidth of a loop has no account.
+/// Why there is no waterfall of the bandwidth of a loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum WhyNoWaterfall {
-    /// Another controller is sampled more slowly, so that the loop broken at this one varies in time.
+    /// Another controller samples more slowly, so the loop broken at this one varies in time.
     SlowerLoop {
         /// This one.
         controller: String,
@@ -82,24 +81,24 @@ pub enum WhyNoWaterfall {
         period_s: f64,
         /// The period with which all repeat together, s.
         common_s: f64,
-        /// The controller that has this period, at which the loop can be broken; absent if no period is a
+        /// The controller with this period, at which the loop can be broken; `None` if no period is a
         /// multiple of all others.
         slowest: Option<String>,
     },
-    /// The law's continuous form differentiates a signal that jumps with the command, so that there is no
-    /// loop on paper.
+    /// The law's continuous form differentiates a signal that jumps with the command, so there is no
+    /// continuous loop.
     NoContinuousForm {
         /// The controller.
         controller: String,
     },
 }
 
-/// A loop with what each mode is in it, where the controller reads something.
+/// A loop, and each mode's part in it if the controller reads something.
 type LoopAndModes = (LoopReport, Option<Vec<ModeInPair>>);
 
 impl LoopReport {
-    /// The loop that the gain `key` closes, with what each of `modes` is in it; of a controller that reads
-    /// nothing modes are as `classified`. `workers` find the sensitivities, where these are asked for.
+    /// The loop that the gain `key` closes, with the class of each of `modes` in it. If the controller reads
+    /// nothing, modes are as `classified`. `workers` compute the sensitivities if these are requested.
     pub(super) fn new(
         machine: &Machine,
         whole: &ControlLoop,
@@ -139,7 +138,7 @@ impl LoopReport {
         Ok((report, in_loop))
     }
 
-    /// What limits the bandwidth; absent without a waterfall.
+    /// What limits the bandwidth; `None` without a waterfall.
     pub fn limit(&self) -> Option<Limit> {
         self.waterfall.as_ref().map(|waterfall| waterfall.limit)
     }
@@ -182,7 +181,7 @@ fn margins(
     }
 }
 
-/// Sensitivities, and by what they are ranked.
+/// Sensitivities and the criterion of their ranking.
 fn ranked(
     whole: &ControlLoop,
     key: &str,
@@ -201,7 +200,7 @@ fn ranked(
 }
 
 impl GainReport {
-    /// Whether the file's own value lies beyond every stable interval of the loop as built.
+    /// Whether the file's own value lies outside every stable interval of the loop as built.
     pub fn is_unstable_as_set(&self) -> bool {
         let holds = |band: &Band| {
             let from = band.lower.as_ref().map_or(f64::NEG_INFINITY, |edge| edge.gain);
@@ -215,7 +214,7 @@ impl GainReport {
 impl StableRange {
     fn about(present: f64, all: GainBands, below: BelowZero) -> Self {
         let intervals = all.joined(below);
-        // Of a gain that is not below zero, those below are asked for by nobody.
+        // If the present gain is not below zero, intervals below zero do not matter.
         let asked = |band: &&Band| present < 0.0 || band.upper.as_ref().is_none_or(|edge| edge.gain > 0.0);
         let Some(band) = nearest(intervals.iter().filter(asked), present).cloned() else {
             return Self { intervals, all, ..Self::default() };

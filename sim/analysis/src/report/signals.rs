@@ -1,4 +1,4 @@
-//! The input and the output that a report is of.
+//! The input and the output of a report.
 
 use feeler_engine::Scenario;
 use feeler_plant::assembly::Source;
@@ -9,7 +9,7 @@ use crate::loops::control_loop::ControlLoop;
 use crate::report::Request;
 
 impl Request {
-    /// Input, where none is `asked` for that of the loop, and output.
+    /// Input, by default that of the loop, and output.
     pub(super) fn signals(
         &self,
         asked_input: Option<SignalName>,
@@ -17,7 +17,7 @@ impl Request {
         whole: &ControlLoop,
     ) -> Result<(SignalName, SignalName), AnalysisError> {
         let machine = &scenario.machine;
-        // The controller whose gain is asked for, if it reads something.
+        // The controller with the requested gain, if it reads something.
         let key = self.gain.clone().or_else(|| whole.default_gain_key());
         let asked =
             key.and_then(|key| whole.gain_of_key(&key).ok()).map(|(i, gain)| (&whole.controllers()[i], gain));
@@ -33,7 +33,7 @@ impl Request {
         });
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
         let read = sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
-        // A contact that is absent feels nothing: what moves then is the body that would touch.
+        // An absent contact has no force, so the output is the motion of the body that would touch.
         let felt = |(i, (name, contact)): (usize, (&String, &Contact))| {
             let part = whole.plant().motion().assembly().contacts.get(i)?;
             Some(match part.engagement {
@@ -43,7 +43,7 @@ impl Request {
         };
         let pressed = || machine.contacts.iter().enumerate().find_map(felt);
         let any_sensor = || machine.sensors.values().next().map(|sensor| sensor.reads.clone());
-        // Where nothing is sensed, the body that is driven tells what the drive does.
+        // Without a sensor, the motion of the driven body shows the effect of the drive.
         let driven = || {
             let (_, actuator) = machine.actuators.get_index(drive)?;
             let body = [&actuator.on, &actuator.reacts_on].into_iter().find(|end| *end != GROUND)?;

@@ -1,4 +1,4 @@
-//! What limits a bandwidth, and what is said where nothing can be.
+//! What limits a bandwidth, and the report if there is no waterfall.
 
 use std::f64::consts::TAU;
 
@@ -37,7 +37,7 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     assert!(kp / (1.0 + kp) < 0.70 && last.bandwidth_hz.unwrap() < 3.0, "{last:?}");
     let shelf = last.shelf.unwrap();
     assert!((shelf.share / (kp / (1.0 + kp)) - 1.0).abs() < SHELF && shelf.to_hz > 20.0, "{shelf:?}");
-    // Every step down is that of the ingredient and that of the gain it allows.
+    // Every step down is the product of the ingredient and of the gain that it allows.
     let first = stages.iter().position(|stage| stage.largest_gain.is_some()).unwrap();
     assert!(stages[first].bandwidth_at_gain_before_hz.is_none());
     for pair in stages[first..]

@@ -1,4 +1,4 @@
-//! Readings against references, the loop closed.
+//! Responses of readings to references, with the loop closed.
 
 use crate::common::{control, force_loop, machine};
 use feeler_analysis::{ClosedLoop, ControlLoop, StepResponse, View};
@@ -9,7 +9,7 @@ use feeler_control::{
 use feeler_engine::{Scenario, Simulation, Trace};
 use feeler_plant::description::Spring;
 
-/// What counts as low frequency is 1e-3 Hz, the bandwidth some 30 Hz: the square of the ratio, and room.
+/// Low frequency is 1e-3 Hz and the bandwidth about 30 Hz: the square of the ratio, with a margin.
 const LOW_IS_NOT_ZERO: f64 = 1e-8;
 /// A sampled loop lags by a period and a half at most, 0.015 ms: 3e-3 rad at 30 Hz, times the steepness of a
 /// lead and a lightly damped loop.
@@ -133,13 +133,13 @@ fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     assert!((amplitude / expected - 1.0).abs() < 1e-6, "{amplitude} {expected}");
 }
 
-/// The linear machine stepped sample by sample has the numbers of the simulated one to rounding, which a few
-/// hundred products of exponentials make 1e-10 of the step.
+/// The linear machine stepped by samples equals the simulated one to rounding. A few hundred products of
+/// exponentials give 1e-10 of the step.
 const ROUNDING: f64 = 1e-9;
 
 #[test]
 fn truth_a_step_by_theory_is_that_of_the_simulation() {
-    // The second has more samples of delay than become states.
+    // The second has more samples of delay than the limit for states.
     for (kp, delay_s) in [(0.3, 4e-4), (0.02, 2.05e-2)] {
         let mut scenario = force_loop(kp, delay_s);
         scenario.controllers["force"].spec.reference = ReferenceSpec::Constant(1.0);

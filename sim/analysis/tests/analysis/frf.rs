@@ -73,15 +73,15 @@ fn truth_friction_shows_as_distortion_and_sensor_noise_does_not() {
     let values = vec![8.0; definition.parameters.len()];
     rubbing.machine.springs["guide"].effects.push(EffectUse { definition, values });
     let (noise, friction) = (distortion_over_noise(&noisy), distortion_over_noise(&rubbing));
-    // With four realisations distortion alone gives four times the variance of their mean; noise alone leaves
-    // the excess of its own spread.
+    // With four realisations, distortion alone gives four times the variance of their mean. Noise alone
+    // leaves the excess of its own spread.
     assert!(friction > 3.0 && noise < 0.5 * friction, "{friction} with friction, {noise} with noise alone");
 }
 
 #[test]
 fn regress_far_below_a_resonance_a_linear_machine_has_no_distortion() {
-    // A slow filter makes the response fall by 120 dB from its resonance to the end of the band: there
-    // rounding of the whole outweighs the line.
+    // A slow filter lowers the response by 120 dB from its resonance to the end of the band. Rounding of the
+    // whole record exceeds the line there.
     let mut falling = experiment();
     falling.machine.actuators["drive"].kind = ActuatorKind::Force { bandwidth_hz: Some(2.0) };
     falling.output = "tip.position".parse().unwrap();
@@ -93,7 +93,7 @@ fn regress_far_below_a_resonance_a_linear_machine_has_no_distortion() {
         measured.linear.iter().map(size).fold((f64::MIN, f64::MAX), |(a, b), g| (a.max(g), b.min(g)));
     assert!(largest - smallest > 120.0, "{largest} {smallest}");
     assert!(!measured.evidence.unwrap().is_beyond_noise);
-    // And every band that knows no noise still knows of rounding.
+    // A band without noise still includes rounding.
     let bands = measured.estimate.confidence(0.95);
     let inside = (0..bands.len()).filter(|&i| {
         let radius = bands[i].magnitude_high - measured.estimate.response[i].norm();

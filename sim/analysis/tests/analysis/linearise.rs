@@ -22,8 +22,8 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     let preload_n: f64 = 25.0;
     let view = View { contact: ContactView::Pressed { preload_n }, ..View::default() };
     let plant = LinearMachine::new(&machine, &view).unwrap();
-    // F = k d^1.5, so dF/dd = 1.5 k d^0.5 at d = (F / k)^(2/3); a slow force of the drive arrives at the
-    // sensor whole.
+    // F = k d^1.5, so dF/dd = 1.5 k d^0.5 at d = (F / k)^(2/3). A slow force of the drive reaches the sensor
+    // completely.
     let depth = (preload_n / 3e8).powf(2.0 / 3.0);
     let compression = plant.channel(&command(), &SignalName::new("tool", Quantity::Compression)).unwrap();
     let softness = compression.system.dc_gain().unwrap()[(0, 0)];
@@ -44,7 +44,7 @@ fn truth_a_held_command_presses_as_hard_as_it_arrives() {
     machine.actuators["drive"]
         .effects
         .push(EffectUse { definition: deadband, values: vec![width_n; deadband.parameters.len()] });
-    // The drive is all that pushes, so that the contact carries what the deadband leaves of 30 N.
+    // Only the drive pushes, so the contact carries 30 N less the deadband.
     let held = View { held: Some(HeldCommand { drive: 0, command: 30.0 }), ..View::default() };
     let pressed = View { contact: ContactView::Pressed { preload_n: 30.0 - width_n }, ..View::default() };
     let [held, pressed] = [held, pressed].map(|view| LinearMachine::new(&machine, &view).unwrap());
@@ -57,13 +57,13 @@ fn truth_free_bodies_drift_with_a_pole_at_zero_exactly() {
     let mut machine = machine();
     machine.springs["guide"].damping_n_s_per_m = 0.0;
     let plant = LinearMachine::new(&machine, &View::FREE).unwrap();
-    // Acceleration does not see where the machine stands; two free speeds remain, of which the common one is
-    // a pole at zero.
+    // Acceleration does not depend on position. Two free speeds remain; their common motion is a pole at
+    // zero.
     let channel = plant.channel(&command(), &SignalName::new("tip", Quantity::Acceleration)).unwrap();
     assert_eq!(channel.system.states(), 3);
     let poles = channel.poles().unwrap();
     assert!(poles[0].norm() < 1e-9 * poles[1].norm(), "{poles:?}");
-    // At low frequency the machine is its mass.
+    // At low frequency the machine acts as its mass.
     let slow = channel.frequency_response(&[0.01]).unwrap()[0];
     assert!((slow.re * 12.0 - 1.0).abs() < 1e-6 && slow.im.abs() < 1e-6, "{slow}");
 }
@@ -79,7 +79,7 @@ fn truth_a_sticking_guide_holds_its_body() {
     let slides = LinearMachine::new(&machine, &view(FrictionView::Ignored)).unwrap();
     let sticks = LinearMachine::new(&machine, &view(FrictionView::Stuck)).unwrap();
     assert_eq!((slides.motion().layout().coordinates(), sticks.motion().layout().coordinates()), (2, 1));
-    // What is left is the tip between transmission and sensor.
+    // The tip between transmission and sensor remains.
     let own = feeler_analysis::modes(&sticks).unwrap();
     let expected = f64::sqrt(1.4e6 / 5.0) / std::f64::consts::TAU;
     assert!((own[0].frequency_hz() / expected - 1.0).abs() < 1e-9);

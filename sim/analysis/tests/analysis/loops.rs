@@ -14,10 +14,10 @@ use feeler_plant::description::{Body, GROUND, LowPass, Quantity};
 use feeler_plant::effects::{EffectUse, find};
 use nalgebra::{DMatrix, DVector};
 
-/// Two ways to the same edge, both good to about 1e-11.
+/// Two methods for the same edge, each accurate to about 1e-11.
 const SAME_EDGE: f64 = 1e-9;
 
-/// The largest stable gain; not a number where there is none to be had.
+/// The largest stable gain; NaN if there is none.
 fn bands(scenario: &Scenario, key: &str) -> f64 {
     let found = ControlLoop::new(scenario, &View::CLAMPED).and_then(|whole| whole.sampled_bands(key));
     found.map_or(f64::NAN, |bands| bands.first_upper())
@@ -33,7 +33,7 @@ fn truth_it_does_not_matter_where_in_the_loop_a_delay_is() {
     for other in [bands(&late_sensor, "kp"), bands(&both, "kp")] {
         assert!((other / late_controller - 1.0).abs() < SAME_EDGE, "{other} {late_controller}");
     }
-    // Nor when the first sample is.
+    // Nor does the instant of the first sample.
     let mut shifted = force_loop(0.1, 1.3e-3);
     shifted.controllers["force"].spec.offset_s = 0.37e-3;
     assert!((bands(&shifted, "kp") / late_controller - 1.0).abs() < SAME_EDGE);
@@ -79,7 +79,7 @@ fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() 
 fn regress_what_no_ingredient_s_absence_makes_stable_is_not_called_unlimited() {
     let mut scenario = force_loop(0.3, 0.0);
     let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
-    // Far beyond what the axis bears of an integral at any proportional gain.
+    // Far beyond the integral gain that the axis tolerates at any proportional gain.
     gains.ki = 1e5;
     let request = Request { gain: Some("kp".into()), view: View::CLAMPED, ..Request::default() };
     let report = analyze(&scenario, &request).unwrap();
@@ -90,8 +90,8 @@ fn regress_what_no_ingredient_s_absence_makes_stable_is_not_called_unlimited() {
     assert_eq!(serde_json::to_value(stiff.1).unwrap(), "none");
 }
 
-/// Lifted loops of every law, several rates, delays and filters: what the matrix says of a state after a
-/// common period, the engine does.
+/// Lifted loops of every law, several rates, delays and filters: the matrix predicts the state after a common
+/// period as the engine computes it.
 #[test]
 fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
     let force = Law::ExplicitForce(ForceGains {
@@ -146,7 +146,7 @@ fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
         let program = Program::new(&scenario).unwrap();
         let states = program.motion().layout().states();
         let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
-        // Only speeds at the start: controllers begin settled at their first readings, which then are zero as
+        // Only speeds at the start: controllers begin settled at their first readings, which are then zero as
         // in the lifted loop.
         let mut start = vec![0.0; states];
         start[2] = 0.3;
@@ -191,13 +191,13 @@ fn truth_report_of_the_flexible_axis_has_the_contract_s_shape() {
     assert_eq!(report.modes[1].class, ModeClass::Noncolocated);
     assert!((report.modes[1].phase_change_deg + 180.0).abs() < 1e-12);
     assert_eq!(report.limit(), Some(Limit::Sampling));
-    // The branch that becomes unstable starts at the rigid-body motion, which the flexible mode robs of its
-    // phase (the paper's Fig. 8).
+    // The unstable branch starts at the rigid-body motion; the flexible mode takes its phase (the paper's
+    // Fig. 8).
     assert_eq!(report.gain().unwrap().continuous.as_ref().unwrap().edge_mode, Some(0));
 }
 
-/// A damped mode's phase is at its end value to 2 zeta f0 / f: at a thousand times the highest mode, 1e-3
-/// degrees of it is left.
+/// A damped mode's phase reaches its final value to 2 zeta f0 / f: at a thousand times the highest mode, 1e-3
+/// degrees remain.
 const PHASE_LEFT_DEG: f64 = 0.1;
 
 #[test]
@@ -214,8 +214,8 @@ fn truth_what_modes_cost_for_good_is_what_the_phase_loses() {
     machine.actuators["drive"].reacts_on = "base".into();
     let report = analyze(&scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
     let classes: Vec<ModeClass> = report.modes.iter().map(|mode| mode.class).collect();
-    // The transmission turns what lies above it; the workpiece's mode, noncolocated like it, comes with the
-    // zeros between both.
+    // The transmission reverses everything above it. The workpiece's mode is noncolocated too, so zeros lie
+    // between both.
     assert_eq!(
         classes,
         [ModeClass::Colocated, ModeClass::Colocated, ModeClass::Noncolocated, ModeClass::Noncolocated]
@@ -224,7 +224,7 @@ fn truth_what_modes_cost_for_good_is_what_the_phase_loses() {
     assert_eq!(lost.iter().map(|v| v.round() as i32).collect::<Vec<_>>(), [0, -180, -180, 0]);
     let plant = feeler_analysis::LinearMachine::new(&scenario.machine, &View::CLAMPED).unwrap();
     let channel = plant.channel(&report.input.parse().unwrap(), &report.output.parse().unwrap()).unwrap();
-    // The transmission's damping is a real zero, 90 degrees of lead in the end.
+    // The transmission's damping is a real zero, with 90 degrees of lead at high frequency.
     assert_eq!(report.zeros.iter().filter(|zero| zero[1].abs() < 1e-9).count(), 1);
     let frequencies: Vec<f64> =
         (0..40_000).map(|i| 0.1 * 10_f64.powf(7.0 * f64::from(i) / 40_000.0)).collect();
@@ -235,7 +235,7 @@ fn truth_what_modes_cost_for_good_is_what_the_phase_loses() {
 
 #[test]
 fn truth_an_edge_of_a_whole_machine_which_nothing_holds_is_of_no_mode() {
-    // A late position loop swings the whole machine at some hertz, far below its only mode.
+    // A delayed position loop oscillates as a whole at a few hertz, far below its only mode.
     let mut scenario = force_loop(0.0, 0.0);
     scenario.machine.sensors.insert("end".into(), sensor("tip", Quantity::Position));
     let law = Law::Position(PositionGains {
@@ -274,7 +274,7 @@ fn truth_sensitivities_of_a_rigid_axis_follow_its_scaling() {
     let whole = ControlLoop::new(&force_loop(0.3, 0.0), &View::CLAMPED).unwrap();
     let all = whole.sensitivities("kp", Workers::default()).unwrap();
     let of = |key: &str| all.iter().find(|s| s.key == key).unwrap();
-    // More contact stiffness means more loop gain for the same kp, so less of it is stable.
+    // More contact stiffness means more loop gain for the same kp, so the stable range shrinks.
     assert!(of("contacts.tool.stiffness").largest_gain_relative < -0.3);
     assert!(of("springs.transmission.stiffness").largest_gain_relative > 0.0);
     assert_eq!(all.len(), 7);
@@ -287,8 +287,8 @@ fn truth_unknown_names_are_told() {
     assert!(matches!(whole.sampled_bands("stiffness"), Err(AnalysisError::NoGain { .. })));
 }
 
-/// Feedback of a static contact with the sign turned: at kp = -1 the loop gives exactly what the contact
-/// takes, whatever holds or samples it.
+/// Feedback of a static contact with reversed sign: at kp = -1 the loop cancels the contact force exactly,
+/// whatever holds or samples it.
 #[test]
 fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
     let mut scenario = force_loop(0.3, 0.0);
@@ -307,7 +307,7 @@ fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
         assert!((upper.gain - range.stable[1].unwrap()).abs() < SAME_EDGE && upper.frequency_hz > 10.0);
         assert_eq!((range.stable[0], range.intervals.len()), (Some(0.0), 1));
     }
-    // Of a gain below zero, the interval it lies in is the one asked for.
+    // For a gain below zero, the report gives the interval that contains it.
     let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
     gains.kp = -0.5;
     let negative = range(&scenario).sampled;
@@ -344,12 +344,12 @@ fn truth_matrices_and_factors_of_a_report_are_one_response() {
     );
 }
 
-/// A bisected frequency is good to 1e-16 of itself, and the gain there to that times how fast it turns: some
-/// 1e3 for fifty samples of delay.
+/// A bisected frequency is accurate to 1e-16 relative. The gain there is accurate to that times its phase
+/// rate: about 1e3 for fifty samples of delay.
 const LATE_EDGE: f64 = 1e-9;
 
-/// Eigenvalues of the lifted loop and the real gains of the frequency response are two ways to the same
-/// edges. Thirty samples of delay are looked for by the second.
+/// Eigenvalues of the lifted loop and the real gains of the frequency response are two methods for the same
+/// edges. Thirty samples of delay use the second.
 #[test]
 fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     let late = force_loop(0.02, 30.4e-3);
@@ -368,7 +368,7 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
         (increase.factor * 0.02 / edge.gain - 1.0).abs() < LATE_EDGE
             && (increase.frequency_hz - edge.frequency_hz).abs() < 1e-6
     );
-    // Of a loop that is unstable several times over, it is this edge that its gain must fall to.
+    // For a loop that is unstable several times over, the gain must fall to this edge.
     let unstable = analyze(&force_loop(3.0, 30.4e-3), &Request { view: View::CLAMPED, ..Request::default() })
         .unwrap()
         .looped
@@ -380,7 +380,7 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
             && (unstable.gain_decrease.unwrap() * 3.0 / edge.gain - 1.0).abs() < LATE_EDGE,
         "{unstable:?}"
     );
-    // Where in the loop the delay is makes no difference.
+    // The place of the delay in the loop makes no difference.
     for [command_s, drive_s, sensor_s] in [[0.4e-3, 30e-3, 0.0], [5e-3, 5.4e-3, 20e-3], [0.0, 0.0, 30.4e-3]] {
         let mut other = force_loop(0.02, command_s);
         let definition = find("command-delay").unwrap();
@@ -393,8 +393,8 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     }
 }
 
-/// An integral loop of half a second of delay, 500 samples: nearly all of its phase is the delay's, and K tau
-/// k = pi / 2 but for the hold.
+/// An integral loop with half a second of delay, 500 samples. Nearly all of its phase comes from the delay,
+/// so K tau k = pi / 2 except for the hold.
 #[test]
 fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
     let mut scenario = force_loop(0.0, 0.5);
@@ -405,7 +405,7 @@ fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
     let report = analyze(&scenario, &request).unwrap();
     let gain = report.gain().unwrap();
     let expected = std::f64::consts::FRAC_PI_2 / 0.5;
-    // Lags of hold, integrator's sample and the damped contact, 12 ms of 500 in all.
+    // Lags of hold, the integrator's sample and the damped contact: 12 ms of 500 in total.
     assert!((gain.sampled.stable[1].unwrap() / expected - 1.0).abs() < 0.03, "{:?}", gain.sampled.edges);
     assert!(gain.sampled.edges[0].as_ref().unwrap().gain.abs() < SAME_EDGE);
     assert!(
@@ -424,7 +424,8 @@ fn regress_a_delay_that_is_no_factor_of_the_loop_is_refused_when_it_is_too_long(
     assert!(matches!(refused, Err(AnalysisError::LongDelay { stored: 500, .. })), "{refused:?}");
 }
 
-/// Central differences of steps of 1e-3 and 2e-3 of a curve that bends by its own size over a few per cent.
+/// Central differences with steps of 1e-3 and 2e-3, on a curve that changes by its own size over a few per
+/// cent.
 const DIFFERENCES: f64 = 0.05;
 
 /// A mode of 105 Hz under fast sampling: the response falls 3 dB on the far flank of its peak.
@@ -440,7 +441,7 @@ fn truth_advice_is_by_the_largest_gain_where_the_bandwidth_rides_a_mode() {
         (slow.waterfall().unwrap().rides_mode, slow.ranked_by()),
         (None, Some(RankedBy::BandwidthAndGain))
     );
-    // What raises both is worth most; the contact's stiffness trades gain for bandwidth.
+    // Parameters that raise both are worth most; the contact's stiffness trades gain for bandwidth.
     assert!(
         !slow.sensitivities()[0].trades
             && slow.sensitivities().last().unwrap().key == "contacts.tool.stiffness"
@@ -455,7 +456,7 @@ fn truth_advice_is_by_the_largest_gain_where_the_bandwidth_rides_a_mode() {
     assert!(gains.is_sorted_by(|a, b| a >= b), "{gains:?}");
 }
 
-/// At rest kp / (1 + kp) of the reference is asked for, less below the resonance and more beyond it.
+/// At rest the drive must give kp / (1 + kp) of the reference, less below the resonance and more above it.
 #[test]
 fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
     let mut scenario = force_loop(0.6, 0.0);
@@ -469,7 +470,7 @@ fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
     assert_eq!((report.limit(), report.ranked_by()), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
     let limit = report.sensitivities().iter().find(|s| s.key == "actuators.drive.limit").unwrap();
     assert!(limit.bandwidth_relative > 0.0);
-    // The same by doubling the step: what is located by bisection has a derivative.
+    // The same with twice the step: a quantity located by bisection has a derivative.
     let at = |limit: f64| {
         scenario.machine.actuators["drive"].limit_n = Some(limit);
         asked(&scenario).looped.unwrap().waterfall.unwrap().saturation_hz.unwrap()
@@ -477,7 +478,7 @@ fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
     let (mut at, step) = (at, 2e-3);
     let slope = (at(8.8 * (1.0 + step)) / at(8.8 * (1.0 - step))).ln() / ((1.0 + step) / (1.0 - step)).ln();
     assert!((slope / limit.bandwidth_relative - 1.0).abs() < DIFFERENCES, "{slope} {limit:?}");
-    // Less than is asked for at rest: no frequency is reached.
+    // Below the demand at rest: the drive saturates at rest.
     assert!(at(5.0).abs() < SAME_EDGE);
 }
 

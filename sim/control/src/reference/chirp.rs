@@ -6,9 +6,9 @@ use super::spec::Sweep;
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
 
-/// `A sin(phase(t))` with phase zero at the start. The frequency is `f0 + (f1 - f0) t / D`, so that the phase
-/// is `2 pi (f0 t + (f1 - f0) t^2 / (2 D))`; or `f0 (f1 / f0)^(t / D)`, so that the phase is
-/// `2 pi f0 D / ln(f1 / f0) ((f1 / f0)^(t / D) - 1)`.
+/// `A sin(phase(t))` with phase zero at the start. For the frequency `f0 + (f1 - f0) t / D` the phase is `2
+/// pi (f0 t + (f1 - f0) t^2 / (2 D))`. For `f0 (f1 / f0)^(t / D)` the phase is `2 pi f0 D / ln(f1 / f0) ((f1
+/// / f0)^(t / D) - 1)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chirp {
     sweep: Sweep,
@@ -48,7 +48,7 @@ impl Chirp {
             Sweep::Linear => self.start_hz + 0.5 * (self.end_hz - self.start_hz) * share,
             Sweep::Logarithmic => {
                 let x = (self.end_hz / self.start_hz).ln() * share;
-                // The mean frequency so far; its limit where both ends are the same.
+                // The mean frequency so far; its limit if both ends are equal.
                 self.start_hz * if x == 0.0 { 1.0 } else { x.exp_m1() / x }
             }
         };

@@ -1,4 +1,4 @@
-//! The keys by which files give a reference.
+//! The keys of a reference in files.
 
 use feeler_catalogue::{
     Absent, Bound, Choice, Content, Dimension, Field, Form, Key, Kind, Record, Role, Shape, Slot, Unit,
@@ -26,7 +26,7 @@ const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const R: Unit = Unit::Reference;
 
-/// A key that holds one of some words, the first where it is absent.
+/// A key with one of some words; the first is the default.
 const fn one_of(name: &'static str, words: &'static [feeler_catalogue::Word], text: &'static str) -> Key {
     Key { name, kind: Kind::Word(words), absent: Absent::Word(words[0].name), text }
 }
@@ -229,7 +229,7 @@ impl Record for ReferenceSpec {
 }
 
 impl ReferenceSpec {
-    /// What a key says that holds a value, points, or a table; `None` for a file of samples.
+    /// The reference of a key with a value, points, or a table; `None` for a file of samples.
     pub fn of_content(content: &Content) -> Option<Self> {
         match content {
             Content::Number(value) => Some(Self::Constant(*value)),
@@ -239,7 +239,7 @@ impl ReferenceSpec {
         }
     }
 
-    /// What a key holds that stands for it.
+    /// The content of a key for this reference.
     pub fn as_content(&self) -> Content {
         match self {
             Self::Constant(value) => Content::Number(*value),
@@ -252,7 +252,7 @@ impl ReferenceSpec {
 /// The key that names a file of samples.
 pub const SAMPLES_PATH: Key = required("file", Kind::Text, "the file, relative to this one");
 
-/// The form of a reference whose samples are in a file, which whoever reads it fills.
+/// The form of a reference with samples in a file, which the reader of the file fills in.
 pub const SAMPLES_FILE: Variant = Variant {
     name: "file",
     text: "samples from a CSV file with the header `t_s,value`",
@@ -268,7 +268,7 @@ pub static REFERENCE: Shape = Shape {
 const FORMS: [Variant; ReferenceSpec::FORMS.len()] = variants(ReferenceSpec::FORMS);
 const SHAPES: [Variant; FORMS.len() + 1] = chained(&FORMS, &[SAMPLES_FILE]);
 
-/// The key of what a controller follows.
+/// The key of the quantity that a controller follows.
 pub const FOLLOWED: Key = Key {
     name: "reference",
     kind: Kind::Reference(&REFERENCE),

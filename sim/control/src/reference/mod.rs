@@ -1,8 +1,7 @@
-//! References and excitations: what a loop shall follow, as a pure function of time.
+//! References and excitations: the desired value of a loop, as a pure function of time.
 //!
-//! [`Reference::value`] may be asked at any instants in any order, and always answers the same; nothing is
-//! drawn in passing. An excitation of the drive itself is an open-loop controller with one of these as its
-//! reference.
+//! [`Reference::value`] accepts any instants in any order, and always gives the same answer; it draws nothing
+//! in passing. An excitation of the drive itself is an open-loop controller with such a reference.
 
 mod chirp;
 mod keys;
@@ -24,7 +23,7 @@ pub use spec::{Between, Lines, ReferenceSpec, Sweep};
 use crate::error::finite;
 use crate::{ControlError, Stream};
 
-/// A [`ReferenceSpec`] ready to be asked for values. Cloning is cheap: long tables are shared.
+/// A [`ReferenceSpec`] ready for evaluation. Cloning is cheap: long tables are shared.
 #[derive(Clone, Debug)]
 pub struct Reference {
     shape: Shape,
@@ -42,7 +41,7 @@ enum Shape {
 }
 
 impl Reference {
-    /// Compiles `spec` for the element called `name` in a run with `seed`; both matter to random shapes only.
+    /// Compiles `spec` for the element `name` in a run with `seed`; both matter for random shapes only.
     ///
     /// # Errors
     /// A number out of its range, points out of order, or a multisine without lines.

@@ -11,19 +11,19 @@ use super::spec::Lines;
 use crate::error::{finite, not_negative, positive};
 use crate::{ControlError, Stream};
 
-/// Draws of the phases of which the one with the smallest crest factor is kept.
+/// Number of random draws of the phases; the one with the smallest crest factor is kept.
 const PHASE_DRAWS: u64 = 8;
 
-/// Points per period of the highest line, at least, at which a crest factor is judged.
+/// Smallest number of points per period of the highest line for a crest factor.
 const POINTS_PER_CYCLE: u64 = 4;
 
-/// Highest line allowed: a bound on memory, far beyond any experiment.
+/// Highest line: a bound on memory, far beyond any experiment.
 const HIGHEST_LINE: f64 = 1e6;
 
-/// An edge of the band this close to a line, in lines, is meant to be that line.
+/// An edge of the band this close to a line, in lines, counts as that line.
 const EDGE_SLACK: f64 = 1e-9;
 
-/// Odd lines per group of which the sparse grid leaves one out.
+/// Odd lines per group; the sparse grid omits one of them.
 const GROUP: u64 = 4;
 
 /// Lines that are summed side by side.
@@ -37,7 +37,7 @@ pub(super) struct Multisine {
     first: u64,
     /// Lines from one coefficient to the next.
     stride: u64,
-    /// `A exp(i phi_n)` as real and imaginary parts, eight lines to a pack; zero for lines left out and after
+    /// `A exp(i phi_n)` as real and imaginary parts, eight lines to a pack; zero for omitted lines and after
     /// the last.
     coefficients: Arc<[[Pack<WIDTH>; 2]]>,
 }
@@ -93,7 +93,7 @@ impl Multisine {
         Ok(Self { period_s, first, stride, coefficients: packed.collect() })
     }
 
-    /// Horner's rule in `w^8`, `w = exp(2 pi i stride t / P)`, on eight interleaved sums at once, which are
+    /// Horner's rule in `w^8`, `w = exp(2 pi i stride t / P)`, on eight interleaved sums at once; these are
     /// then joined with their own phases.
     pub(super) fn value(&self, t_s: f64) -> f64 {
         // The share of the period keeps the phase exact in long runs.
@@ -141,8 +141,8 @@ impl PeakMeter {
         self.spectrum.fill(Complex::default());
         let bins = self.spectrum.iter_mut().skip(self.first as usize).step_by(self.stride as usize);
         bins.zip(lines).for_each(|(bin, line)| *bin = *line);
-        // The transform fails on buffers of a wrong length or complex ends of the spectrum only; these are
-        // its own, and the ends stay zero.
+        // The transform fails only for buffers of a wrong length or complex ends of the spectrum. These
+        // buffers are its own, and the ends stay zero.
         match self.transform.process(&mut self.spectrum, &mut self.values) {
             Ok(()) => self.values.iter().fold(0.0, |peak: f64, x| peak.max(x.abs())),
             Err(_) => f64::INFINITY,
@@ -150,11 +150,11 @@ impl PeakMeter {
     }
 }
 
-/// Whether odd line `k` of `count` is the one that its group leaves out. A last group that is not full keeps
-/// all its lines.
+/// Whether odd line `k` of `count` is the one that its group omits. An incomplete last group keeps all its
+/// lines.
 fn is_left_out(k: u64, count: u64, stream: &Stream) -> bool {
     let group = k / GROUP;
     let full = (group + 1) * GROUP <= count;
-    // Counted from the far end, so that these draws are not those of the phases.
+    // Counted from the far end, so that these draws differ from those of the phases.
     full && k % GROUP == (stream.uniform_at(u64::MAX / 2 + group) * GROUP as f64) as u64
 }

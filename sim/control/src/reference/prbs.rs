@@ -5,13 +5,12 @@ use std::sync::Arc;
 use crate::error::{finite, positive};
 use crate::{ControlError, Stream};
 
-/// Instants closer than this to a jump of a reference belong to the time after it, s: a sample computed as
-/// `k T` may fall a rounding short of the instant that the file names.
+/// Instants closer than this to a jump of a reference count as after it, s: a sample computed as `k T` may be
+/// a rounding below the instant in the file.
 pub(super) const TIME_TOLERANCE_S: f64 = 1e-12;
 
-/// Feedback taps per register length from [`MIN_ORDER`] on, each of a primitive polynomial over GF(2), so
-/// that the sequence has the greatest length, `2^order - 1`. (The tests run every one of them through its
-/// period.)
+/// Feedback taps per register length from [`MIN_ORDER`] on. Each set belongs to a primitive polynomial over
+/// GF(2), so the sequence has the maximum length, `2^order - 1`. (The tests run each through its period.)
 const TAPS: [&[u32]; 17] = [
     &[2, 1],
     &[3, 2],
@@ -94,7 +93,7 @@ fn sequence(order: u32) -> Result<Vec<bool>, ControlError> {
 mod tests {
     use super::{MAX_ORDER, MIN_ORDER, sequence};
 
-    /// In a maximum-length sequence every pattern of `order` chips but all zeros occurs exactly once per
+    /// In a maximum-length sequence every pattern of `order` chips except all zeros occurs exactly once per
     /// period.
     #[test]
     fn truth_every_order_has_the_greatest_length() {

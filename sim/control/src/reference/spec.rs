@@ -1,6 +1,6 @@
-//! What a loop shall follow, as data.
+//! The desired value of a loop, as data.
 
-/// What a loop shall follow, in the unit of the loop.
+/// The desired value of a loop, in the unit of the loop.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ReferenceSpec {
@@ -11,7 +11,7 @@ pub enum ReferenceSpec {
     /// Straight lines between the points `(time in s, value)`; the first and last values hold outside. A ramp
     /// is two points.
     PiecewiseLinear(Vec<(f64, f64)>),
-    /// A sine whose frequency is swept over `duration_s` from zero on; `offset` alone outside.
+    /// A sine whose frequency is swept over `duration_s` from zero on; outside only `offset`.
     Chirp {
         /// How the frequency moves.
         sweep: Sweep,
@@ -30,7 +30,7 @@ pub enum ReferenceSpec {
     /// Identification: A Frequency Domain Approach", 2nd ed., sections 2.6 and 5.3). Of several draws of the
     /// phases, the one with the smallest crest factor is kept.
     Multisine {
-        /// Which multiples of `1 / period_s` are excited.
+        /// The excited multiples of `1 / period_s`.
         lines: Lines,
         /// Lower edge of the band, Hz, included.
         low_hz: f64,
@@ -43,7 +43,7 @@ pub enum ReferenceSpec {
         /// Mean value.
         offset: f64,
     },
-    /// Gaussian noise of flat spectrum between two frequencies.
+    /// Gaussian noise with a flat spectrum between two frequencies.
     WhiteNoise {
         /// Lower edge of the band, Hz.
         low_hz: f64,
@@ -58,7 +58,7 @@ pub enum ReferenceSpec {
     Prbs {
         /// Length of the shift register.
         order: u32,
-        /// Time that each chip is held, s.
+        /// Duration of each chip, s.
         clock_period_s: f64,
         /// Half the distance between the two values.
         amplitude: f64,
@@ -78,29 +78,29 @@ pub enum ReferenceSpec {
     },
 }
 
-/// How a chirp's frequency moves.
+/// Sweep of a chirp's frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sweep {
-    /// By the same number of hertz per second.
+    /// A constant number of hertz per second.
     #[default]
     Linear,
-    /// By the same number of octaves per second.
+    /// A constant number of octaves per second.
     Logarithmic,
 }
 
-/// Which lines of a multisine are excited.
+/// The excited lines of a multisine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lines {
     /// Every line.
     #[default]
     All,
-    /// Odd lines: what appears at even ones is even distortion.
+    /// Odd lines: components at even lines are even distortion.
     Odd,
-    /// Odd lines with one of every four left out at random: what appears at these is odd distortion.
+    /// Odd lines with one of every four omitted at random: components at these are odd distortion.
     OddSparse,
 }
 
-/// What a table says between its samples.
+/// Interpolation of a table between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
     /// Each value holds until the next.

@@ -5,20 +5,20 @@ use std::f64::consts::{PI, TAU};
 use crate::error::{finite, not_negative, positive};
 use crate::{ControlError, Stream};
 
-/// Draws on either side of an instant that its value is made of. The transition at each edge of the band is 1
-/// / 16 of the bandwidth to either side.
+/// Draws on each side of an instant that contribute to its value. The transition at each edge of the band is
+/// 1 / 16 of the bandwidth to either side.
 const HALF_WIDTH: usize = 16;
 
 const WIDTH: usize = 2 * HALF_WIDTH;
 
-/// Index of the draw at t = 0, so that instants before it have draws too.
+/// Index of the draw at t = 0, so that earlier instants have draws too.
 const ORIGIN: u64 = 1 << 40;
 
 /// Noise of a band `f_c - B` to `f_c + B` as `a(t) cos(2 pi f_c t) - b(t) sin(2 pi f_c t)` (Rice,
-/// "Mathematical Analysis of Random Noise", Bell Syst. Tech. J. 1944/45, section 3.7), where a and b are
+/// "Mathematical Analysis of Random Noise", Bell Syst. Tech. J. 1944/45, section 3.7). a and b are
 /// independent noises of the band 0 to B: each is a sum of white draws, one per `1 / (2 B)`, times sinc
-/// pulses under a Hann window. The weights are scaled to a unit sum of squares, so that the variance is the
-/// same at every instant.
+/// pulses under a Hann window. The weights are scaled to a unit sum of squares, so the variance is the same
+/// at every instant.
 #[derive(Clone, Debug)]
 pub(super) struct WhiteNoise {
     centre_hz: f64,

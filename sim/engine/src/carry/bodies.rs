@@ -1,20 +1,20 @@
-//! The seam at which another engine can move the bodies.
+//! The interface through which another engine moves the bodies.
 
 use std::fmt::Debug;
 
 use crate::error::EngineError;
 
-/// Another engine's integration of the bodies of one machine.
+/// Another engine that integrates the bodies of one machine.
 ///
-/// Everything else of a run stays what it is: controllers, drive chains, sensors and their filters, the laws
-/// of contacts, links and friction, instants and events. At the start of each step the forces of all elements
-/// are evaluated at the present state, and the engine carries the bodies over the step under these held
+/// All other parts of a run stay the same: controllers, drive chains, sensors and their filters, the laws of
+/// contacts, links and friction, instants and events. At the start of each step the forces of all elements
+/// are evaluated at the present state. The engine then moves the bodies over the step under these constant
 /// forces.
 pub trait BodyEngine: Debug + Send {
     /// Moves the bodies by `step_s` under `forces_n`, one per coordinate (see
-    /// [`feeler_plant::motion::Coordinates`]), and leaves in `positions_m` and `speeds_m_per_s` where they
-    /// have come. What these hold before the step is where they are: as the engine left them, but for what a
-    /// stop, a stick or a caller has set since. A state that is not a number ends the run as diverged.
+    /// [`feeler_plant::motion::Coordinates`]), and writes the result to `positions_m` and `speeds_m_per_s`.
+    /// On entry these hold the present values: those that the engine wrote, except for changes by a stop, a
+    /// stick or a caller since. A state that is not finite ends the run as diverged.
     ///
     /// # Errors
     /// [`EngineError::Problems`] for a motion that this engine cannot follow in steps of this length.

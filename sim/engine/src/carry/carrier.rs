@@ -1,5 +1,4 @@
-//! The motion between two instants: lanes together by exponentials or fixed steps, and one by one through
-//! events.
+//! The motion between two instants: lanes together by exponentials or fixed steps, and singly through events.
 
 use std::collections::VecDeque;
 
@@ -15,24 +14,24 @@ use crate::error::{EngineError, RunEnd};
 use crate::run::program::Program;
 use crate::run::settings::Integrator;
 
-/// Spans whose exponentials are kept; a span is worth one from its second appearance on.
+/// Largest number of spans whose exponentials are kept; a span gets one when it appears a second time.
 const SPANS_KEPT: usize = 32;
-/// Femtoseconds per second: spans are rounded to this grid, so that equal intervals share an exponential
-/// whatever the rounding of their ends.
+/// Femtoseconds per second: spans are rounded to this grid, so that equal intervals share an exponential even
+/// if their ends are rounded differently.
 const FEMTOSECONDS: f64 = 1e15;
 
 /// Carries lanes from instant to instant.
 #[derive(Debug)]
 pub(crate) struct Carrier<L: Lane> {
     transitions: Vec<Transition<L>>,
-    /// The one that was used last.
+    /// Index of the transition used last.
     last_transition: usize,
     seen_spans: VecDeque<u64>,
     product: Vec<L>,
     fixed: Option<FixedStep<L>>,
-    /// Lanes that still have a part of the interval before them, on their own.
+    /// Lanes that finish the interval on their own.
     alone: VecDeque<(usize, Passage)>,
-    /// End of the interval, s; none between intervals.
+    /// End of the interval, s; `None` between intervals.
     ends_s: Option<f64>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     steps: u64,
@@ -69,7 +68,7 @@ impl<L: Lane> Carrier<L> {
         self.steps
     }
 
-    /// End of the interval that lanes are under way in, s.
+    /// End of the present interval of the lanes, s.
     #[inline(always)]
     pub(crate) fn ends_s(&self) -> Option<f64> {
         self.ends_s
@@ -81,7 +80,7 @@ impl<L: Lane> Carrier<L> {
         own.or(self.ends_s).unwrap_or(lanes.t_s)
     }
 
-    /// Starts every lane on the interval to `ends_s`; [`Self::finish`] brings those to its end that go alone.
+    /// Starts every lane on the interval to `ends_s`; [`Self::finish`] completes the lanes that go alone.
     #[inline(always)]
     pub(crate) fn start(&mut self, lanes: &mut Lanes<L>, ends_s: f64) -> Result<(), EngineError> {
         self.ends_s = Some(ends_s);
@@ -93,7 +92,7 @@ impl<L: Lane> Carrier<L> {
             self.go_alone(lanes, span_s);
             return Ok(());
         }
-        // Mostly the same as the last, which is cheaper to see than to round.
+        // Usually the same span as last time: a comparison is cheaper than rounding.
         if let Some(last) = self.transitions.get(self.last_transition)
             && last.is_over(span_s)
         {
@@ -110,8 +109,8 @@ impl<L: Lane> Carrier<L> {
         }
     }
 
-    /// Brings lanes that go alone to the end of the interval, or where `pauses` to the next event. Gives
-    /// whether all have come to the end.
+    /// Carries lanes that go alone to the end of the interval or, with `pauses`, to the next event. Returns
+    /// whether all have reached the end.
     #[inline(always)]
     pub(crate) fn finish(&mut self, lanes: &mut Lanes<L>, pauses: bool) -> Result<bool, EngineError> {
         if !self.alone.is_empty() && !self.advance_alone(lanes, pauses)? {
@@ -121,7 +120,7 @@ impl<L: Lane> Carrier<L> {
         Ok(true)
     }
 
-    /// Makes a transition for a span that has been seen before, and remembers one that has not.
+    /// Makes a transition for a span that has appeared before, and records a new one.
     #[cold]
     fn learn(&mut self, lanes: &Lanes<L>, span_fs: u64) -> Option<usize> {
         if span_fs == 0 || self.transitions.len() == SPANS_KEPT {
@@ -138,7 +137,7 @@ impl<L: Lane> Carrier<L> {
         Some(self.transitions.len() - 1)
     }
 
-    /// All lanes together, by the exponential of the span; those that meet an event go on alone.
+    /// Moves all lanes together by the exponential of the span; lanes that meet an event continue alone.
     #[inline(always)]
     fn travel(&mut self, lanes: &mut Lanes<L>, index: usize) -> Result<(), EngineError> {
         self.transitions[index].refresh(lanes.formation.number, &mut lanes.cores)?;
@@ -179,7 +178,7 @@ impl<L: Lane> Carrier<L> {
         Ok(())
     }
 
-    /// Finds where within one part the forces of lanes peak; their motion is not touched.
+    /// Finds where the forces of lanes peak within one part. Their motion does not change.
     #[cold]
     fn look_at_crests(
         &mut self,
@@ -210,7 +209,7 @@ impl<L: Lane> Carrier<L> {
         Ok(())
     }
 
-    /// Lanes that cannot travel by exponentials go through the span alone.
+    /// Lanes without exponentials go through the span alone.
     #[cold]
     fn leave_behind(&mut self, lanes: &Lanes<L>, index: usize, behind: L::Mask) {
         let span_s = self.transitions[index].span_fs as f64 / FEMTOSECONDS;
@@ -232,7 +231,7 @@ impl<L: Lane> Carrier<L> {
         self.send_alone(lanes, L::Mask::splat(true), span_s, |_| 0.0);
     }
 
-    /// Lanes are to go alone to the end of a span, of which `gone_s` is behind them.
+    /// Sends lanes alone to the end of a span, of which `gone_s` has passed.
     fn send_alone(&mut self, lanes: &Lanes<L>, mask: L::Mask, span_s: f64, gone_s: impl Fn(usize) -> f64) {
         for l in (0..L::WIDTH).filter(|&l| mask.test(l) && !lanes.cores[l].has_ended()) {
             let gone_s = gone_s(l);
@@ -275,7 +274,7 @@ impl<L: Lane> Carrier<L> {
 }
 
 impl<L: Lane> Lanes<L> {
-    /// After a shared step: joins what sticks together, and ends lanes whose state has left all bounds.
+    /// After a shared step: joins bodies that stick together, and ends lanes whose state has diverged.
     #[inline(always)]
     fn settle(&mut self, travelled: L::Mask) {
         let states = self.cores[0].motion.layout().states();

@@ -1,10 +1,10 @@
-//! Fixed steps: semi-implicit Euler, RK4, and another engine's, all lanes together, events taken at the ends
-//! of steps.
+//! Fixed steps: semi-implicit Euler, RK4, and another engine's, with all lanes together. Events occur at the
+//! ends of steps.
 //!
-//! They are here to be compared with and for those who must reproduce another tool's steps. A step ends early
-//! at a controller's sample or a command's arrival, so these are placed exactly; within a step the mode does
-//! not change, which makes both methods first order through an impact. In linear modes a step is one product
-//! (see [`crate::carry::step_map`]); nonlinear ones go through the stages one by one.
+//! These methods serve comparisons, and users who must reproduce the steps of another tool. A step ends early
+//! at a controller's sample or a command's arrival, so these instants are exact. Within a step the mode does
+//! not change, so both methods are first order through an impact. In linear modes a step is one product (see
+//! [`crate::carry::step_map`]); nonlinear modes use the stages one by one.
 
 use feeler_lanes::{Lane, LaneMask, dispatch};
 use feeler_plant::motion::dot;
@@ -17,12 +17,11 @@ use crate::carry::step_map::StepMap;
 use crate::error::{EngineError, RunEnd};
 use crate::run::settings::Integrator;
 
-/// Switches in one lane at the end of one step; more means that modes ask for each other.
+/// Largest number of switches in one lane at the end of one step; more means that modes require each other.
 const MOST_SWITCHES: usize = 16;
-/// A remainder of a step below this share of it is rounding, and lengths of steps that differ by less are
-/// one.
+/// A remainder below this share of a step is rounding. Step lengths that differ by less are equal.
 const SLIVER: f64 = 1e-9;
-/// Lengths of steps whose maps are kept.
+/// Largest number of step lengths whose maps are kept.
 const MAPS_KEPT: usize = 16;
 
 /// Stepper of all lanes.
@@ -32,12 +31,12 @@ pub(crate) struct FixedStep<L> {
     step_s: f64,
     coordinates: usize,
     states: usize,
-    /// Engines that move the bodies, one per lane; none for the methods of this one.
+    /// Engines that move the bodies, one per lane; empty for this engine's own methods.
     bodies: Vec<Box<dyn BodyEngine>>,
     maps: Vec<StepMap<L>>,
     product: Vec<L>,
-    /// Work of the staged methods, of one lane: slope, weighted sum of slopes, where the next slope is taken,
-    /// and the state.
+    /// Work space of the staged methods for one lane: slope, weighted sum of slopes, point of the next slope,
+    /// and state.
     slope: Vec<f64>,
     sum: Vec<f64>,
     probe: Vec<f64>,
@@ -67,7 +66,7 @@ impl<L: Lane> FixedStep<L> {
         }
     }
 
-    /// Moves every lane by `span_s` and gives the number of steps.
+    /// Moves every lane by `span_s` and returns the number of steps.
     pub(crate) fn run(
         &mut self,
         lanes: &mut [LaneCore],
@@ -86,8 +85,8 @@ impl<L: Lane> FixedStep<L> {
             let end_of = |k: u64| t_s + if k == steps { span_s } else { k as f64 * step_s };
             let index =
                 if lanes[0].ledger.is_none() && self.bodies.is_empty() { self.map(h, lanes) } else { None };
-            // A lane goes by the map or through the stages according to its own mode alone, so that its
-            // numbers do not depend on its neighbours.
+            // Only its own mode decides whether a lane uses the map or the stages, so its numbers do not
+            // depend on its neighbours.
             let by_map = if index.is_some() { formation.travelling } else { L::Mask::splat(false) };
             let most = if formation.all_linear && index.is_some() { most } else { 1 };
             let (mut taken, mut changed) = (most, false);
@@ -117,7 +116,7 @@ impl<L: Lane> FixedStep<L> {
         Ok(steps)
     }
 
-    /// The map of a step of this length; none once too many lengths have been seen.
+    /// The map of a step of this length; `None` after too many different lengths.
     fn map(&mut self, step_s: f64, lanes: &[LaneCore]) -> Option<usize> {
         let known = self.maps.iter().position(|map| (map.step_s - step_s).abs() <= SLIVER * self.step_s);
         if known.is_none() && self.maps.len() < MAPS_KEPT {
@@ -127,8 +126,8 @@ impl<L: Lane> FixedStep<L> {
         known
     }
 
-    /// One step of every lane but those of `by_map` through the stages of the method. Gives whether a lane
-    /// has changed its mode or ended.
+    /// One step, through the stages of the method, of every lane outside `by_map`. Returns whether a lane has
+    /// changed its mode or ended.
     fn stages(
         &mut self,
         lanes: &mut [LaneCore],
@@ -180,7 +179,7 @@ impl<L: Lane> FixedStep<L> {
         }
     }
 
-    /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the
+    /// Drives and filters move by semi-implicit Euler. The lane's other engine moves the bodies under the
     /// forces at the start of the step.
     fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) -> Result<(), EngineError> {
         let n = self.coordinates;
@@ -196,7 +195,8 @@ impl<L: Lane> FixedStep<L> {
         self.bodies[l].step(h, &self.probe, positions, &mut rest[..n])
     }
 
-    /// The classical method: slopes at the start, twice in the middle, at the end, weighted 1, 2, 2, 1.
+    /// The classical method: slopes at the start, twice in the middle and at the end, with weights 1, 2, 2,
+    /// 1.
     fn rk4(&mut self, lane: &LaneCore, xi: &mut [f64], h: f64) {
         self.probe.clear();
         self.probe.extend_from_slice(xi);
@@ -216,7 +216,7 @@ impl<L: Lane> FixedStep<L> {
         }
     }
 
-    /// Switches the lanes whose guards ask for it, and ends those that have left all bounds.
+    /// Switches the lanes whose guards have fired, and ends those that have diverged.
     fn events(
         &mut self,
         lanes: &mut [LaneCore],
@@ -238,7 +238,7 @@ impl<L: Lane> FixedStep<L> {
     }
 }
 
-/// Makes every switch that the guards ask for at the end of a step.
+/// Makes every switch that the guards require at the end of a step.
 fn switch_all(lane: &mut LaneCore, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
     for _ in 0..MOST_SWITCHES {
         let violated = lane.flow().equations.guards.iter().position(|guard| dot(&guard.row, xi) < 0.0);
@@ -256,7 +256,7 @@ fn slopes(lane: &LaneCore, xi: &[f64], slope: &mut [f64]) {
     }
 }
 
-/// Powers of all meters of a lane, where the ledger is kept.
+/// Powers of all meters of a lane, if the ledger is kept.
 fn powers(lane: &LaneCore, xi: &[f64]) -> Vec<f64> {
     if lane.ledger.is_none() {
         return Vec::new();
@@ -264,7 +264,7 @@ fn powers(lane: &LaneCore, xi: &[f64]) -> Vec<f64> {
     lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force, xi) * dot(&meter.speed, xi)).collect()
 }
 
-/// Charges the meters by the trapezoidal rule: of the order of the methods' own errors.
+/// Charges the meters by the trapezoidal rule, which has the order of the methods' own errors.
 fn charge(lane: &mut LaneCore, xi: &[f64], before: &[f64], h: f64) {
     let after = powers(lane, xi);
     if let Some(ledger) = &mut lane.ledger {

@@ -1,20 +1,20 @@
-//! What the lanes of a simulation have in common at the moment, so that the loop need not ask each of them at
-//! every instant.
+//! The properties that the lanes of a simulation share at present, so that the loop need not query each lane
+//! at every instant.
 
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::carry::lane::LaneCore;
 
-/// How the lanes stand. It holds until a lane goes alone.
+/// The state of the lanes as a group. It is valid until a lane goes alone.
 #[derive(Debug)]
 pub(crate) struct Formation<L: Lane> {
-    /// Counts the times that the lanes formed up anew; tables that depend on their modes compare it.
+    /// Counts new formations; tables that depend on the lanes' modes compare it.
     pub(crate) number: u64,
-    /// Lanes that travel by exponentials: in a linear mode, and not ended.
+    /// Lanes that travel by exponentials: they are in a linear mode and have not ended.
     pub(crate) travelling: L::Mask,
     pub(crate) all_linear: bool,
     pub(crate) all_ended: bool,
-    /// Whether guides stick bodies to each other in some lane, whose speeds are then kept equal to the bit.
+    /// Whether guides stick bodies to each other in some lane. Their speeds are then kept bitwise equal.
     pub(crate) any_joined: bool,
 }
 

@@ -1,7 +1,7 @@
 //! One variant on its own: the modes it has met, and its motion through events.
 //!
-//! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the
-//! others at the end of the interval.
+//! Lanes travel together between events. A lane that meets an event goes through it here, alone, and rejoins
+//! the others at the end of the interval.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::motion::modes::{ModeTable, Storm, Switched};
@@ -19,11 +19,11 @@ use crate::solve::flow::Flow;
 use crate::solve::flows::Flows;
 use crate::solve::taylor::Series;
 
-/// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the
-/// motion, and eight nodes then integrate them to rounding.
+/// Largest span of one polynomial, relative to its limit, while the ledger is kept. Powers oscillate twice as
+/// fast as the motion, and eight nodes then integrate them to rounding.
 const LEDGER_SHARE: f64 = 1.0 / 3.0;
 
-/// A span that a lane goes through on its own, and how far it has come.
+/// A span that a lane travels on its own, and its progress.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passage {
     from_s: f64,
@@ -48,7 +48,7 @@ impl Passage {
     /// A piece has gone `moved_s`.
     fn go(&mut self, moved_s: f64) {
         self.elapsed_s += moved_s;
-        // What is left is less than the clock can tell.
+        // The remainder is below the resolution of the clock.
         if self.span_s - self.elapsed_s <= f64::EPSILON * (self.from_s + self.span_s) {
             self.elapsed_s = self.span_s;
         }
@@ -67,19 +67,19 @@ pub(crate) struct LaneCore {
     toil: Toil,
     pub(crate) ledger: Option<EnergyLedger>,
     pub(crate) peaks: Option<Peaks>,
-    /// Why it moves no longer; `None` while it does.
+    /// Why the lane has stopped moving; `None` while it moves.
     pub(crate) end: Option<RunEnd>,
-    /// Since when nothing has happened to it within the span that it goes through, s.
+    /// Time since the last event within the present span, s.
     calm_s: f64,
     series: Series,
     extrapolation: Extrapolation,
 }
 
 impl LaneCore {
-    /// Any state beyond this has diverged.
+    /// A state beyond this has diverged.
     pub(crate) const BOUND: f64 = 1e12;
 
-    /// A variant at its start: the machine's initial state, and the mode it is in.
+    /// A variant at its start: the machine's initial state and the mode of that state.
     pub(crate) fn new(
         motion: Motion,
         wanted: Vec<Source>,
@@ -120,7 +120,7 @@ impl LaneCore {
         self.end.is_some()
     }
 
-    /// Enters the mode that a state which was not reached by motion is in; limits and ramps are as in `held`.
+    /// Enters the mode of a state that was not reached by motion; limits and ramps are as in `held`.
     fn enter_initial_mode(&mut self, held: Mode, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let beginning = self.motion.begin(&mut self.flows, held, xi)?;
         self.current = beginning.index;
@@ -137,22 +137,21 @@ impl LaneCore {
         Ok(())
     }
 
-    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked
-    /// up, and the ledger starts again.
+    /// Restarts at a state that was not reached by motion: determines what touches, sticks and slides there,
+    /// and restarts the ledger.
     pub(crate) fn begin_at(&mut self, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let old = self.flow().equations.mode;
         self.enter_initial_mode(old, xi, t_s)
     }
 
-    /// Gives drive `i` a new input. Where the drive's rate is limited it starts to ramp there.
+    /// Gives drive `i` a new input. If the drive's rate is limited, a ramp starts there.
     pub(crate) fn set_input(&mut self, i: usize, value: f64, xi: &mut [f64]) -> Result<(), EngineError> {
         let mode = self.motion.take_input(self.flow().equations.mode, i, value, xi);
         self.current = self.flows.index_of(&self.motion, mode)?;
         Ok(())
     }
 
-    /// Moves `xi` through every event to the end of a passage, or where `pauses` to the next event that is
-    /// noted.
+    /// Moves `xi` through every event to the end of a passage or, with `pauses`, to the next recorded event.
     pub(crate) fn advance(
         &mut self,
         xi: &mut [f64],
@@ -187,7 +186,7 @@ impl LaneCore {
             if self.toil.took(steps, t_s) {
                 self.end = Some(RunEnd::EventStorm { t_s });
             }
-            // A piece that goes nowhere has found no numbers to go to.
+            // A piece that does not advance has found no finite state.
             if (event.is_none() && moved <= 0.0) || xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
                 self.end = Some(RunEnd::Diverged { t_s });
             }
@@ -198,7 +197,7 @@ impl LaneCore {
         Ok(())
     }
 
-    /// One polynomial of a linear mode: how far it went, and the guard that ended it.
+    /// One polynomial of a linear mode: returns its length, and the guard that ended it.
     fn linear_piece(
         &mut self,
         xi: &mut [f64],
@@ -242,8 +241,8 @@ impl LaneCore {
         (h, event)
     }
 
-    /// A piece of a linear mode whose fastest part has decayed: by exponentials, many times as long
-    /// as a polynomial reaches.
+    /// A piece of a linear mode whose fastest part has decayed: exponentials reach many times as far as a
+    /// polynomial.
     fn decayed_piece(&mut self, xi: &mut [f64], t_s: f64, mut h: f64) -> (f64, Option<usize>) {
         let mut piece = Decay::new(&mut self.flows[self.current], xi);
         let (first, event) = first_guard(&mut piece, h);
@@ -297,14 +296,15 @@ impl LaneCore {
         (h, event)
     }
 
-    /// Notes the contact forces at the end of a fixed step.
+    /// Records the contact forces at the end of a fixed step.
     pub(crate) fn note_peaks(&mut self, xi: &[f64], t_s: f64) {
         if let Some(peaks) = &mut self.peaks {
             peaks.enter(&self.flows[self.current], xi, t_s);
         }
     }
 
-    /// Looks where a span of the present mode, travelled in one go from `xi` on, peaks; `xi` is moved.
+    /// Finds the peak within a span of the present mode that was travelled in one step from `xi`; `xi` is
+    /// moved.
     pub(crate) fn peak(&mut self, xi: &mut [f64], t_s: f64, span_fs: u64) -> Result<(), EngineError> {
         match &mut self.peaks {
             Some(peaks) => peaks.peak(&mut self.flows[self.current], &mut self.series, xi, t_s, span_fs),
@@ -312,12 +312,12 @@ impl LaneCore {
         }
     }
 
-    /// Makes speeds that stick together equal to the bit.
+    /// Makes the speeds of bodies that stick together bitwise equal.
     pub(crate) fn join(&self, xi: &mut [f64]) {
         self.motion.join(&self.flow().equations, xi);
     }
 
-    /// What happens when guard `index` of the current mode fires.
+    /// Changes the mode after guard `index` has fired.
     pub(crate) fn switch(&mut self, index: usize, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let old = self.current;
         let Switched { index, switch, from, to } =
@@ -335,7 +335,7 @@ impl LaneCore {
         Ok(())
     }
 
-    /// Where a fixed step has carried a sliding guide past rest, puts it at rest.
+    /// Sets a sliding guide to rest if a fixed step has carried it past rest.
     pub(crate) fn stop_exactly(&self, guard: usize, xi: &mut [f64]) {
         self.motion.stop_exactly(&self.flow().equations, guard, xi);
     }

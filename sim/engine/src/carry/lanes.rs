@@ -1,4 +1,4 @@
-//! All variants of a run: each with its mode and events, their states side by side.
+//! All variants of a run, each with its mode and events; their states lie side by side.
 
 use feeler_lanes::{Lane, LaneMask};
 use feeler_plant::motion::{ContactState, Row, dot};
@@ -21,11 +21,11 @@ pub(crate) struct Lanes<L: Lane> {
     pub(super) formation: Formation<L>,
     /// Extended vector of every lane.
     pub(super) xi: Vec<L>,
-    /// Instant that all have reached, s.
+    /// Instant that all lanes have reached, s.
     pub(super) t_s: f64,
     pub(super) signals: Signals<L>,
-    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept,
-    /// and with fixed steps, where each lane has its own.
+    /// Largest forces of the present stretches of contact, one per contact. Empty if peaks are not kept, and
+    /// with fixed steps, where each lane has its own.
     pub(super) peaks: Vec<Abreast<L>>,
     has_events: bool,
     pub(super) scratch: Vec<f64>,
@@ -35,7 +35,7 @@ impl<L: Lane> Lanes<L> {
     pub(crate) fn new(programs: &[Program]) -> Result<Self, EngineError> {
         let first = &programs[0];
         let energy = first.run.energy;
-        // Fixed steps without a ledger go many at a time, and look at nothing in between.
+        // Fixed steps without a ledger run many at a time, without evaluations in between.
         let is_exact = first.run.integrator == Integrator::Exact;
         let keeps_peaks = first.run.peaks && (is_exact || energy);
         let mut cores = Vec::new();
@@ -63,13 +63,13 @@ impl<L: Lane> Lanes<L> {
         })
     }
 
-    /// Instant that all have reached, s.
+    /// Instant that all lanes have reached, s.
     #[inline(always)]
     pub(crate) fn time_s(&self) -> f64 {
         self.t_s
     }
 
-    /// Every lane has come to `t_s`.
+    /// Every lane has reached `t_s`.
     #[inline(always)]
     pub(crate) fn arrive(&mut self, t_s: f64) {
         self.t_s = t_s;
@@ -80,7 +80,7 @@ impl<L: Lane> Lanes<L> {
         self.formation.all_ended
     }
 
-    /// Makes the values of lanes that have ended no numbers.
+    /// Sets the values of lanes that have ended to NaN.
     pub(crate) fn blank_ended(&self, values: &mut [L]) {
         if !self.formation.travelling.all() {
             for (l, _) in self.cores.iter().enumerate().filter(|(_, core)| core.has_ended()) {
@@ -91,12 +91,12 @@ impl<L: Lane> Lanes<L> {
         }
     }
 
-    /// Why lane `l` moves no longer; `None` while it does.
+    /// Why lane `l` has stopped moving; `None` while it moves.
     pub(crate) fn end(&self, l: usize) -> Option<RunEnd> {
         self.cores[l].end
     }
 
-    /// Takes lane `l`, which stands at `t_s`, out of the run.
+    /// Removes lane `l`, which is at `t_s`, from the run.
     pub(crate) fn stop(&mut self, l: usize, t_s: f64) {
         if !self.cores[l].has_ended() {
             self.cores[l].end = Some(RunEnd::Stopped { t_s });
@@ -108,13 +108,13 @@ impl<L: Lane> Lanes<L> {
         self.has_events |= self.cores.iter().any(|core| !core.events.is_empty());
     }
 
-    /// Whether lanes have met events that nobody has taken.
+    /// Whether lanes have events that have not been taken.
     #[inline(always)]
     pub(crate) fn has_events(&self) -> bool {
         self.has_events
     }
 
-    /// Hands over every event with its lane: those of a lane in order.
+    /// Hands over every event with its lane; events of one lane are in order.
     #[cold]
     pub(crate) fn take_events(&mut self, mut take: impl FnMut(usize, &Event)) {
         self.has_events = false;
@@ -123,7 +123,7 @@ impl<L: Lane> Lanes<L> {
         }
     }
 
-    /// The first event that nobody has taken, with its lane.
+    /// The first event that has not been taken, with its lane.
     pub(crate) fn take_event(&mut self) -> Option<(usize, Event)> {
         let next = (self.cores.iter_mut().enumerate())
             .find_map(|(l, core)| (!core.events.is_empty()).then(|| (l, core.events.remove(0))));
@@ -137,7 +137,7 @@ impl<L: Lane> Lanes<L> {
         self.xi[..states].iter().map(|x| x.lane(l)).collect()
     }
 
-    /// Replaces the state of lane `l`, which stands at `t_s`.
+    /// Replaces the state of lane `l`, which is at `t_s`.
     pub(crate) fn set_state(&mut self, l: usize, state: &[f64], t_s: f64) -> Result<(), EngineError> {
         take_lane(&self.xi, l, &mut self.scratch);
         let core = &mut self.cores[l];
@@ -152,12 +152,12 @@ impl<L: Lane> Lanes<L> {
         Ok(())
     }
 
-    /// Gives every gap the speed that its piece has from the present instant on.
+    /// Sets the speed of every gap to that of its piece from the present instant on.
     pub(crate) fn move_gaps(&mut self) {
         for (l, core) in self.cores.iter().enumerate() {
             take_lane(&self.xi, l, &mut self.scratch);
-            // A little later than now: an instant may come before its time by less than that, and the piece
-            // must be the next one.
+            // Slightly later than the present: an instant may come early by less than that, and the next
+            // piece must apply.
             core.motion.set_gaps(self.t_s + SAME_INSTANT_S, &mut self.scratch);
             core.motion.join(&core.flow().equations, &mut self.scratch);
             put_lane(&mut self.xi, l, &self.scratch);
@@ -175,7 +175,7 @@ impl<L: Lane> Lanes<L> {
         Ok(())
     }
 
-    /// A new input of a drive whose rate is limited: it starts to ramp there, which is another mode.
+    /// A new input of a drive with limited rate starts a ramp, which is another mode.
     #[cold]
     fn ramp_to(&mut self, i: usize, input: L) -> Result<(), EngineError> {
         for (l, core) in self.cores.iter_mut().enumerate() {
@@ -187,7 +187,7 @@ impl<L: Lane> Lanes<L> {
         Ok(())
     }
 
-    /// Brings the wanted signals up to the present instant.
+    /// Updates the wanted signals to the present instant.
     #[inline(always)]
     pub(crate) fn refresh_signals(&mut self) {
         if !self.formation.all_linear {
@@ -196,7 +196,7 @@ impl<L: Lane> Lanes<L> {
         self.signals.refresh(&self.formation, &self.cores, &self.xi);
     }
 
-    /// The wanted signals as last refreshed.
+    /// The wanted signals as last updated.
     #[inline(always)]
     pub(crate) fn signals(&self) -> &[L] {
         &self.signals.values
@@ -211,7 +211,7 @@ impl<L: Lane> Lanes<L> {
         }
     }
 
-    /// Number `which` of where the shapes of a contact touch; not a number where they have no shapes.
+    /// Number `which` of the point at which the shapes of a contact touch; NaN without shapes.
     pub(crate) fn touch(&self, contact: usize, which: usize) -> L {
         L::from_fn(|l| {
             let profile = self.cores[l].motion.assembly().contacts[contact].profile.as_ref();
@@ -228,8 +228,8 @@ impl<L: Lane> Lanes<L> {
         })
     }
 
-    /// How far each contact of lane `l` is compressed, m, how fast that grows, m/s, and how fast this does,
-    /// m/s2 (without the part of laws that are not linear).
+    /// Compression of each contact of lane `l`, m, its rate, m/s, and its acceleration, m/s2 (without the
+    /// part of nonlinear laws).
     pub(crate) fn compressions(&self, l: usize) -> Vec<[f64; 3]> {
         let mut xi = Vec::new();
         take_lane(&self.xi, l, &mut xi);
@@ -240,7 +240,7 @@ impl<L: Lane> Lanes<L> {
         flow.equations.compression.iter().map(of).collect()
     }
 
-    /// The largest force of every stretch of contact of lane `l`, per contact; none where they are not kept.
+    /// The largest force of every stretch of contact of lane `l`, per contact; empty if peaks are not kept.
     pub(crate) fn peaks(&self, l: usize) -> Vec<Vec<Peak>> {
         let core = &self.cores[l];
         let Some(peaks) = &core.peaks else { return Vec::new() };
@@ -255,7 +255,7 @@ impl<L: Lane> Lanes<L> {
         self.cores[0].ledger.is_some()
     }
 
-    /// The energy balance of lane `l` with the works of `controllers`; none where no ledger is kept.
+    /// The energy balance of lane `l` with the works of `controllers`; `None` without a ledger.
     pub(crate) fn energy(&self, l: usize, controllers: &[String]) -> Option<EnergyBalance> {
         let core = &self.cores[l];
         let ledger = core.ledger.as_ref()?;
@@ -268,7 +268,7 @@ impl<L: Lane> Lanes<L> {
         self.cores.iter().enumerate().map(|(l, core)| core.strokes(&self.xi, l)).collect()
     }
 
-    /// Adds what each controller did in lane `l` to the ledger, J.
+    /// Adds the work of each controller in lane `l` to the ledger, J.
     pub(crate) fn charge(&mut self, l: usize, works_j: impl Iterator<Item = f64>) {
         if let Some(ledger) = &mut self.cores[l].ledger {
             ledger.charge_controllers(works_j);
@@ -288,7 +288,7 @@ pub(super) fn put_lane<L: Lane>(xi: &mut [L], l: usize, values: &[f64]) {
 }
 
 impl LaneCore {
-    /// Lets a lane go on with the peaks that it found in company, and takes back what it finds.
+    /// Passes the peaks found in group travel to a lane that continues alone, and takes its new peaks back.
     pub(super) fn exchange_peaks<L: Lane, R>(
         &mut self,
         abreast: &mut [Abreast<L>],
@@ -305,8 +305,8 @@ impl LaneCore {
         result
     }
 
-    /// Whether guides stick bodies to each other (a body that sticks to ground is at rest by its own
-    /// equations).
+    /// Whether guides stick bodies to each other. (A body that sticks to ground is at rest by its own
+    /// equations.)
     pub(super) fn joins_bodies(&self) -> bool {
         self.flow().equations.joined.iter().any(|(_, lead)| lead.is_some())
     }

@@ -1,4 +1,4 @@
-//! The energy ledger: what every element fed, dissipated and stores.
+//! The energy ledger: the energy that every element fed, dissipated and stores.
 
 use feeler_plant::motion::{Ledger, MeterKind, Motion, Storage, StorageKind, Switch, dot};
 
@@ -40,8 +40,8 @@ impl EnergyLedger {
         }
     }
 
-    /// `switch` takes the machine from the first flow to the second. A contact or stop that switches while
-    /// compressed loses (or regains) what it stores: its damping is charged.
+    /// `switch` changes the machine from the first flow to the second. A contact or stop that switches while
+    /// compressed loses (or regains) its stored energy, which is charged to its damping.
     pub(crate) fn switch(
         &mut self,
         motion: &Motion,
@@ -122,19 +122,19 @@ impl EnergyLedger {
 /// The balance of a finished run, J.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnergyBalance {
-    /// Energy that each meter counted: what it counts, the element's name, how much.
+    /// Energy of each meter: its kind, the element's name, and the amount.
     pub meters: Vec<(MeterKind, String, f64)>,
-    /// Work that each controller's command did through its drive (command times the stroke it was held over;
-    /// of a velocity source none is attributed), by name.
+    /// Work of each controller's command through its drive, by name: the command times the stroke over which
+    /// it was held. A velocity source has none.
     pub controllers: Vec<(String, f64)>,
     /// Kinetic energy at start and end.
     pub kinetic: [f64; 2],
-    /// Elastic energy, and the potential one of weights, at start and end.
+    /// Elastic energy and the potential energy of weights, at start and end.
     pub elastic: [f64; 2],
 }
 
 impl EnergyBalance {
-    /// Energy fed less energy dissipated less the growth of what is stored: zero but for errors of the
+    /// Energy fed, less energy dissipated, less the growth of stored energy: zero except for errors of the
     /// method.
     pub fn residual(&self) -> f64 {
         let flow: f64 =
@@ -142,7 +142,7 @@ impl EnergyBalance {
         flow - (self.kinetic[1] + self.elastic[1] - self.kinetic[0] - self.elastic[0])
     }
 
-    /// Sum of the sizes of all that was exchanged and stored: what the residual is to be held against.
+    /// Sum of the magnitudes of all exchanged and stored energy: the scale for the residual.
     pub fn exchanged(&self) -> f64 {
         self.meters.iter().map(|(_, _, joule)| joule.abs()).sum::<f64>()
             + self.kinetic.iter().chain(&self.elastic).sum::<f64>()

@@ -1,4 +1,4 @@
-//! The motion between two instants: lanes side by side, and each through events of its own.
+//! The motion between two instants: lanes side by side, each through its own events.
 
 pub(crate) mod bodies;
 pub(crate) mod carrier;

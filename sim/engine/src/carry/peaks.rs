@@ -1,5 +1,5 @@
-//! The largest force of every stretch of contact, between the rows of any record: where a force peaks within
-//! a span is found on the motion itself.
+//! The largest force of every stretch of contact, also between the rows of a record: peaks within a span are
+//! found on the motion itself.
 
 use feeler_lanes::Lane;
 use feeler_plant::motion::dot;
@@ -9,16 +9,16 @@ use crate::solve::crossing::Piece;
 use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 use crate::solve::taylor::Series;
 
-/// Share of itself by which a peak may be higher than what is known without being looked at: slopes taken by
-/// differences tell no more, and a force at rest is not to be looked at for its rounding.
+/// Relative height by which an unexamined peak may exceed the known maximum. Slopes from differences resolve
+/// no more, and a force at rest must not be examined for its rounding.
 const CREST: f64 = 1e-9;
-/// The same in spans in which the force may swing more than once, so that a force which creeps to its largest
-/// value is not looked at all the way.
+/// The same in spans in which the force may oscillate more than once. A force that creeps to its maximum is
+/// then not examined all the way.
 const NEAR: f64 = 1e-6;
-/// Share of the force to which two polynomials through the ends of a span must agree, or its peak is looked
-/// for on the motion.
+/// Relative agreement required of two polynomials through the ends of a span; otherwise the motion itself is
+/// searched for the peak.
 const AGREE: f64 = 1e-5;
-/// Evaluations at a peak of a nonlinear mode; each brings the bounds several times closer.
+/// Largest number of evaluations at a peak of a nonlinear mode; each brings the bounds several times closer.
 const MOST_LOOKS: usize = 60;
 
 /// In seconds.
@@ -29,7 +29,7 @@ const FEMTOSECOND: f64 = 1e-15;
 pub struct Peak {
     /// When, s.
     pub t_s: f64,
-    /// How large, N; 0 where the contact only pulled.
+    /// Largest force, N; 0 if the contact only pulled.
     pub force_n: f64,
 }
 
@@ -53,14 +53,14 @@ struct Point {
     slope: f64,
 }
 
-/// Where tangents at both ends of a span of `h` meet, above `level` or not: what lies between them if it
-/// bends one way only. Positive where above.
+/// Where the tangents at both ends of a span of `h` meet, relative to `level`. They bound a force that bends
+/// one way only. Positive if above.
 #[inline(always)]
 fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
     (start - level) * (rise - fall) + rise * (end - start - fall * h)
 }
 
-/// Of one variant: a list per contact, and the stretch that lasts.
+/// Peaks of one variant: a list per contact, and the present stretch.
 #[derive(Debug)]
 pub(crate) struct Peaks {
     finished: Vec<Vec<Peak>>,
@@ -72,8 +72,8 @@ impl Peaks {
         Self { finished: vec![Vec::new(); contacts], present: vec![None; contacts] }
     }
 
-    /// The machine is in the mode of `flow` from now on, or is still at the end of a fixed step: stretches
-    /// begin, rise and end.
+    /// The machine enters the mode of `flow`, or is still in it at the end of a fixed step. Stretches begin,
+    /// rise and end.
     pub(crate) fn enter(&mut self, flow: &Flow, xi: &[f64], t_s: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if flow.pushing[i] {
@@ -85,14 +85,14 @@ impl Peaks {
         }
     }
 
-    /// Every stretch of contact `i` so far. Of the one that lasts the peak is `abreast`, where the lane
-    /// travels in company.
+    /// Every stretch of contact `i` so far. `abreast` is the peak of the present stretch if the lane travels
+    /// in the group.
     pub(crate) fn of(&self, i: usize, abreast: Option<Peak>) -> Vec<Peak> {
         let present = self.present[i].map(|own| abreast.unwrap_or(own));
         self.finished[i].iter().copied().chain(present).collect()
     }
 
-    /// A piece of `h` of a linear mode, from `xi` at `t_s` on.
+    /// A piece of length `h` of a linear mode, from `xi` at `t_s`.
     pub(crate) fn linear_piece(&mut self, flow: &Flow, series: &Series, xi: &[f64], t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
@@ -105,7 +105,7 @@ impl Peaks {
         }
     }
 
-    /// A piece of `h` that began at `t_s`, of a mode without a polynomial.
+    /// A piece of length `h` from `t_s`, of a mode without a polynomial.
     pub(crate) fn piece(&mut self, piece: &mut impl Piece, t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
@@ -120,8 +120,8 @@ impl Peaks {
         }
     }
 
-    /// A span of a linear mode that was travelled in one go peaks in it: looks where, from `xi` at its start
-    /// on, in parts in which a force has one peak at most. `xi` is moved.
+    /// Finds the peak of a span of a linear mode that was travelled in one step from `xi`. The search uses
+    /// parts in which a force has at most one peak. `xi` is moved.
     pub(crate) fn peak(
         &mut self,
         flow: &mut Flow,
@@ -179,14 +179,14 @@ impl Peaks {
     }
 }
 
-/// A force `s` after the start of a piece of `h`.
+/// The force `s` after the start of a piece of `h`.
 fn point(piece: &mut impl Piece, row: &[f64], s: f64, h: f64) -> Option<Point> {
     let xi = piece.state(s)?;
     Some(Point { s, force_n: dot(row, &xi), slope: piece.slope(row, &xi, h) })
 }
 
-/// Where the force rises at one end of a piece and falls at the other, the crest in between: by the secant of
-/// the slope, until the tangents leave no room.
+/// The maximum between two ends of a piece, of which the force rises at one and falls at the other: secant
+/// steps on the slope until the tangents bound it.
 fn crest(
     piece: &mut impl Piece,
     row: &[f64],
@@ -203,7 +203,7 @@ fn crest(
         {
             return;
         }
-        // Kept off the ends, so that both come closer.
+        // Kept away from the ends, so that both bounds move.
         let share = (a.slope / (a.slope - b.slope)).clamp(0.05, 0.95);
         let s = a.s + share * (b.s - a.s);
         let Some(middle) = point(piece, row, s, h) else { return };
@@ -212,7 +212,7 @@ fn crest(
     }
 }
 
-/// A span of a linear mode as the force of one contact went through it.
+/// A span of a linear mode, as seen by the force of one contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     /// Force at start and end, N.
@@ -222,26 +222,26 @@ pub(crate) struct Span {
     /// Its second derivatives there, N/s2.
     pub(crate) bends: [f64; 2],
     pub(crate) length_s: f64,
-    /// Whether it may have swung more than once.
+    /// Whether the force may have oscillated more than once.
     pub(crate) is_rough: bool,
 }
 
-/// Where a force peaks in a span.
+/// The peak of a force within a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PeakWithin {
     /// Nowhere.
     None,
-    /// `s` after the start, at `force_n`.
+    /// `s` after the start, with the force `force_n`.
     At { s: f64, force_n: f64 },
     /// The ends do not tell.
     Unclear,
 }
 
 impl Span {
-    /// By the polynomials of third and fifth degree through the ends. Of a sine that turns by `q` over the
-    /// span they err by `q^4 / 384` and `q^6 / 46080`, so where they agree to [`AGREE`], the second is right
-    /// to `q^2 / 120` of that. A swing that the span holds many of would part them by many times its size, as
-    /// it bends that much more than what they can follow.
+    /// The peak, by the polynomials of third and fifth degree through the ends. For a sine that turns by `q`
+    /// over the span their errors are `q^4 / 384` and `q^6 / 46080`. If they agree to [`AGREE`], the second
+    /// is therefore correct to `q^2 / 120` of that. An oscillation with many periods in the span separates
+    /// them by many times its size, since its curvature exceeds what they can follow.
     pub(crate) fn peak(&self) -> PeakWithin {
         let ([start, end], [rise, fall]) = (self.ends, self.slopes);
         let [cubic, quintic] = self.polynomials();
@@ -264,7 +264,7 @@ impl Span {
         }
     }
 
-    /// What the force gains over the span, by powers of the share of it that is gone.
+    /// The gain of the force over the span, by powers of the elapsed share.
     fn polynomials(&self) -> [[f64; 6]; 2] {
         let h = self.length_s;
         let ([d1, e1], [d2, e2]) = (self.slopes.map(|slope| slope * h), self.bends.map(|bend| bend * h * h));
@@ -284,8 +284,8 @@ impl Span {
     }
 }
 
-/// Where in `[0, 1]` a polynomial that rises at the start and falls at the end is highest: Newton on its
-/// slope, kept inside the bracket.
+/// The maximum in `[0, 1]` of a polynomial that rises at the start and falls at the end: Newton on its slope,
+/// kept inside the bracket.
 fn highest(c: &[f64; 6]) -> (f64, f64) {
     let at = |u: f64| c.iter().rev().fold(0.0, |sum, c| sum * u + c);
     let slope = |u: f64| (1..6).rev().fold(0.0, |sum, k| sum * u + k as f64 * c[k]);
@@ -320,7 +320,7 @@ impl<L: Lane> Abreast<L> {
         Self { force_n: L::zero(), t_s: L::zero() }
     }
 
-    /// Gives a lane that goes alone from here on what was found in company.
+    /// Passes the peaks found in group travel to a lane that goes alone.
     pub(crate) fn give(&self, peaks: &mut Peaks, i: usize, l: usize) {
         if let Some(present) = &mut peaks.present[i] {
             *present = self.peak(l);
@@ -331,14 +331,14 @@ impl<L: Lane> Abreast<L> {
         Peak { t_s: self.t_s.lane(l), force_n: self.force_n.lane(l) }
     }
 
-    /// Takes over what a lane has found alone.
+    /// Takes over the peaks that a lane has found alone.
     pub(crate) fn take(&mut self, peaks: &Peaks, i: usize, l: usize) {
         let present = peaks.present[i].unwrap_or_default();
         self.force_n.set_lane(l, present.force_n);
         self.t_s.set_lane(l, present.t_s);
     }
 
-    /// A lane's force has been this large.
+    /// Records that a lane's force has reached this value.
     pub(crate) fn rise_to(&mut self, l: usize, t_s: f64, force_n: f64) {
         if force_n > self.force_n.lane(l) {
             self.force_n.set_lane(l, force_n);
@@ -346,8 +346,8 @@ impl<L: Lane> Abreast<L> {
         }
     }
 
-    /// The lanes of `pushing` have gone from `from_s` on by `h` (s), with these forces at start and end and
-    /// these slopes: gives those whose force may have been larger in between than anything yet.
+    /// The lanes of `pushing` have moved by `h` from `from_s` (s), with these forces and slopes at start and
+    /// end. Returns the lanes whose force may have exceeded the maximum in between.
     #[inline(always)]
     pub(crate) fn pass(
         &mut self,
@@ -366,14 +366,14 @@ impl<L: Lane> Abreast<L> {
         let peaks = rise.gt(zero)
             & fall.lt(zero)
             & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
-        // Ends that tell of a turn at least, though tangents do not bound it.
+        // At least the ends show a turn, though tangents do not bound it.
         let turns =
             (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
         pushing & (peaks | turns)
     }
 
-    /// Lanes whose force may have been larger than anything yet within a span in which it swings more than
-    /// once: at the steeper of its slopes, from the higher of its ends, it would get there.
+    /// Lanes whose force may have exceeded the maximum within a span of more than one oscillation. The bound
+    /// is the higher end plus the steeper slope over the whole span.
     #[inline(always)]
     pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
         (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
@@ -384,8 +384,8 @@ impl<L: Lane> Abreast<L> {
 mod tests {
     use super::*;
 
-    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the peak, they tell it to
-    /// 1.2e-7 (see [`Span::peak`]).
+    /// 20 + 10 sin, turned by up to 1.2 rad over a span: the ends give the peak to 1.2e-7 (see
+    /// [`Span::peak`]).
     #[test]
     fn truth_the_crest_of_a_sine_follows_from_both_ends() {
         let h = 5e-4;
@@ -410,7 +410,7 @@ mod tests {
                 } else {
                     assert!(turn > 0.2, "{turn} {share}");
                 }
-                // A ripple of a ten thousandth, seventy turns of it.
+                // A ripple of 1e-4 with seventy periods.
                 let ripple = |p: f64| {
                     [3e-3 * p.sin(), 3e-3 * 440.0 / h * p.cos(), -3e-3 * (440.0 / h).powi(2) * p.sin()]
                 };

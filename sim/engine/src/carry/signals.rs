@@ -1,11 +1,11 @@
-//! Signals of the plant that controllers and recorders read, of all lanes.
+//! Signals of the plant that controllers and recorders read, for all lanes.
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
 
 use crate::carry::formation::Formation;
 use crate::carry::lane::LaneCore;
 
-/// The wanted signals side by side. A lane's come with its motion, or from the rows of its mode.
+/// The wanted signals side by side. A lane's signals come with its motion, or from the rows of its mode.
 #[derive(Debug)]
 pub(super) struct Signals<L: Lane> {
     pub(super) values: Vec<L>,
@@ -16,7 +16,7 @@ pub(super) struct Signals<L: Lane> {
     rows: Blocks<L>,
     /// Flow of each lane for which its rows were filled in.
     filled_for: Vec<usize>,
-    /// Formation for which the rows were last looked through.
+    /// Formation for which the rows were last checked.
     filled_at: u64,
 }
 
@@ -33,8 +33,8 @@ impl<L: Lane> Signals<L> {
         }
     }
 
-    /// Computes the signals of lanes that are not up to date. What follows at the instant changes inputs, so
-    /// that none is afterwards.
+    /// Computes the signals of lanes that are not up to date. Actions at the instant change inputs, so no
+    /// lane is up to date afterwards.
     #[inline(always)]
     pub(super) fn refresh(&mut self, formation: &Formation<L>, cores: &[LaneCore], xi: &[L]) {
         if !self.are_fresh.all() {

@@ -1,9 +1,9 @@
-//! One step of a fixed-step method in a linear mode: as the inputs are held, the whole step is a linear map,
-//! formed once per mode.
+//! One step of a fixed-step method in a linear mode. With held inputs the whole step is a linear map,
+//! computed once per mode.
 //!
-//! With `M` the derivative of the extended vector, an RK4 step is the polynomial
-//! `I + hM + (hM)^2/2 + (hM)^3/6 + (hM)^4/24` of it, and a semi-implicit Euler step is `v += h M_v xi`, then
-//! `q += h v`: the same methods with the same errors, but for rounding.
+//! With `M` the derivative of the extended vector, an RK4 step is the polynomial `I + hM + (hM)^2/2 +
+//! (hM)^3/6 + (hM)^4/24`. A semi-implicit Euler step is `v += h M_v xi`, then `q += h v`. These are the same
+//! methods with the same errors, up to rounding.
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
 use nalgebra::DMatrix;
@@ -12,17 +12,17 @@ use crate::carry::lane::LaneCore;
 use crate::run::settings::Integrator;
 use crate::solve::flow::Flow;
 
-/// Share of entries that are not zero up to which a large map is kept as lists: bodies mostly touch their
-/// neighbours, and cost then grows with their number, not with its square.
+/// Largest share of nonzero entries for which a large map is stored as lists. Bodies mostly touch their
+/// neighbours, so the cost grows with their number and not with its square.
 const SPARSE_SHARE: f64 = 0.3;
-/// States up to which a map is kept whole in any case.
+/// Maps with up to this number of states are always stored whole.
 const SMALL: usize = 12;
 
-/// A map in the form in which it is applied fastest.
+/// A map in the form that is applied fastest.
 #[derive(Debug)]
 enum Matrix<L> {
     Whole(Blocks<L>),
-    /// Row by row where it begins in the lists of columns and factors.
+    /// For each row, its start in the lists of columns and factors.
     Lists {
         starts: Vec<usize>,
         columns: Vec<usize>,
@@ -85,7 +85,7 @@ pub(crate) struct StepMap<L> {
     pub(crate) step_s: f64,
     filled_at: u64,
     filled_for: Vec<usize>,
-    /// Of each lane row by row: the states after the step, then the guards.
+    /// Rows of each lane: the states after the step, then the guards.
     of_lanes: Vec<Vec<f64>>,
     /// The same side by side.
     matrix: Matrix<L>,
@@ -112,7 +112,7 @@ impl<L: Lane> StepMap<L> {
         }
     }
 
-    /// Fills in the rows of lanes whose mode has changed since, where it is linear.
+    /// Fills in the rows of lanes whose mode has changed, if it is linear.
     pub(crate) fn refresh(&mut self, method: Integrator, formation: u64, lanes: &[LaneCore]) {
         if self.filled_at == formation {
             return;
@@ -122,7 +122,7 @@ impl<L: Lane> StepMap<L> {
         let mut changed = most > self.guards;
         if changed {
             self.guards = most;
-            // A guard that a lane does not have reads zero, which is no crossing.
+            // A guard that a lane does not have reads zero, which is not a crossing.
             self.of_lanes.iter_mut().for_each(|rows| rows.resize((self.states + most) * self.width, 0.0));
         }
         for (l, lane) in lanes.iter().enumerate().filter(|(_, lane)| lane.flow().linear && !lane.has_ended())
@@ -154,8 +154,8 @@ impl<L: Lane> StepMap<L> {
         self.matrix.padded_rows()
     }
 
-    /// Moves the lanes of `here` by up to `most` steps and gives how many: fewer where a lane has left its
-    /// mode at the end of one (first mask), or has left all bounds and stays where it was (second).
+    /// Moves the lanes of `here` by up to `most` steps and returns the number. It is smaller if a lane has
+    /// left its mode at the end of a step (first mask), or has diverged and stays where it was (second).
     #[inline(always)]
     pub(crate) fn steps(
         &self,
@@ -192,7 +192,7 @@ impl<L: Lane> StepMap<L> {
     }
 }
 
-/// The step over the extended vector, a square matrix: inputs and the constant stay.
+/// The step over the extended vector as a square matrix: inputs and the constant do not change.
 fn map(flow: &Flow, method: Integrator, coordinates: usize, step_s: f64) -> DMatrix<f64> {
     let n = flow.width;
     let mut rate = DMatrix::zeros(n, n);

@@ -1,10 +1,10 @@
-//! A motion too fine to be followed: steps so short that a run would not end.
+//! Detects motions that are too fast to follow: steps so short that a run would not end.
 
-/// Steps within [`SPAN_S`] of simulated time after which a run is given up: some seconds of work for ten
-/// milliseconds.
+/// Largest number of steps within [`SPAN_S`] of simulated time; beyond it the run ends. It is some seconds of
+/// work for ten milliseconds.
 const MOST_STEPS: u64 = 3_000_000;
 const SPAN_S: f64 = 0.01;
-/// What a step of a nonlinear mode costs, in polynomials of a linear one.
+/// Cost of a step of a nonlinear mode, in polynomials of a linear one.
 pub(crate) const NONLINEAR: u64 = 10;
 
 /// Counts steps over simulated time.
@@ -15,7 +15,7 @@ pub(crate) struct Toil {
 }
 
 impl Toil {
-    /// Steps were taken, up to `t_s`: whether there are more than can be followed.
+    /// Counts steps up to `t_s` and returns whether there are too many.
     pub(crate) fn took(&mut self, steps: u64, t_s: f64) -> bool {
         if t_s - self.since_s > SPAN_S {
             *self = Self { since_s: t_s, steps: 0 };

@@ -7,7 +7,7 @@ use crate::carry::peaks::{Abreast, Span};
 use crate::error::EngineError;
 use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 
-/// Spans closer than this are surely one on the grid of femtoseconds.
+/// Spans closer than this are equal on the grid of femtoseconds.
 const SAME_SPAN_S: f64 = 0.49e-15;
 
 /// Carries every lane over the same span, each in its own mode.
@@ -15,11 +15,12 @@ const SAME_SPAN_S: f64 = 0.49e-15;
 pub(crate) struct Transition<L: Lane> {
     pub(crate) span_fs: u64,
     span_s: f64,
-    /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last looked through.
+    /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last checked.
     filled_at: u64,
     /// Flow of each lane for which the rows were filled in.
     filled_for: Vec<usize>,
-    /// Equal parts into which each lane cuts the span so as not to miss an event between two looks.
+    /// Number of equal parts into which each lane divides the span so that no event is missed between
+    /// evaluations.
     pub(crate) parts: Vec<u64>,
     /// Most of these.
     pub(crate) most_parts: u64,
@@ -32,11 +33,11 @@ pub(crate) struct Transition<L: Lane> {
     lines: usize,
     /// Where the signals begin.
     signals_from: usize,
-    /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they
-    /// are forces.
+    /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are
+    /// forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
-    /// Lanes that go through more in one part than [`Flow::looks`] asks for, as they have no guards.
+    /// Lanes that travel farther in one part than [`Flow::looks`] allows, because they have no guards.
     rough: L::Mask,
 }
 
@@ -63,7 +64,7 @@ impl<L: Lane> Transition<L> {
         }
     }
 
-    /// Whether a span is this one on the grid of femtoseconds.
+    /// Whether a span equals this one on the grid of femtoseconds.
     #[inline(always)]
     pub(crate) fn is_over(&self, span_s: f64) -> bool {
         (span_s - self.span_s).abs() < SAME_SPAN_S
@@ -105,8 +106,7 @@ impl<L: Lane> Transition<L> {
                 continue;
             }
             let span_s = self.span_s;
-            // Where nothing can happen there is nothing to look for but peaks, which have a check of their
-            // own.
+            // Without guards only peaks need evaluations, and these have their own check.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
             let looks = flow.looks(span_s)?;
             self.parts[l] = if is_guarded { looks } else { 1 };
@@ -138,16 +138,15 @@ impl<L: Lane> Transition<L> {
         Ok(())
     }
 
-    /// Lanes in which a guard may have been crossed on the way: it is not positive at the end, was negative
-    /// at the start, or falls at the start and rises at the end so steeply that it may have dipped below zero
-    /// in between.
+    /// Lanes in which a guard may have been crossed on the way. Either it is not positive at the end, or it
+    /// was negative at the start, or its slopes allow a dip below zero in between.
     #[inline(always)]
     fn suspects(&self, y: &[L]) -> L::Mask {
         let zero = L::zero();
         let mut suspect = L::Mask::splat(false);
         for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
-            // Where the tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
+            // The tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
             let below =
                 (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
@@ -157,16 +156,16 @@ impl<L: Lane> Transition<L> {
         suspect
     }
 
-    /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the
-    /// way.
+    /// Computes the state of the lanes of `here` after one part, and returns those that may have met an event
+    /// on the way.
     #[inline(always)]
     pub(crate) fn crossed(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
         self.matrix.apply(xi, y);
         here & self.suspects(y)
     }
 
-    /// Notes the largest forces of the lanes of `moved` in part `part` of a span that began at `t_s`, and
-    /// gives those whose force may be larger still in between.
+    /// Records the largest forces of the lanes of `moved` in part `part` of a span from `t_s`. Returns those
+    /// whose force may be larger in between.
     #[inline(always)]
     pub(crate) fn pass(
         &self,
@@ -192,7 +191,7 @@ impl<L: Lane> Transition<L> {
         crests
     }
 
-    /// One part of a lane as contact `i` went through it; `None` if it does not push.
+    /// One part of the span of a lane, as seen by contact `i`; `None` if it does not push.
     pub(crate) fn span(&self, l: usize, i: usize, y: &[L]) -> Option<Span> {
         let line = &y[self.states + ROWS_PER_LINE * i..];
         let bends = &y[self.states + ROWS_PER_LINE * self.lines + ROWS_PER_BEND * i..];
@@ -206,7 +205,7 @@ impl<L: Lane> Transition<L> {
         })
     }
 
-    /// Moves the lanes of `moved` to where they were seen, and gives what their signals are there.
+    /// Moves the lanes of `moved` to their computed states, and returns their signals there.
     #[inline(always)]
     pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], signals: &mut [L], y: &[L]) {
         let signals = signals.iter_mut().zip(&y[self.signals_from..]);

@@ -6,13 +6,13 @@ use feeler_plant::motion::{ContactState, FrictionState, LimitState, Switch, Swit
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
-    /// A contact or one side of a free play began to push.
+    /// A contact or one side of a play began to push.
     Touch,
     /// It ceased to push.
     Lift,
     /// A guide came to rest.
     Stick,
-    /// It began to slide, or turned.
+    /// A guide began to slide, or reversed.
     Slip,
     /// A drive reached its limit.
     Limit,
@@ -33,8 +33,8 @@ impl EventKind {
         }
     }
 
-    /// The event of a switch going from one state to another, if it is one: that an error leaves its deadband
-    /// is none.
+    /// The event of a switch that changes from one state to another. `None` if the change is not an event, as
+    /// when an error leaves its deadband.
     pub fn of(switch: Switch, from: SwitchState, to: SwitchState) -> Option<Self> {
         match (from, to) {
             _ if matches!(switch, Switch::Deadband(_)) => None,
@@ -66,7 +66,7 @@ pub struct Event {
 }
 
 impl Event {
-    /// Name of the element it happened to.
+    /// Name of the element of the event.
     pub fn element<'a>(&self, assembly: &'a Assembly) -> &'a str {
         match self.switch {
             Switch::Contact(i) => &assembly.contacts[i].name,

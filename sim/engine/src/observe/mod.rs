@@ -1,4 +1,4 @@
-//! Events of a run, and who watches it.
+//! Events of a run, and its observers.
 
 pub(crate) mod event;
 pub(crate) mod observer;

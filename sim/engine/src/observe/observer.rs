@@ -4,16 +4,15 @@ use feeler_lanes::Lane;
 
 use crate::observe::event::Event;
 
-/// Receives the record of a run as it goes.
+/// Receives the record of a run during the run.
 ///
-/// At a sample instant a controller's outputs and the drives' commands are those issued at that instant; all
-/// else is what a sampler would read just before they act. Of a variant that has ended early the values are
-/// not numbers.
+/// At a sample instant, a controller's outputs and the drives' commands are those issued at that instant. All
+/// other values are those just before they act. Values of a variant that has ended early are NaN.
 pub trait Observer<L: Lane> {
     /// The recorded signals at `t_s`, in the order of the scenario's `record`.
     fn record(&mut self, t_s: f64, values: &[L]);
-    /// An event of one lane. Events of a lane come in order; between lanes, and between events and records,
-    /// order within a sampling interval is free.
+    /// An event of one lane. Events of a lane come in order. Between lanes, and between events and records,
+    /// the order within a sampling interval is not defined.
     fn event(&mut self, lane: usize, event: &Event);
 }
 
@@ -26,7 +25,7 @@ impl<L: Lane> Observer<L> for Unobserved {
     fn event(&mut self, _lane: usize, _event: &Event) {}
 }
 
-/// Keeps everything of a single variant.
+/// Stores the complete record of a single variant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// Names of the signals.

@@ -1,4 +1,4 @@
-//! Scenarios put together in a program.
+//! Builders for scenarios in programs.
 
 use feeler_control::ControllerSpec;
 use feeler_plant::description::{Elements, Machine, SignalName};
@@ -7,26 +7,26 @@ use super::scenario::{ControllerUse, Scenario};
 use super::settings::RunSettings;
 
 impl Scenario {
-    /// A machine without controllers, run for a second with nothing recorded.
+    /// A machine without controllers that runs for one second and records nothing.
     pub fn new(machine: Machine) -> Self {
         Self { machine, controllers: Elements::default(), run: RunSettings::default() }
     }
 
-    /// With a controller; another of this name is replaced.
+    /// Adds a controller; replaces one of the same name.
     #[must_use]
     pub fn with_controller(mut self, name: impl Into<String>, controller: ControllerUse) -> Self {
         self.controllers.insert(name.into(), controller);
         self
     }
 
-    /// The same, run for this many seconds.
+    /// Sets the duration, s.
     #[must_use]
     pub fn lasting(mut self, duration_s: f64) -> Self {
         self.run.duration_s = duration_s;
         self
     }
 
-    /// The same with these signals recorded at this rate, Hz.
+    /// Records these signals at this rate, Hz.
     #[must_use]
     pub fn recording(mut self, signals: impl IntoIterator<Item = SignalName>, rate_hz: f64) -> Self {
         self.run.record = signals.into_iter().collect();
@@ -41,7 +41,7 @@ impl ControllerUse {
         Self { spec, reads: None, motion: None, drives: drives.into(), effects: Vec::new() }
     }
 
-    /// The same, closed over a sensor.
+    /// Closes the loop over a sensor.
     #[must_use]
     pub fn reading(mut self, sensor: impl Into<String>) -> Self {
         self.reads = Some(sensor.into());

@@ -1,4 +1,4 @@
-//! A scenario, the program made of it, and its run from instant to instant.
+//! A scenario, its program, and the run from instant to instant.
 
 mod building;
 pub(crate) mod program;

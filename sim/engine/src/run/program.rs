@@ -1,4 +1,4 @@
-//! A scenario made ready: the machine's motion, how its controllers are wired, and what is recorded.
+//! A scenario prepared for running: the machine's motion, the wiring of its controllers, and the record.
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use crate::run::scenario::{ControllerUse, Scenario};
 use crate::run::servo::{ServoWiring, impose, servos};
 use crate::run::settings::RunSettings;
 
-/// Where a recorded value comes from.
+/// The source of a recorded value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Recorded {
     /// A row of the plant: index into the wanted signals.
     Plant(usize),
-    /// One of the six numbers of where the shapes of contact `i` touch.
+    /// One of the six numbers of the point at which the shapes of contact `i` touch.
     Touch(usize, usize),
     /// 1 while contact `i` pushes.
     Touching(usize),
     /// The command of drive `i` as issued.
     Command(usize),
-    /// The reading of sensor `i`; its signal is the wanted one of this index.
+    /// The reading of sensor `i`; its signal is the wanted one with this index.
     Reading(usize, usize),
     /// The output of controller `i`, as applied.
     Output(usize),
@@ -45,7 +45,7 @@ pub(crate) struct Wiring {
     pub(crate) reference: Reference,
 }
 
-/// A sensor as somebody reads it: the sensor and its wanted signal.
+/// A sensor with a reader: the sensor and its wanted signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tapped {
     pub(crate) sensor: usize,
@@ -57,15 +57,15 @@ pub(crate) struct Tapped {
 pub struct LoopWiring<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Whether it is the loop of a sampled servo, and the name that of its actuator.
+    /// Whether this is the loop of a sampled servo; its name is then that of the actuator.
     pub is_servo: bool,
-    /// Law, gains, timing and reference, effects applied.
+    /// Law, gains, timing and reference, with effects applied.
     pub spec: &'a ControllerSpec,
     /// Sensor it controls.
     pub reading: Option<usize>,
-    /// Sensor of position or velocity that it damps with.
+    /// Sensor of position or velocity that it uses for damping.
     pub motion: Option<usize>,
-    /// Which of the two that sensor reads.
+    /// Whether that sensor reads velocity.
     pub motion_is_velocity: bool,
     /// Drive that it commands.
     pub drive: usize,
@@ -80,7 +80,7 @@ pub struct Program {
     /// The loops of sampled servos.
     pub(crate) servos: Vec<ServoWiring>,
     pub(crate) run: RunSettings,
-    /// Signals of the plant that somebody reads, as rows.
+    /// Signals of the plant with a reader, as rows.
     pub(crate) wanted: Vec<Source>,
     pub(crate) recorded: Vec<Recorded>,
     pub(crate) names: Vec<String>,
@@ -170,7 +170,7 @@ impl Program {
         self.controllers.keys().map(String::as_str)
     }
 
-    /// How the controllers are wired, in the order of the file, and then the loops of sampled servos.
+    /// The wiring of the controllers in the order of the file, then the loops of sampled servos.
     pub fn loops(&self) -> impl Iterator<Item = LoopWiring<'_>> {
         let servos = self.servos.iter().map(|servo| LoopWiring {
             name: &servo.name,
@@ -194,7 +194,7 @@ impl Program {
         controllers.chain(servos)
     }
 
-    /// In what two variants differ that lanes must share; `None` where they can run side by side.
+    /// The shared property in which two variants differ; `None` if they can run side by side.
     pub fn difference(&self, other: &Self) -> Option<&'static str> {
         let (a, b) = (self.motion.assembly(), other.motion.assembly());
         let bits = f64::to_bits;

@@ -1,4 +1,4 @@
-//! What is recorded of a run, and when.
+//! Records the signals of a run.
 
 use feeler_lanes::Lane;
 
@@ -12,13 +12,13 @@ use crate::sample::sampling::{Sampling, earlier};
 #[derive(Debug)]
 pub(crate) struct Recorder<L: Lane> {
     recorded: Vec<Recorded>,
-    /// For each signal its reader, where it is the reading of a sensor.
+    /// For each signal, its reader if it is the reading of a sensor.
     readings: Vec<Option<Reading<L>>>,
     any_delayed: bool,
     /// The signals of the last record.
     values: Vec<L>,
     records: u64,
-    /// Instant of the next record; infinite where nothing is recorded.
+    /// Instant of the next record; infinite if nothing is recorded.
     next_s: f64,
     rate_hz: f64,
 }
@@ -69,7 +69,7 @@ impl<L: Lane> Recorder<L> {
         due(self.next_s, t_s)
     }
 
-    /// Takes what a sampler would read before commands that arrive now act.
+    /// Takes the values that a sampler would read before newly arrived commands act.
     pub(crate) fn take_plant(&mut self, lanes: &Lanes<L>, sampling: &Sampling<L>) {
         let (t_s, signals) = (lanes.time_s(), lanes.signals());
         for ((value, recorded), reading) in self.values.iter_mut().zip(&self.recorded).zip(&mut self.readings)
@@ -84,7 +84,7 @@ impl<L: Lane> Recorder<L> {
         }
     }
 
-    /// Takes what is issued at this instant, which completes the record.
+    /// Takes the values issued at this instant, which complete the record.
     pub(crate) fn take_commands(&mut self, lanes: &Lanes<L>, sampling: &Sampling<L>) {
         for (value, recorded) in self.values.iter_mut().zip(&self.recorded) {
             match *recorded {

@@ -1,4 +1,4 @@
-//! What is to be run: a machine, its controllers, and the run itself.
+//! A scenario: a machine, its controllers, and the settings of the run.
 
 use feeler_catalogue::{Field, Kind, Record, field, optional, required};
 use feeler_control::ControllerSpec;
@@ -7,7 +7,7 @@ use feeler_plant::effects::EffectUse;
 
 use super::settings::RunSettings;
 
-/// A machine with its controllers and how to run it.
+/// A machine with its controllers and the settings of its run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
     /// The plant.
@@ -18,23 +18,23 @@ pub struct Scenario {
     pub run: RunSettings,
 }
 
-/// A controller and how it is wired.
+/// A controller and its wiring.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerUse {
     /// Law, gains, timing and reference.
     pub spec: ControllerSpec,
-    /// Sensor it controls; none for an open-loop excitation.
+    /// Sensor that it controls; `None` for an open-loop excitation.
     pub reads: Option<String>,
-    /// Sensor of position or velocity for joint damping, impedance and the approach; where absent, the first
+    /// Sensor of position or velocity for joint damping, impedance and the approach. By default the first
     /// sensor that reads position or velocity of the driven body, if there is one.
     pub motion: Option<String>,
-    /// Actuator it drives; several controllers on one actuator add.
+    /// Actuator that it drives; the commands of several controllers on one actuator add.
     pub drives: String,
     /// Departures from the ideal controller.
     pub effects: Vec<EffectUse>,
 }
 
-/// How it is wired; what it reads is a key of its law.
+/// The wiring; the signal that it reads is a key of its law.
 impl Record for ControllerUse {
     const FIELDS: &'static [Field<Self>] = &[
         field!(

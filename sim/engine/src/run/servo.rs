@@ -1,4 +1,4 @@
-//! What a program makes of actuators with a loop or a motion of their own.
+//! Actuators with their own loop or motion, as a program runs them.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use super::program::{Tapped, Wanted};
 use super::scenario::{ControllerUse, Scenario};
 use crate::error::EngineError;
 
-/// Most knots of an imposed motion.
+/// Largest number of knots of an imposed motion.
 const MOST_KNOTS: f64 = 2e7;
 
 /// A sampled servo with its loop as a controller.
@@ -22,11 +22,11 @@ pub(crate) struct ServoWiring {
     pub(crate) spec: ControllerSpec,
     pub(crate) clock: SampleClock,
     pub(crate) encoder: Tapped,
-    /// Where it stands at the start, which is its target until it gets one.
+    /// Its initial position, which is its target until the first command.
     pub(crate) start_m: f64,
 }
 
-/// The loop of a sampled servo as a controller that reads its encoder; `None` of any other drive.
+/// The loop of a sampled servo as a controller that reads its encoder; `None` for other drives.
 pub fn servo_spec(drive: &Drive) -> Option<ControllerSpec> {
     let (servo, sampling) = (drive.servo?, drive.sampling()?);
     let anti_windup = if servo.ki > 0.0 {
@@ -60,7 +60,7 @@ pub(crate) fn servos(assembly: &Assembly, wanted: &mut Wanted) -> Result<Vec<Ser
     Ok(found)
 }
 
-/// Gives every imposed motion of an assembly the reference of the one controller that commands it.
+/// Gives every imposed motion of an assembly the reference of the only controller that commands it.
 pub(crate) fn impose(scenario: &Scenario, assembly: &mut Assembly, problems: &mut Vec<Problem>) {
     for (i, (name, actuator)) in scenario.machine.actuators.iter().enumerate() {
         if actuator.kind != ActuatorKind::Imposed {
@@ -74,7 +74,7 @@ pub(crate) fn impose(scenario: &Scenario, assembly: &mut Assembly, problems: &mu
     }
 }
 
-/// The motion that an imposed drive makes; `None` where no controller commands it.
+/// The motion of an imposed drive; `None` if no controller commands it.
 fn motion(
     name: &str,
     controllers: &Elements<ControllerUse>,
@@ -103,7 +103,7 @@ fn motion(
             "sample it less often",
         ));
     }
-    // What is wrong with a reference is said where controllers are wired.
+    // Mistakes of a reference are reported with the wiring of controllers.
     let Ok(reference) = Reference::new(&spec.reference, seed, &format!("controllers.{controller}")) else {
         return Ok(None);
     };
@@ -115,7 +115,7 @@ fn motion(
     Profile::new(&knots(&points)).map(|profile| Some(Arc::new(profile)))
 }
 
-/// Knots through points: the rate at each is that from the one before to the one after.
+/// Knots through points: the rate at each is that from the previous point to the next.
 pub fn knots(points: &[(f64, f64)]) -> Vec<Knot> {
     let knot = |i: usize| {
         let (before, after) = (points[i.saturating_sub(1)], points[(i + 1).min(points.len() - 1)]);

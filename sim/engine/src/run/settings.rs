@@ -1,4 +1,4 @@
-//! How a run steps and what it records: `[run]` of a file.
+//! Step, integrator and record of a run: `[run]` of a file.
 
 use feeler_catalogue::{
     Absent, Bound, Content, Dimension, Field, Key, Kind, Record, Role, Slot, Unit, Word, field, number,
@@ -12,12 +12,12 @@ pub enum Integrator {
     /// Matrix exponentials between located events: exact to rounding at any step.
     #[default]
     Exact,
-    /// Classical fourth-order Runge-Kutta at the fixed step, events taken at step ends.
+    /// Classical fourth-order Runge-Kutta with the fixed step; events occur at step ends.
     Rk4,
-    /// Semi-implicit Euler at the fixed step, events taken at step ends.
+    /// Semi-implicit Euler with the fixed step; events occur at step ends.
     SemiImplicitEuler,
-    /// Another engine moves the bodies (see [`crate::BodyEngine`]); drives and filters go by semi-implicit
-    /// Euler at its step, events are taken at step ends.
+    /// Another engine moves the bodies (see [`crate::BodyEngine`]). Drives and filters use semi-implicit
+    /// Euler at its step; events occur at step ends.
     External,
 }
 
@@ -26,7 +26,7 @@ impl Integrator {
     pub const ALL: [(Self, &'static str); 3] =
         [(Self::Exact, "exact"), (Self::Rk4, "rk4"), (Self::SemiImplicitEuler, "semi-implicit-euler")];
 
-    /// Its name in files; of [`Self::External`], which files ask for by the engine, a word for reports.
+    /// Its name in files. Files select [`Self::External`] by the engine, so it has a word for reports.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(integrator, _)| *integrator == self).map_or("external", |(_, name)| name)
     }
@@ -37,7 +37,7 @@ impl Integrator {
 pub struct RunSettings {
     /// How long.
     pub duration_s: f64,
-    /// Fixed base step; the exact integrator needs none and uses it only as the default spacing of the
+    /// Fixed base step. The exact integrator does not need it and uses it only as the default spacing of the
     /// record.
     pub step_s: f64,
     /// How to step.
@@ -46,13 +46,12 @@ pub struct RunSettings {
     pub seed: u64,
     /// Signals to record.
     pub record: Vec<SignalName>,
-    /// Rate of the record; one over the step where absent.
+    /// Rate of the record; the inverse of the step by default.
     pub record_rate_hz: Option<f64>,
     /// Whether to keep the energy ledger.
     pub energy: bool,
-    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]):
-    /// with the exact integrator on the motion itself, with fixed steps at their ends, where the ledger is
-    /// kept.
+    /// Whether to find the largest force of every stretch of contact (see [`crate::Simulation::peaks`]). The
+    /// exact integrator searches the motion itself. Fixed steps use their ends, if the ledger is kept.
     pub peaks: bool,
 }
 
@@ -100,7 +99,7 @@ const ENGINE: Field<RunSettings> = Field {
     },
 };
 
-/// Another engine, whose key is read before this one, has its own.
+/// Another engine has its own integrator; its key is read before this one.
 const INTEGRATOR: Field<RunSettings> = Field {
     key: Key {
         name: "integrator",

@@ -1,4 +1,4 @@
-//! A run: what acts at instants ([`Sampling`]), what is recorded ([`Recorder`]), and the motion in between
+//! A run: actions at instants ([`Sampling`]), the record ([`Recorder`]), and the motion in between
 //! ([`Carrier`]) of every lane ([`Lanes`]).
 
 use feeler_lanes::{Lane, dispatch};
@@ -26,7 +26,7 @@ pub struct Simulation<L: Lane> {
     /// Strokes of all drives of all lanes at the start of the interval, while the ledger is kept.
     strokes: Vec<Vec<f64>>,
     duration_s: f64,
-    /// Whether [`Self::step_to`] has yet to stop for a record that was taken at the present instant.
+    /// Whether [`Self::step_to`] has yet to stop for a record taken at the present instant.
     owes_record: bool,
 }
 
@@ -34,7 +34,7 @@ pub struct Simulation<L: Lane> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Stop {
-    /// An event of a lane, which stands right behind it.
+    /// An event of a lane, which is in the state just after it.
     Event {
         /// The lane.
         lane: usize,
@@ -43,10 +43,10 @@ pub enum Stop {
     },
     /// A controller has sampled at this instant.
     Sample,
-    /// The recorded signals were taken at this instant (see [`Simulation::recorded`]); samples of the instant
-    /// come before.
+    /// The recorded signals were taken at this instant (see [`Simulation::recorded`]); samples of the same
+    /// instant come first.
     Record,
-    /// The end that was asked for is reached, or every lane has ended before.
+    /// The requested end is reached, or every lane has ended before.
     End,
 }
 
@@ -56,23 +56,22 @@ enum Reached {
     Between,
     /// An instant, which is served.
     Instant { sampled: bool, recorded: bool },
-    /// The end that was asked for, or that of every lane.
+    /// The requested end, or the end of every lane.
     End,
 }
 
 impl<L: Lane> Simulation<L> {
     /// One variant per lane. All must share their structure and timing (periods, delays, offsets, jitter,
-    /// record), and may differ in every other number.
+    /// record); every other number may differ.
     ///
     /// # Errors
-    /// [`EngineError::Structure`] where they do not, [`EngineError::BodyEngines`] for
-    /// [`crate::Integrator::External`], and whatever the controllers or exponentials object to.
+    /// [`EngineError::Structure`] if they do not, [`EngineError::BodyEngines`] for
+    /// [`crate::Integrator::External`], and errors of controllers or exponentials.
     pub fn new(programs: Vec<Program>) -> Result<Self, EngineError> {
         Self::with_bodies(programs, Vec::new())
     }
 
-    /// The same, where the integrator is [`crate::Integrator::External`], with the engines that move the
-    /// bodies, one per lane.
+    /// The same for [`crate::Integrator::External`], with the engines that move the bodies, one per lane.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -105,20 +104,20 @@ impl<L: Lane> Simulation<L> {
     /// Runs to the end of the scenario's duration.
     ///
     /// # Errors
-    /// Only where the exponential of a mode cannot be computed; a motion that diverges is a result, see
+    /// Only if the exponential of a mode cannot be computed. A motion that diverges is a result, see
     /// [`Self::end`].
     pub fn run(&mut self, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
         self.run_to(self.duration_s, observer)
     }
 
-    /// Runs on to `until_s`; instants due then are served. Ends at instants of the record or of samples leave
-    /// no trace in the numbers; others change roundings.
+    /// Continues to `until_s`, including the instants due then. Ends at instants of the record or of samples
+    /// do not change the numbers; other ends change roundings.
     ///
     /// # Errors
     /// Those of [`Self::run`].
     pub fn run_to(&mut self, until_s: f64, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
-        // The whole loop is one kernel: what travels and what samples is inlined into it, what goes alone is
-        // called.
+        // The whole loop is one kernel: group travel and sampling are inlined into it, travel of single lanes
+        // is called.
         dispatch(
             #[inline(always)]
             || {
@@ -212,13 +211,13 @@ impl<L: Lane> Simulation<L> {
         }
     }
 
-    /// Runs on to the next instant and serves it, or to `until_s` where that comes first; where `pauses`, an
-    /// event ends it, too.
+    /// Continues to the next instant and serves it, or to `until_s` if that comes first. With `pauses` it
+    /// also stops at an event.
     #[inline(always)]
     fn go_on(&mut self, until_s: f64, pauses: bool) -> Result<Reached, EngineError> {
         let instant_s = earlier(self.recorder.next_instant_s(), self.sampling.next_instant_s());
-        // An end that falls on an instant is that instant: a run in slices then goes through the same spans
-        // as one run.
+        // An end that falls on an instant is that instant. A run in slices then has the same spans as one
+        // run.
         let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
         if self.carrier.ends_s().is_some() || !due(next_s, self.lanes.time_s()) {
             let has_come = self.carry(next_s, pauses)?;
@@ -235,8 +234,8 @@ impl<L: Lane> Simulation<L> {
         Ok(if due(until_s, self.lanes.time_s()) { Reached::End } else { Reached::Between })
     }
 
-    /// Carries every lane to `next_s`, or to the end of the interval that an event interrupted. Gives whether
-    /// all have come there.
+    /// Carries every lane to `next_s`, or to the end of the interval that an event interrupted. Returns
+    /// whether all have reached it.
     #[inline(always)]
     fn carry(&mut self, next_s: f64, pauses: bool) -> Result<bool, EngineError> {
         let keeps_energy = self.lanes.keeps_energy();
@@ -257,8 +256,8 @@ impl<L: Lane> Simulation<L> {
         Ok(true)
     }
 
-    /// Serves every instant that is due: delayed readings are taken, controllers sample, signals are
-    /// recorded, commands arrive, servos sample. In this order.
+    /// Serves every instant that is due, in this order: delayed readings, samples of controllers, records,
+    /// arrivals of commands, samples of servos.
     #[inline(always)]
     fn serve(&mut self) -> Result<Reached, EngineError> {
         let Self { lanes, sampling, recorder, .. } = self;
@@ -284,7 +283,7 @@ impl<L: Lane> Simulation<L> {
         self.lanes.time_s()
     }
 
-    /// Time of a lane's state, s: later than [`Self::time_s`] only where [`Self::step_to`] has stopped at an
+    /// Time of a lane's state, s. It exceeds [`Self::time_s`] only while [`Self::step_to`] is stopped at an
     /// event.
     pub fn lane_time_s(&self, lane: usize) -> f64 {
         self.carrier.lane_time_s(lane, &self.lanes)
@@ -302,8 +301,8 @@ impl<L: Lane> Simulation<L> {
         self.lanes.end(lane).or(is_over.then_some(RunEnd::Completed))
     }
 
-    /// Takes a lane out of the run where it is, so that what would still happen in it costs the others
-    /// nothing. From then on its recorded values are not numbers.
+    /// Removes a lane from the run at its present state, so that it costs no further work. Its recorded
+    /// values are NaN from then on.
     pub fn stop(&mut self, lane: usize) {
         let t_s = self.lane_time_s(lane);
         self.lanes.stop(lane, t_s);
@@ -314,12 +313,12 @@ impl<L: Lane> Simulation<L> {
         self.carrier.steps()
     }
 
-    /// Replaces the state (positions, velocities, then drives and filters; gaps move as they do at that time,
-    /// as [`feeler_plant::motion::Layout`] numbers them) of a lane at [`Self::lane_time_s`]; what touches and
-    /// what sticks follows from it, and the energy ledger starts anew.
+    /// Replaces the state of a lane at [`Self::lane_time_s`]: positions, velocities, then drives and filters,
+    /// in the order of [`feeler_plant::motion::Layout`]. Gaps keep their own motion. Contacts and sticking
+    /// guides follow from the state, and the energy ledger restarts.
     ///
     /// # Errors
-    /// Where the exponential of the mode that the state is in cannot be computed.
+    /// If the exponential of the mode of this state cannot be computed.
     pub fn set_state(&mut self, lane: usize, state: &[f64]) -> Result<(), EngineError> {
         let t_s = self.lane_time_s(lane);
         self.lanes.set_state(lane, state, t_s)
@@ -335,14 +334,14 @@ impl<L: Lane> Simulation<L> {
         self.sampling.is_approaching(lane)
     }
 
-    /// How far each contact of a lane is compressed at the present time, m (negative across a gap), how fast
-    /// that grows, m/s, and how fast this does, m/s2 (without the part of laws that are not linear).
+    /// Compression of each contact of a lane at the present time, m (negative across a gap), its rate, m/s,
+    /// and its acceleration, m/s2 (without the part of nonlinear laws).
     pub fn compressions(&self, lane: usize) -> Vec<[f64; 3]> {
         self.lanes.compressions(lane)
     }
 
     /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file;
-    /// none where the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
+    /// empty if the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
     /// lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
         self.lanes.peaks(lane)

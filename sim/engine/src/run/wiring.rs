@@ -1,4 +1,4 @@
-//! What a controller reads and drives, held against the machine: one rule for files and for programs.
+//! Checks the sensors and drives of a controller against the machine: one rule for files and for programs.
 
 use feeler_control::Law;
 use feeler_plant::description::{Actuator, ActuatorKind, Machine, Quantity};
@@ -11,8 +11,8 @@ const FORCE: [Quantity; 2] = [Quantity::Force, Quantity::SpringForce];
 const MOTION: [Quantity; 2] = [Quantity::Position, Quantity::Velocity];
 
 impl ControllerUse {
-    /// The sensor of position or velocity that it works with: the one that it names, or where it needs one the
-    /// first that reads the motion of the driven body.
+    /// The sensor of position or velocity that it uses: the one that it names, else the first that reads the
+    /// motion of the driven body, if it needs one.
     pub fn motion_sensor<'a>(&'a self, machine: &'a Machine) -> Option<&'a str> {
         if let Some(named) = &self.motion {
             return Some(named);
@@ -26,8 +26,8 @@ impl ControllerUse {
             .map(|(name, _)| name.as_str())
     }
 
-    /// Whether it cannot work without a sensor of motion. The approach of a velocity source needs none: the
-    /// drive keeps the speed itself.
+    /// Whether it needs a motion sensor. The approach of a velocity source needs none: the drive holds the
+    /// speed itself.
     fn needs_motion(&self) -> bool {
         self.spec.law.needs_motion() || self.approaches_by_force()
     }
@@ -36,7 +36,7 @@ impl ControllerUse {
         self.spec.approach.is_some_and(|approach| !approach.velocity_drive)
     }
 
-    /// What cannot work without the sensor that it controls; `None` where nothing needs one.
+    /// The part that needs the controlled sensor; `None` if there is no such part.
     fn needs_reading(&self) -> Option<&'static str> {
         match self.spec.law {
             Law::Impedance(gains) if gains.force_gain != 0.0 => Some("force_gain"),
@@ -90,12 +90,12 @@ impl ControllerUse {
     }
 }
 
-/// Whether the command of an actuator is a force or a speed, which an approach gives.
+/// Whether the command of an actuator is a force or a speed, as an approach requires.
 fn can_approach(actuator: &Actuator) -> bool {
     matches!(actuator.kind, ActuatorKind::Force { .. } | ActuatorKind::VelocitySource { .. })
 }
 
-/// What is wrong with a sensor that is named under a key and must read one of some quantities.
+/// The mistake of a sensor that is named under a key and must read one of some quantities.
 fn sensor_problem(
     machine: &Machine,
     name: &str,
@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// The mistakes of a force controller with an approach, on a body whose motion nobody reads.
+    /// The mistakes of a force controller with an approach, on a body without a motion sensor.
     fn mistakes(velocity_drive: bool) -> Vec<String> {
         let mut machine = Machine::default();
         machine.bodies.insert("tool".into(), Body { mass_kg: 1.0, ..Body::default() });
@@ -142,8 +142,8 @@ mod tests {
         used.wiring_problems(&machine).into_iter().map(|problem| problem.key).collect()
     }
 
-    /// Programs asked every approach for a sensor of motion, files that of a force drive only; a velocity
-    /// source keeps the speed by itself.
+    /// Programs required a motion sensor for every approach, files only for that of a force drive. A velocity
+    /// source holds the speed by itself.
     #[test]
     fn regress_the_approach_of_a_velocity_source_needs_no_sensor_of_motion() {
         assert_eq!(mistakes(true), Vec::<String>::new());

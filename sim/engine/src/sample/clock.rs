@@ -1,8 +1,8 @@
-//! Instants at which something discrete happens.
+//! Instants of discrete actions.
 
 use feeler_plant::description::Profile;
 
-/// Instants closer than this are one, s: far below any event tolerance, far above the rounding of sums of
+/// Instants closer than this are equal, s: far below any event tolerance, far above the rounding of sums of
 /// periods and delays.
 pub const SAME_INSTANT_S: f64 = 1e-12;
 
@@ -11,7 +11,7 @@ pub fn due(instant_s: f64, t_s: f64) -> bool {
     instant_s <= t_s + SAME_INSTANT_S
 }
 
-/// When the pieces of one moving gap begin.
+/// The start times of the pieces of one moving gap.
 #[derive(Clone, Debug)]
 pub(crate) struct GapClock {
     starts_s: Vec<f64>,
@@ -26,7 +26,7 @@ impl GapClock {
         Self { starts_s, next }
     }
 
-    /// Goes on to the piece that `t_s` is in; gives whether that is another.
+    /// Advances to the piece that contains `t_s`; returns whether it is a new one.
     pub(crate) fn advance(&mut self, t_s: f64) -> bool {
         let before = self.next;
         while due(self.next_s(), t_s) {

@@ -1,4 +1,4 @@
-//! One controller of every lane, with its clock and what is under way.
+//! One controller of every lane, with its clock and its outputs in transit.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use crate::run::program::Program;
 use crate::sample::reading::Reading;
 use crate::sample::sensing::Sensing;
 
-/// A controller of every lane at work.
+/// The running controller of every lane.
 #[derive(Debug)]
 pub(crate) struct ControlLoop<L: Lane> {
     pub(super) name: String,
@@ -19,13 +19,13 @@ pub(crate) struct ControlLoop<L: Lane> {
     next_sample: u64,
     pub(super) next_sample_s: f64,
     pub(super) delay_s: f64,
-    /// Outputs under way: when they arrive, and what they are.
+    /// Outputs in transit: arrival time and value.
     pub(super) pending: VecDeque<(f64, L)>,
     /// Output as applied.
     pub(super) output: L,
     /// The reference at the last sample.
     pub(super) reference: L,
-    /// The reference that all lanes follow, or one per lane.
+    /// One reference for all lanes, or one per lane.
     references: Vec<Reference>,
     pub(super) drive: usize,
     /// Whether the command of the drive is its force.
@@ -69,7 +69,7 @@ impl<L: Lane> ControlLoop<L> {
         })
     }
 
-    /// Takes the sample that is due at `t_s`. Gives the output that follows from it, unless that is delayed.
+    /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     #[inline(always)]
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
         let sample_s = self.next_sample_s;
@@ -107,7 +107,7 @@ impl<L: Lane> ControlLoop<L> {
         }
     }
 
-    /// When a signal is to be taken next for a delayed reading, s.
+    /// When the next signal for a delayed reading is due, s.
     #[inline(always)]
     pub(super) fn next_take_s(&self) -> f64 {
         let of = |reading: &Option<Reading<L>>| reading.as_ref().map_or(f64::INFINITY, Reading::next_s);

@@ -1,4 +1,4 @@
-//! The part of a drive's chain that acts on held commands: noise, delay, deadband, gain and limit. All of it is
+//! The part of a drive's chain that acts on held commands: noise, delay, deadband, gain and limit. It is
 //! exact at any step.
 
 use std::collections::VecDeque;
@@ -16,21 +16,21 @@ pub struct DriveChain<L> {
     pub delay_s: f64,
     deadband: L,
     gain: L,
-    /// Infinite where the limit is one of the force that builds up.
+    /// Infinite if the limit applies to the force after its dynamics.
     limit: L,
-    /// One sigma of what is added to each command, and where it is drawn from; `None` without noise.
+    /// Standard deviation of the noise on each command, and its random stream; `None` without noise.
     noise: Option<(L, Stream)>,
-    /// Commands under way: when they arrive, and what they are.
+    /// Commands in transit: arrival time and value.
     pending: VecDeque<(f64, L)>,
     /// The command as the controllers issued it.
     pub command: L,
 }
 
 impl<L: Lane> DriveChain<L> {
-    /// The drives must agree in their delay.
+    /// The drives must have the same delay.
     pub fn new(of_lane: &[&Drive], seed: u64) -> Self {
         let number = |f: &dyn Fn(&Drive) -> f64| L::from_fn(|lane| f(of_lane[lane]));
-        // A target has a chain of its own, in which nothing else happens.
+        // A target has its own delay and gain; deadband and limit act in the loop of the servo.
         let target = |drive: &Drive| drive.sampling().map(|sampling| sampling.target);
         let of = |drive: &Drive, target_has: f64, held: f64| target(drive).map_or(held, |_| target_has);
         Self {
@@ -47,7 +47,7 @@ impl<L: Lane> DriveChain<L> {
         }
     }
 
-    /// Takes a new command at `t_s`. Gives what the drive acts on from now, unless the command is delayed.
+    /// Takes a new command at `t_s`. Returns the command on which the drive now acts, unless it is delayed.
     pub fn issue(&mut self, t_s: f64, command: L) -> Option<L> {
         self.command = command;
         let command = match &self.noise {
@@ -67,7 +67,7 @@ impl<L: Lane> DriveChain<L> {
         self.pending.front().map_or(f64::INFINITY, |(t, _)| *t)
     }
 
-    /// The delayed command that is due, as the drive acts on it.
+    /// The delayed command that is due, as the drive applies it.
     pub fn arrive(&mut self) -> Option<L> {
         self.pending.pop_front().map(|(_, command)| self.effective(command))
     }

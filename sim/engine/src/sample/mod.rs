@@ -1,4 +1,4 @@
-//! What acts at instants: clocks, controllers, drives, sensors and delayed readings.
+//! Actions at instants: clocks, controllers, drives, sensors and delayed readings.
 
 pub(crate) mod clock;
 mod control_loop;

@@ -1,4 +1,4 @@
-//! A sensor as a controller or a recorder reads it.
+//! A sensor as read by a controller or a recorder.
 
 use feeler_lanes::Lane;
 
@@ -26,13 +26,14 @@ impl<L: Lane> Reading<L> {
         self.tap.is_some()
     }
 
-    /// When the signal is to be taken next for a later reading, s.
+    /// When the next signal for a later reading is due, s.
     #[inline(always)]
     pub(crate) fn next_s(&self) -> f64 {
         self.tap.as_ref().map_or(f64::INFINITY, |tap| tap.next_s)
     }
 
-    /// Takes the signal for every later reading that is due to; `instant_of(k)` is when reading `k` happens.
+    /// Takes the signal for every later reading that needs it now; `instant_of(k)` is the time of reading
+    /// `k`.
     pub(crate) fn take(&mut self, t_s: f64, signals: &[L], instant_of: impl Fn(u64) -> f64) {
         if let Some(tap) = &mut self.tap {
             tap.take(t_s, signals[tap.signal], instant_of);

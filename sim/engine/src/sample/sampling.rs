@@ -1,4 +1,4 @@
-//! What acts at instants: gaps go on, delayed readings are taken, controllers sample, commands arrive.
+//! Actions at instants: gaps advance, delayed readings are taken, controllers sample, commands arrive.
 
 use feeler_lanes::{Lane, LaneMask};
 
@@ -18,9 +18,9 @@ pub(crate) struct Sampling<L: Lane> {
     drives: Vec<DriveChain<L>>,
     servos: Vec<ServoLoop<L>>,
     sensors: Vec<Sensing<L>>,
-    /// One per gap or body that moves by itself.
+    /// One per moving gap or body.
     gaps: Vec<GapClock>,
-    /// Whether any output or command is under way for a while.
+    /// Whether any output or command has a delay.
     any_late: bool,
     /// Whether any controller reads a delayed sensor.
     any_delayed: bool,
@@ -77,7 +77,7 @@ impl<L: Lane> Sampling<L> {
         self.gaps.iter().fold(next, |next, gap| earlier(next, gap.next_s()))
     }
 
-    /// Gaps whose pieces end now go on with the next.
+    /// Gaps whose pieces end now continue with the next.
     #[inline(always)]
     pub(crate) fn move_gaps(&mut self, lanes: &mut Lanes<L>) {
         let mut moved = false;
@@ -97,7 +97,7 @@ impl<L: Lane> Sampling<L> {
         }
     }
 
-    /// Controllers that are due sample; gives whether one was.
+    /// Samples the controllers that are due; returns whether there was one.
     #[inline(always)]
     pub(crate) fn sample(&mut self, lanes: &mut Lanes<L>) -> Result<bool, EngineError> {
         let mut sampled = false;
@@ -113,7 +113,7 @@ impl<L: Lane> Sampling<L> {
         Ok(sampled)
     }
 
-    /// Outputs and delayed commands that arrive now.
+    /// Applies outputs and delayed commands that arrive now.
     #[inline(always)]
     pub(crate) fn arrivals(&mut self, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
         if !self.any_late {
@@ -141,7 +141,7 @@ impl<L: Lane> Sampling<L> {
         Ok(())
     }
 
-    /// Servos that are due sample: they see the targets of this instant.
+    /// Samples the servos that are due, with the targets of this instant.
     #[inline(always)]
     pub(crate) fn sample_servos(&mut self, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
         for servo in &mut self.servos {
@@ -154,7 +154,7 @@ impl<L: Lane> Sampling<L> {
         Ok(())
     }
 
-    /// A command of drive `i` takes effect: a servo that samples has a new target, any other a new input.
+    /// Applies a command of drive `i`: a sampled servo gets a new target, any other drive a new input.
     #[inline(always)]
     fn take(&mut self, i: usize, input: L, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
         match self.servos.iter_mut().find(|servo| servo.drive == i) {
@@ -164,7 +164,7 @@ impl<L: Lane> Sampling<L> {
         Ok(())
     }
 
-    /// Output of controller `i` takes effect; controllers on one drive add.
+    /// Applies the output of controller `i`; outputs of several controllers on one drive add.
     #[inline(always)]
     fn apply(&mut self, i: usize, output: L, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
         self.loops[i].output = output;
@@ -176,7 +176,7 @@ impl<L: Lane> Sampling<L> {
         }
     }
 
-    /// What all controllers of a drive ask for.
+    /// Sum of the outputs of all controllers of a drive.
     fn wanted_of(&self, drive: usize) -> L {
         let mut command = L::zero();
         for control in self.loops.iter().filter(|control| control.drive == drive) {

@@ -1,25 +1,25 @@
-//! From the filtered signal of a sensor to the number that a controller or a recorder gets.
+//! From the filtered signal of a sensor to the number that a controller or a recorder reads.
 
 use feeler_control::Stream;
 use feeler_lanes::Lane;
 use feeler_plant::assembly::SensorPart;
 
-/// Picoseconds per second: the grid on which noise is a function of time.
+/// Picoseconds per second: the time grid of the noise.
 const PICOSECONDS: f64 = 1e12;
 
-/// The index at which the noise of an instant is drawn.
+/// Index of the noise value of an instant.
 pub(crate) fn noise_index(t_s: f64) -> u64 {
     (t_s * PICOSECONDS).round() as u64
 }
 
-/// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend
-/// on who reads, or how often.
+/// One sensor of every lane. The noise of a reading depends on sensor and instant, and not on the reader or
+/// the number of readings.
 #[derive(Clone, Debug)]
 pub struct Sensing<L> {
     gain: L,
     bias: L,
     noise: L,
-    /// Steps of quantisation in order; zero for none.
+    /// Quantisation steps in order; zero for none.
     resolutions: Vec<L>,
     noisy: bool,
     stream: Stream,
@@ -28,7 +28,7 @@ pub struct Sensing<L> {
 }
 
 impl<L: Lane> Sensing<L> {
-    /// The sensors must agree in their delay and in how many times they quantise.
+    /// The sensors must have the same delay and the same number of quantisations.
     pub fn new(of_lane: &[&SensorPart], seed: u64) -> Self {
         let number = |f: &dyn Fn(&SensorPart) -> f64| L::from_fn(|lane| f(of_lane[lane]));
         Self {

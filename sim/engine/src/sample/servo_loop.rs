@@ -1,4 +1,4 @@
-//! The loop of a sampled servo, of every lane: its target, its samples and what is under way.
+//! The loop of a sampled servo, of every lane: its target, its samples and its outputs in transit.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::run::program::Program;
 use crate::sample::reading::Reading;
 use crate::sample::sensing::Sensing;
 
-/// A sampled servo of every lane at work.
+/// The running sampled servo of every lane.
 #[derive(Debug)]
 pub(crate) struct ServoLoop<L: Lane> {
     pub(super) drive: usize,
@@ -20,14 +20,14 @@ pub(crate) struct ServoLoop<L: Lane> {
     next_sample: u64,
     pub(super) next_sample_s: f64,
     pub(super) delay_s: f64,
-    /// Outputs under way: when they arrive, and what they are.
+    /// Outputs in transit: arrival time and value.
     pub(super) pending: VecDeque<(f64, L)>,
     encoder: Reading<L>,
     /// The target that has arrived.
     target: L,
-    /// What the loop follows on its way there, once it has sampled.
+    /// The rate-limited target, after the first sample.
     followed: L,
-    /// How far that moves between samples at most.
+    /// Largest change of that target between samples.
     step: L,
     error_deadband: L,
 }
@@ -68,7 +68,7 @@ impl<L: Lane> ServoLoop<L> {
         self.target = target;
     }
 
-    /// Takes the sample that is due at `t_s`. Gives the output that follows from it, unless that is delayed.
+    /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
         let sample_s = self.next_sample_s;
         let reading = self.encoder.read(t_s, signals, sensors);

@@ -1,4 +1,4 @@
-//! Delayed readings: the signal as it was.
+//! Delayed readings: past values of a signal.
 
 use std::collections::VecDeque;
 
@@ -6,19 +6,19 @@ use feeler_lanes::Lane;
 
 use crate::sample::clock::due;
 
-/// Somebody who reads a delayed sensor at instants known in advance: the signal is taken `delay` earlier,
-/// exactly then.
+/// A reader of a delayed sensor at instants known in advance: the signal is taken exactly `delay` earlier.
 #[derive(Clone, Debug)]
 pub struct Tap<L> {
     /// Which signal.
     pub signal: usize,
-    /// How much earlier than its reading it is taken.
+    /// Time between the signal and its reading, s.
     pub delay_s: f64,
-    /// The signal at the start, and how many readings still get it: those that ask for the time before.
+    /// The initial signal, and the number of remaining readings of it: those that refer to times before the
+    /// start.
     initial: L,
     initial_left: u64,
     taken: VecDeque<L>,
-    /// When to take the signal next.
+    /// Time of the next signal, s.
     pub next_s: f64,
     /// Readings whose signal has been taken so far.
     count: u64,
@@ -39,8 +39,8 @@ impl<L: Lane> Tap<L> {
         }
     }
 
-    /// Takes the signal for every reading that is due at `t_s`; `instant_of(k)` is when reading `k` happens.
-    /// Before the start the signal is its initial one.
+    /// Takes the signal for every reading that needs it at `t_s`; `instant_of(k)` is the time of reading `k`.
+    /// Before the start the signal has its initial value.
     pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
         if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {
             self.initial = value;
@@ -65,8 +65,7 @@ impl<L: Lane> Tap<L> {
     }
 }
 
-/// The first reading that is later than `delay_s`: a delay may span more readings than could be counted one
-/// by one.
+/// The first reading later than `delay_s`. A delay may span more readings than could be counted singly.
 fn first_after(delay_s: f64, instant_of: impl Fn(u64) -> f64) -> u64 {
     let early = |k: u64| due(instant_of(k), delay_s);
     let mut above = 1;

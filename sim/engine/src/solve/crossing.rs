@@ -1,4 +1,4 @@
-//! Where a guard is crossed within a piece whose states are looked at one by one.
+//! Locates guard crossings within a piece whose states are evaluated one by one.
 
 use feeler_plant::motion::modes::{Course, Instant, first_crossing, trace};
 use feeler_plant::motion::{Motion, Row, dot};
@@ -6,12 +6,12 @@ use feeler_plant::motion::{Motion, Row, dot};
 use crate::solve::extrapolation::Extrapolation;
 use crate::solve::flow::Flow;
 
-/// An event is located to this, s.
+/// Accuracy of an event, s.
 const LOCATED_S: f64 = 1e-15;
-/// Share of a step over which a slope is taken.
+/// Share of a step over which a slope is computed by differences.
 const SLOPE_SHARE: f64 = 1e-5;
 
-/// A state along a step, with the meter readings there.
+/// A state along a step, with its meter readings.
 #[derive(Clone, Debug)]
 pub(crate) struct Known {
     s: f64,
@@ -19,8 +19,8 @@ pub(crate) struct Known {
     pub(crate) meters: Vec<f64>,
 }
 
-/// A step that has been taken, and the states known along it. A new one starts from the last one
-/// before it, not from the start, where a contact that has just begun forbids long steps.
+/// A completed step, and the states known along it. A new state is integrated from the last known one before
+/// it: at the start, a contact that has just begun allows only short steps.
 pub(crate) struct Path<'a> {
     motion: &'a Motion,
     flow: &'a Flow,
@@ -39,14 +39,14 @@ impl<'a> Path<'a> {
         Self { motion, flow, method, known: vec![start] }
     }
 
-    /// The step came to `h`, in this state.
+    /// Records that the step reached `h` in this state.
     pub(crate) fn reaches(&mut self, h: f64, xi: &[f64], meters: &[f64]) {
         self.known.push(Known { s: h, xi: xi.to_vec(), meters: meters.to_vec() });
     }
 
-    /// The state at `s` after the start; `None` where the motion leaves all numbers.
+    /// The state at `s` after the start; `None` if the motion is not finite.
     pub(crate) fn at(&mut self, s: f64) -> Option<&Known> {
-        // Before the start only by rounding; a time that is no number has no state.
+        // `s` precedes the start only by rounding; NaN has no state.
         let last = self.known.partition_point(|known| known.s <= s).saturating_sub(1);
         if s <= self.known[last].s {
             return Some(&self.known[last]);
@@ -57,7 +57,7 @@ impl<'a> Path<'a> {
         let mut here = self.known[last].clone();
         while here.s < s {
             here.s += self.method.step(self.motion, self.flow, &mut here.xi, &mut here.meters, s - here.s)?;
-            // What is left is less than the clock can tell.
+            // The remainder is below the resolution of the clock.
             if s - here.s <= f64::EPSILON * s {
                 here.s = s;
             }
@@ -87,24 +87,24 @@ impl Piece for Path<'_> {
     }
 }
 
-/// A span of one mode whose states can be looked at.
+/// A span of one mode whose states can be evaluated.
 pub(crate) trait Piece {
     /// The mode.
     fn flow(&self) -> &Flow;
 
-    /// The extended vector `s` after the start; `None` where the motion leaves all numbers.
+    /// The extended vector `s` after the start; `None` if the motion is not finite.
     fn state(&mut self, s: f64) -> Option<Vec<f64>>;
 
-    /// Slope of a functional along the motion, where differences are taken over a span like this.
+    /// Slope of a functional along the motion; differences use a span of this size.
     fn slope(&self, row: &[f64], xi: &[f64], span_s: f64) -> f64;
 }
 
-/// The first of a mode's guards to fire in `[0, h]` (see [`feeler_plant::motion::Guard`]), and when.
+/// The first of a mode's guards to fire in `[0, h]` (see [`feeler_plant::motion::Guard`]), and its time.
 pub(crate) fn first_guard(piece: &mut impl Piece, mut h: f64) -> (f64, Option<usize>) {
     let mut event = None;
     let rows: Vec<Row> = piece.flow().equations.guards.iter().map(|guard| guard.row.clone()).collect();
     for (i, row) in rows.iter().enumerate() {
-        // Up to what fires first, no further: beyond it the mode may go where no machine does.
+        // Only up to the first guard that fires: beyond it the mode may have no valid motion.
         if let Some(s) = crossing(piece, row, h)
             && (event.is_none() || s < h)
         {
@@ -127,7 +127,7 @@ fn crossing(piece: &mut impl Piece, row: &[f64], h: f64) -> Option<f64> {
     first_crossing(&mut Looks { piece, row }, ends, trace, LOCATED_S)
 }
 
-/// Looks at a functional along a piece.
+/// Evaluates a functional along a piece.
 struct Looks<'p, L> {
     piece: &'p mut L,
     row: &'p [f64],
@@ -145,7 +145,7 @@ impl<L: Piece> Course for Looks<'_, L> {
 }
 
 impl Known {
-    /// The start of a step, terms filled in.
+    /// The start of a step, with terms filled in.
     pub(crate) fn start(xi: &[f64], meters: &[f64]) -> Self {
         Self { s: 0.0, xi: xi.to_vec(), meters: meters.to_vec() }
     }

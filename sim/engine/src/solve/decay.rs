@@ -1,8 +1,8 @@
-//! Pieces of a linear mode of which a part has decayed, far faster than anything else happens.
+//! Pieces of a linear mode whose fastest part has decayed.
 //!
-//! A drive of 1 GHz or a light body behind a damper decays within nanoseconds. Taylor polynomials of
-//! such a mode reach no farther. Once the fast part has decayed, the motion is as slow as the rest,
-//! and exponentials carry it over as long a span as the rest allows.
+//! A drive of 1 GHz or a light body behind a damper decays within nanoseconds, and Taylor polynomials of such
+//! a mode reach no farther. After that decay the motion is as slow as the remaining part, and exponentials
+//! carry it over spans that fit that part.
 
 use feeler_plant::motion::dot;
 use nalgebra::DVector;
@@ -10,17 +10,16 @@ use nalgebra::DVector;
 use crate::solve::crossing::Piece;
 use crate::solve::flow::Flow;
 
-/// Polynomials of a span from which on exponentials carry a mode whose fast part has decayed: an
+/// Number of polynomials per span from which exponentials are used for a mode whose fast part has decayed. An
 /// exponential costs about as much as twenty polynomials.
 const MANY_POLYNOMIALS: f64 = 100.0;
 /// Time constants after which a part has decayed below rounding: exp(-40) is 4e-18.
 const TIME_CONSTANTS: f64 = 40.0;
-/// Largest angle that the rest turns in one piece, rad: as between two evaluations of guards.
+/// Largest angle of the remaining motion in one piece, rad: as between two evaluations of guards.
 const REACH: f64 = 1.2;
 
 impl Flow {
-    /// Length of a piece `calm_s` after the last event, if it is much longer than a polynomial
-    /// reaches.
+    /// Length of a piece `calm_s` after the last event, if it is much longer than the reach of a polynomial.
     pub(crate) fn reach_beyond_decay_s(&mut self, calm_s: f64, span_s: f64) -> Option<f64> {
         if span_s < MANY_POLYNOMIALS * self.horizon_s || calm_s * self.rate < TIME_CONSTANTS {
             return None;
@@ -31,7 +30,7 @@ impl Flow {
     }
 }
 
-/// A piece of such a mode.
+/// A piece of a mode whose fastest part has decayed.
 pub(crate) struct Decay<'a> {
     flow: &'a mut Flow,
     start: Vec<f64>,

@@ -1,5 +1,5 @@
-//! Matrix exponentials that variants share: those that differ in a controller's number alone have the same
-//! modes, and pay for each of them once.
+//! Matrix exponentials that variants share. Variants that differ only in a controller's number have the same
+//! modes, and compute each exponential once.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -9,10 +9,10 @@ use nalgebra::DMatrix;
 
 use crate::error::EngineError;
 
-/// Exponentials that a thread remembers: those of the modes of a machine, before and after its contacts and
-/// guides change.
+/// Exponentials that a thread keeps: those of the modes of a machine before and after its contacts and guides
+/// change.
 const REMEMBERED: usize = 8;
-/// Largest order that is remembered: the memory stays below a megabyte for each thread.
+/// Largest order that is kept: the memory stays below a megabyte for each thread.
 const LARGEST: usize = 96;
 
 struct Exponential {
@@ -26,9 +26,8 @@ thread_local! {
     static LAST: RefCell<Vec<Exponential>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Does some work, in which variants that this thread steps, now and later, share the exponentials of modes
-/// that are the same to the bit: what batches do whose varied keys leave modes alone. Results do not depend
-/// on it.
+/// Does some work during which variants on this thread share the exponentials of bitwise equal modes. Batches
+/// whose varied keys do not affect the modes use it. Results do not depend on it.
 pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
     struct Restore(bool);
     impl Drop for Restore {
@@ -40,8 +39,8 @@ pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// `exp(span [derivative; 0])`, of rows of states over an extended vector of `width` entries whose others do
-/// not change.
+/// `exp(span [derivative; 0])`: rows of states over an extended vector of `width` entries, of which the
+/// others do not change.
 pub(crate) fn exponential(
     derivative: &[f64],
     width: usize,
@@ -50,7 +49,7 @@ pub(crate) fn exponential(
     if !SHARES.get() {
         return over(derivative, width, span_fs as f64 * 1e-15).map(Rc::new);
     }
-    // To the bit, so that no variant ever sees what another was computed from.
+    // Bitwise, so that no variant depends on the source of a shared exponential.
     let same = |known: &Exponential| {
         known.span_fs == span_fs
             && known.value.nrows() == width
@@ -74,7 +73,7 @@ pub(crate) fn exponential(
     Ok(value)
 }
 
-/// The same of any span, never shared.
+/// The same for any span, never shared.
 pub(crate) fn over(derivative: &[f64], width: usize, span_s: f64) -> Result<DMatrix<f64>, EngineError> {
     let states = derivative.len() / width;
     let mut augmented = DMatrix::zeros(width, width);
@@ -88,8 +87,7 @@ mod tests {
 
     #[test]
     fn truth_what_is_remembered_is_what_was_asked_for() {
-        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a; more of them than are remembered,
-        // twice.
+        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a. More of them than are kept, twice.
         for i in (0..2 * REMEMBERED).chain(0..2 * REMEMBERED) {
             let a = 0.1 * (i + 1) as f64;
             let of = || exponential(&[-a, 1.0], 2, 1_000_000_000_000_000).unwrap();
@@ -100,7 +98,7 @@ mod tests {
                     && (first[(0, 1)] - (1.0 - (-a).exp()) / a).abs() < 1e-14
             );
         }
-        // Another span, and zeros of another sign, are other matrices.
+        // Another span, and zeros with another sign, are other matrices.
         let [half, plain, turned] = [(5, 0.0), (10, 0.0), (10, -0.0)]
             .map(|(tenths, zero)| exponential(&[-1.0, zero], 2, tenths * 100_000_000_000_000).unwrap());
         assert!(half[(0, 0)] > plain[(0, 0)] && !Rc::ptr_eq(&plain, &turned));

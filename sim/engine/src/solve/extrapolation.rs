@@ -1,8 +1,8 @@
-//! Modes that no matrix exponential solves: Gragg-Bulirsch-Stoer extrapolation of the modified midpoint rule,
-//! to rounding.
+//! Modes without a matrix exponential: Gragg-Bulirsch-Stoer extrapolation of the modified midpoint rule, to
+//! rounding.
 //!
 //! Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Steps adapt until two
-//! columns of the extrapolation table agree to [`TOLERANCE`], so the result is as good as that of the linear
+//! columns of the extrapolation table agree to [`TOLERANCE`]. The result is as accurate as that of the linear
 //! modes.
 
 use feeler_plant::motion::{Motion, dot};
@@ -11,19 +11,19 @@ use crate::solve::flow::Flow;
 
 /// Columns of the extrapolation table; order 2 per column.
 const COLUMNS: usize = 9;
-/// Agreement of two columns relative to the size of each state over the step (of a speed: no less than that
-/// that the energy of what pushes its body would give it) ...
+/// Required agreement of two columns, relative to the size of each state over the step. For a speed that size
+/// is at least the speed that the energy of the pushing body would give it.
 const TOLERANCE: f64 = 4e-14;
-/// ... or to the parts that it is made of, where their difference is so small that rounding is all that
-/// columns can agree to: a few units in the last place of each part, summed over the midpoint rule's
+/// Alternatively, required agreement relative to the parts of the state. It applies to differences so small
+/// that only rounding remains: a few units in the last place of each part, summed over the midpoint rule's
 /// substeps.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
-/// A step that converged by this column may be doubled.
+/// A step that converges by this column may be doubled.
 const EASY_COLUMN: usize = 5;
-/// Steps are not cut below this share of the span asked for: a kink of the motion is then crossed as it is,
-/// and what that leaves is the square of so short a time.
+/// Smallest step as a share of the requested span. A kink of the motion is then crossed directly; the error
+/// is the square of so short a time.
 const SMALLEST_SHARE: f64 = 1e-9;
-/// Relative shift of an argument by which the slope of a law is found.
+/// Relative shift of an argument for the slope of a law.
 const SLOPE_SHIFT: f64 = 1e-6;
 
 /// Workspace of the method.
@@ -37,12 +37,12 @@ pub(crate) struct Extrapolation {
     first_slope: Vec<f64>,
     /// Steps tried so far.
     pub(crate) attempts: u64,
-    /// How far a step is expected to reach, s; not known at first.
+    /// Expected length of the next step, s; `None` at first.
     reach_s: Option<f64>,
 }
 
-/// `x'` and the power of as many meters as `out` has room for, at a full extended vector whose terms are
-/// filled in.
+/// `x'` and the power of as many meters as fit into `out`, at a full extended vector with its terms filled
+/// in.
 fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
     let (states, powers) = out.split_at_mut(flow.states);
     for (o, row) in states.iter_mut().zip(&flow.equations.derivative) {
@@ -53,14 +53,13 @@ fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
     }
 }
 
-/// Sum of the sizes of the parts of a functional, which tells what rounding may do to it.
+/// Sum of the magnitudes of the parts of a functional, which bounds its rounding.
 fn parts(row: &[f64], sizes: &[f64]) -> f64 {
     row.iter().zip(sizes).map(|(r, size)| r.abs() * size).sum()
 }
 
-/// Sizes of the entries of an extended vector. That of a nonlinear term is no less than what its arguments,
-/// taken apart, would make of it: the small difference of two large positions is known no better than they
-/// are.
+/// Sizes of the entries of an extended vector. The size of a nonlinear term is at least its value for
+/// separate arguments: a small difference of two large positions is no more accurate than they are.
 fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
     let mut sizes: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
     for (j, arguments) in flow.equations.arguments.iter().enumerate() {
@@ -83,12 +82,11 @@ fn kinetic_energy(motion: &Motion, xi: &[f64]) -> f64 {
         .sum()
 }
 
-/// The speed that each coordinate would have with all the kinetic energy of the bodies that
-/// nonlinear contacts join it to, but no more than the fastest of them.
+/// An upper estimate of the speed of each coordinate. It has all kinetic energy of the bodies to which
+/// nonlinear contacts join it, but at most the speed of the fastest of them.
 ///
-/// A body that another one begins to push starts from rest by some power of time. Relative to
-/// itself this motion is never smooth, however short the step. The motion of what pushes it gives
-/// its error a scale.
+/// A body that another one begins to push starts from rest by some power of time. Relative to itself this
+/// motion is never smooth, however short the step. The motion of the pushing body gives its error a scale.
 fn swift(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
     let mass_kg = |g: usize| motion.coordinates().mass_kg(g);
     let speed = |g: usize| xi[motion.layout().v(g)].abs();
@@ -104,9 +102,8 @@ fn swift(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
 }
 
 impl Extrapolation {
-    /// Advances `xi` (full extended vector) and the meter readings (none are kept where there are none to
-    /// advance) by as much of `span_s` as one step allows, and gives what it advanced; `None` where the
-    /// motion leaves all numbers.
+    /// Advances `xi` (full extended vector) and the meter readings (if any) by as much of `span_s` as one
+    /// step allows, and returns that time. `None` if the motion is not finite.
     pub(crate) fn step(
         &mut self,
         motion: &Motion,
@@ -120,7 +117,7 @@ impl Extrapolation {
             let last_resort = h <= SMALLEST_SHARE * span_s;
             if let Some((result, column)) = self.attempt(motion, flow, xi, meters, h, last_resort) {
                 let reach = if column <= EASY_COLUMN { 2.0 * h } else { h };
-                // What was cut short by the span says nothing against a longer step.
+                // A step that the span cut short does not argue against a longer one.
                 self.reach_s = Some(if h < span_s {
                     reach
                 } else {
@@ -140,8 +137,8 @@ impl Extrapolation {
         }
     }
 
-    /// One step of `h`, and the column at which it converged. As a last resort, a result is taken that has
-    /// not.
+    /// One step of `h`, and the column at which it converged. As a last resort it returns a result that has
+    /// not converged.
     fn attempt(
         &mut self,
         motion: &Motion,
@@ -169,7 +166,7 @@ impl Extrapolation {
                 size[state] = size[state].max(least);
             }
         }
-        // Meters matter as shares of the energy that there is.
+        // Meters are weighted as shares of the available energy.
         let counted: f64 = meters.iter().map(|joule| joule.abs()).sum();
         size.resize(n, 0.0);
         rounding.resize(n, f64::MIN_POSITIVE);

@@ -10,20 +10,20 @@ use nalgebra::DMatrix;
 use crate::error::EngineError;
 use crate::solve::exponentials::{exponential, over};
 
-/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
-/// that a guard has at most one minimum in between and its slopes at both ends betray it.
+/// Largest angle of the fastest oscillation between two evaluations of the guards, rad. It is below a quarter
+/// turn, so a guard has at most one minimum in between, which its slopes at both ends reveal.
 const CHECK_ANGLE: f64 = 1.2;
 /// Largest product of a mode's norm and the span of one Taylor polynomial. With the 30 terms of
-/// [`crate::solve::taylor`] its remainder is below 1e-18.
+/// [`crate::solve::taylor`] the remainder is below 1e-18.
 const TAYLOR_REACH: f64 = 3.0;
 
 /// Angle of the fastest oscillation per step of a nonlinear mode, rad.
 const NONLINEAR_ANGLE: f64 = 0.5 * CHECK_ANGLE;
 
-/// The fastest oscillation that is followed, rad/s: ten milliseconds of it take a hundred million
+/// The fastest oscillation that can be followed, rad/s: ten milliseconds of it take a hundred million
 /// evaluations of guards.
 const FASTEST: f64 = 1.2e10;
-/// Exponentials of pieces that a mode remembers: the nodes of the ledger in a few pieces of equal length.
+/// Exponentials of pieces that a mode keeps: the nodes of the ledger in a few pieces of equal length.
 const REMEMBERED: usize = 64;
 
 /// States that are expanded side by side: one AVX-512 register.
@@ -31,17 +31,17 @@ pub(crate) const BLOCK: usize = 8;
 
 /// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
 pub(crate) const ROWS_PER_LINE: usize = 4;
-/// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and
-/// end.
+/// Further rows per contact with peaks, after those of the lines: second derivatives of its force at start
+/// and end.
 pub(crate) const ROWS_PER_BEND: usize = 2;
-/// Rows are proportional where their entries are so to this, a few roundings.
+/// Tolerance for proportional rows: a few roundings.
 const PROPORTIONAL: f64 = 8.0 * f64::EPSILON;
 
-/// A quantity looked at along a transition.
+/// A quantity that is evaluated along a transition.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
     row: Row,
-    /// Whether the mode ends where it is no longer positive.
+    /// Whether the mode ends when it is no longer positive.
     pub(crate) is_guard: bool,
 }
 
@@ -58,18 +58,18 @@ pub(crate) struct Flow {
     pub(crate) width: usize,
     /// Norm of the balanced derivative matrix, 1/s.
     pub(crate) rate: f64,
-    /// Longest span of one Taylor polynomial, or of one step where the mode is nonlinear, s.
+    /// Longest span of one Taylor polynomial, or of one step if the mode is nonlinear, s.
     pub(crate) horizon_s: f64,
-    /// Poles of the linear part, 1/s; none until the norm, which is never less, does not do.
+    /// Poles of the linear part, 1/s; `None` while the norm, an upper bound, is sufficient.
     poles: Option<Vec<C64>>,
-    /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
+    /// Whether each contact pushes or is clamped; empty if peaks are not kept.
     pub(crate) pushing: Vec<bool>,
-    /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those
-    /// of the contacts, one for each.
+    /// The guards and, if peaks are kept, the forces of pushing contacts. In that case the first lines belong
+    /// to the contacts, one for each.
     pub(crate) lines: Vec<Line>,
-    /// Rows of the wanted signals; `None` for those no row can tell.
+    /// Rows of the wanted signals; `None` for signals without a row.
     pub(crate) signals: Vec<Option<Row>>,
-    /// Energy meters, where the run keeps the ledger.
+    /// Energy meters, if the run keeps the ledger.
     pub(crate) ledger: Ledger,
     /// Exponentials of pieces by the bits of their span.
     exponentials: Vec<(u64, DMatrix<f64>)>,
@@ -135,7 +135,7 @@ impl Flow {
         })
     }
 
-    /// Equal parts of a span between which the guards must be looked at.
+    /// Number of equal parts of a span after each of which the guards must be evaluated.
     pub(crate) fn looks(&mut self, span_s: f64) -> Result<u64, EngineError> {
         if span_s * self.rate <= CHECK_ANGLE {
             return Ok(1);
@@ -159,7 +159,7 @@ impl Flow {
         Ok(self.poles.as_deref().unwrap_or_default())
     }
 
-    /// The exponential of a span that is no multiple of a femtosecond. Those that recur are kept.
+    /// The exponential of a span that is not a multiple of a femtosecond. Recurring ones are kept.
     pub(crate) fn exponential(&mut self, span_s: f64) -> Option<&DMatrix<f64>> {
         let known = self.exponentials.iter().position(|(key, _)| *key == span_s.to_bits());
         let index = if let Some(index) = known {
@@ -191,7 +191,7 @@ impl Flow {
         slope
     }
 
-    /// Sum of the sizes of the parts that the slope of a linear functional is made of.
+    /// Sum of the magnitudes of the parts of the slope of a linear functional.
     pub(crate) fn slope_size(&self, row: &[f64], xi: &[f64]) -> f64 {
         let parts = |i: usize| self.derivative_row(i).iter().zip(xi).map(|(d, x)| (d * x).abs()).sum::<f64>();
         row[..self.states]
@@ -202,9 +202,9 @@ impl Flow {
             .sum()
     }
 
-    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line
-    /// its value at the end, its slopes at start and end, and its value at the start, then for every contact
-    /// whose peaks are kept the second derivatives at start and end, then the wanted signals at the end.
+    /// The rows that carry the extended vector over `span_fs` femtoseconds, in this order. The states; for
+    /// every line its value at the end, its slopes at start and end, and its value at the start; for every
+    /// contact with peaks the second derivatives at start and end; the wanted signals at the end.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
             return Ok(&self.transitions[i].1);
@@ -260,8 +260,8 @@ fn fastest(poles: &[C64]) -> f64 {
     poles.iter().map(|pole| pole.im.abs()).fold(0.0, f64::max)
 }
 
-/// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel
-/// together no further rows.
+/// A guard represents a force that is proportional to it, so peaks cost lanes that travel together no
+/// additional rows.
 fn lines(motion: &Motion, equations: &Equations, pushing: &[bool]) -> Vec<Line> {
     let mut guards: Vec<&Guard> = equations.guards.iter().collect();
     let mut lines = Vec::new();

@@ -19,8 +19,8 @@ pub(crate) struct Flows {
 }
 
 impl Flows {
-    /// No flows yet. Those to come tell the `wanted` signals, and what ledger and peaks need where these are
-    /// kept.
+    /// No flows yet. Future flows provide the `wanted` signals, and the rows for ledger and peaks if these
+    /// are kept.
     pub(crate) fn new(wanted: Vec<Source>, energy: bool, peaks: bool) -> Self {
         Self { wanted, energy, peaks, met: Vec::new() }
     }

@@ -1,4 +1,4 @@
-//! One mode of one machine: its equations, their exact solution, and where a guard is crossed.
+//! One mode of one machine: its equations, their exact solution, and the location of guard crossings.
 
 pub(crate) mod crossing;
 pub(crate) mod decay;

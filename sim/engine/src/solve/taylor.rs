@@ -9,16 +9,16 @@ use crate::solve::flow::{BLOCK, Flow};
 const MOST_TERMS: usize = 31;
 /// Remainder of a polynomial relative to the motion.
 const REMAINDER: f64 = 1e-18;
-/// Longest part of a span in the search for a zero, over the mode's norm: each part is then below 0.4 rad of
+/// Longest part of a span in the search for a zero, times the mode's norm: each part is then below 0.4 rad of
 /// the fastest oscillation.
 const PART_REACH: f64 = 0.375;
-/// Parts of the longest span that a [`Flow`] allows.
+/// Number of parts of the longest span that a [`Flow`] allows.
 const MOST_PARTS: f64 = 8.0;
 
 /// `x(s) = sum_k c_k s^k` from a state and held inputs.
 #[derive(Debug, Default)]
 pub(crate) struct Series {
-    /// Of one power after another, those of the states, padded.
+    /// Coefficients of the states, power by power, padded.
     coefficients: Vec<f64>,
     stride: usize,
     terms: usize,
@@ -55,7 +55,7 @@ impl Series {
         for k in 1..MOST_TERMS {
             let (known, next) = self.coefficients.split_at_mut(k * stride);
             let next = &mut next[..stride];
-            // Not fused: bodies of equal speed must cancel to the bit, or what sticks comes loose.
+            // Not fused: bodies of equal speed must cancel exactly, otherwise sticking bodies come loose.
             let last = &known[(k - 1) * stride..][..n];
             for (block, next) in next.chunks_exact_mut(BLOCK).enumerate() {
                 let mut sums = [0.0; BLOCK];
@@ -72,8 +72,8 @@ impl Series {
                 }
             }
             power *= span_s;
-            // The norm of a mode says nothing of chains of integrations (a ramping force moves a position by
-            // the third power of time), whose terms come whatever the norm: each is looked at.
+            // The norm of a mode does not bound chains of integrations: a ramping force moves a position by
+            // the third power of time. Their terms appear whatever the norm, so each is checked.
             let mut is_negligible = true;
             for (size, c) in self.sizes.iter_mut().zip(next) {
                 *c /= k as f64;
@@ -132,7 +132,7 @@ fn terms(z: f64) -> usize {
 pub(crate) struct Polynomial {
     c: [f64; MOST_TERMS],
     terms: usize,
-    /// Sum of the sizes of the parts the value at zero is made of.
+    /// Sum of the magnitudes of the parts of the value at zero.
     size: f64,
     /// Norm of the mode, 1/s.
     rate: f64,
@@ -147,7 +147,7 @@ impl Polynomial {
         (1..self.terms).rev().fold(0.0, |sum, k| sum * s + k as f64 * self.c[k])
     }
 
-    /// Both at once: two chains of sums side by side take little longer than one.
+    /// Value and slope at once: two chains of sums side by side take little longer than one.
     fn value_and_slope(&self, s: f64) -> (f64, f64) {
         let sums =
             |(value, slope): (f64, f64), k: usize| (value * s + self.c[k], slope * s + k as f64 * self.c[k]);
@@ -158,8 +158,8 @@ impl Polynomial {
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
     /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already
-    /// crossed if it does not. `slope_size` is the sum of the sizes of the parts that its slope at zero is
-    /// made of, asked for where the sign of that may be rounding.
+    /// crossed if it does not. `slope_size` gives the sum of the magnitudes of the parts of its slope at
+    /// zero. It is called if the sign of that slope may be rounding.
     pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
         let start = self.at(0.0);
         let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
@@ -193,7 +193,7 @@ impl Polynomial {
         None
     }
 
-    /// The largest value in `[0, span]`, and where.
+    /// The largest value in `[0, span]`, and its instant.
     pub(crate) fn largest(&self, span: f64) -> (f64, f64) {
         let mut best = (0.0, self.at(0.0));
         let mut evaluate = |s: f64| {
@@ -208,8 +208,8 @@ impl Polynomial {
         let mut left = 0.0;
         for part in 1..=parts as usize {
             let right = span * part as f64 / parts;
-            // It has a maximum where its slope leaves the positive side; a slope that is negative at both
-            // ends may have been positive in between.
+            // The value has a maximum where its slope changes from positive to negative. A slope that is
+            // negative at both ends may have been positive in between.
             let rising = if slope.at(left) > 0.0 { Some(left) } else { slope.negative().dip(left, right) };
             if let Some(rising) = rising {
                 let falling = if slope.at(right) <= 0.0 { Some(right) } else { slope.dip(rising, right) };
@@ -222,7 +222,7 @@ impl Polynomial {
         best
     }
 
-    /// Parts of a span in each of which the value has at most one minimum.
+    /// Number of parts of a span in each of which the value has at most one minimum.
     fn parts(&self, span: f64) -> f64 {
         (self.rate * span / PART_REACH).ceil().clamp(1.0, MOST_PARTS)
     }
@@ -240,32 +240,32 @@ impl Polynomial {
     }
 
     /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case,
-    /// told without a search.
+    /// decided without a search.
     fn stays_positive(&self, start: f64, span: f64) -> bool {
         self.swing(span) < start
     }
 
-    /// Whether the sum of its terms may get above a level.
+    /// Whether the sum of its terms may exceed a level.
     pub(crate) fn may_exceed(&self, level: f64, span: f64) -> bool {
         self.at(0.0) + self.swing(span) > level
     }
 
-    /// Sum of the sizes of all terms but the first at the end of a span: it departs no further from its
-    /// start.
+    /// Sum of the magnitudes of all terms but the first at the end of a span: an upper bound on the change of
+    /// the value.
     fn swing(&self, span: f64) -> f64 {
         self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span)
     }
 
-    /// From a start at zero: the first looked-at instant with a positive value, a negative number if the
-    /// value falls at once, `None` if it stays at zero.
+    /// For a value of zero at the start: the first evaluated instant with a positive value, a negative number
+    /// if the value falls at once, `None` if it stays at zero.
     fn leave_zero(&self, span: f64, slope_size: f64) -> Option<f64> {
-        // The lowest power of time whose term matters at the end of the span decides the sign just after the
-        // start.
+        // Just after the start the sign is that of the lowest power of time whose term matters at the end of
+        // the span.
         let mut power = 1.0;
         for (k, c) in self.c[..self.terms].iter().enumerate().skip(1) {
             power *= span;
             let term = c * power;
-            // A guide breaks loose where forces balance: what is left of them then is their rounding.
+            // A guide breaks loose at a balance of forces, where only their rounding remains.
             let size = if k == 1 { self.size + slope_size * span } else { self.size };
             if term.abs() > AT_ZERO * size {
                 if term < 0.0 {
@@ -284,7 +284,8 @@ impl Polynomial {
         None
     }
 
-    /// An instant between two positive values at which the value is negative, if its one minimum there is.
+    /// An instant between two positive values at which the value is negative, if its single minimum is
+    /// negative.
     fn dip(&self, left: f64, right: f64) -> Option<f64> {
         let (mut a, mut b) = (left, right);
         if self.slope(a) >= 0.0 || self.slope(b) <= 0.0 {
@@ -295,7 +296,7 @@ impl Polynomial {
             if self.at(middle) <= 0.0 {
                 return Some(middle);
             }
-            // Both tangents lie below a convex function: where they meet above zero there is no dip.
+            // Both tangents lie below a convex function: if they meet above zero there is no dip.
             let ((fa, da), (fb, db)) = (self.value_and_slope(a), self.value_and_slope(b));
             let lowest = (db * fa - da * fb + da * db * (b - a)) / (db - da);
             if lowest > 0.0 {
@@ -348,8 +349,8 @@ mod tests {
         assert!((root - 0.3).abs() < 4.0 * f64::EPSILON);
     }
 
-    /// Forces of 100 N balance to 1e-14 N where a guide breaks loose, whatever the sign of that; the force
-    /// that grows decides.
+    /// Forces of 100 N balance to 1e-14 N where a guide breaks loose, and the sign of that remainder is
+    /// arbitrary. The growing force decides.
     #[test]
     fn regress_a_slope_that_is_rounding_does_not_decide() {
         let at_rest = |slope: f64, bend: f64| Polynomial { size: 0.0, ..polynomial(&[0.0, slope, bend]) };
@@ -365,7 +366,7 @@ mod tests {
             .map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4])
             .collect();
         let (s, value) = polynomial(&sine).largest(2.0);
-        // At a peak the value tells the place to the root of rounding only, its slope to rounding.
+        // At a peak the value gives the instant only to the root of rounding; its slope gives it to rounding.
         assert!(
             (s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON,
             "{s} {value}"
@@ -395,7 +396,7 @@ mod tests {
     fn truth_a_guard_that_starts_at_zero_and_grows_has_not_crossed() {
         assert_eq!(polynomial(&[-1e-17, 1.0]).first_crossing(1.0, || 0.0), None);
         assert_eq!(polynomial(&[1e-17, -1.0]).first_crossing(1.0, || 0.0), Some(0.0));
-        // It grows, then falls: the second zero counts.
+        // It grows, then falls: the second zero is the crossing.
         let root = polynomial(&[0.0, 1.0, -2.0]).first_crossing(1.0, || 0.0).unwrap();
         assert!((root - 0.5).abs() < 4.0 * f64::EPSILON);
     }

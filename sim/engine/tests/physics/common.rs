@@ -1,5 +1,5 @@
-//! Machines in few words: their parts, the reference machines M1, M2 and M4 (see the reference numbers'
-//! README), and their runs.
+//! Helpers for short machine definitions: parts, the reference machines M1, M2 and M4 (see the README of the
+//! reference numbers), and their runs.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
     Sensor::ideal(SignalName::new(element, quantity))
 }
 
-/// An effect of the library; values that a file may leave out may be left out.
+/// An effect of the library; optional values may be omitted.
 pub(crate) fn effect(kind: &str, values: &[f64]) -> EffectUse {
     let definition = effects::find(kind).unwrap();
     let left_out = definition.parameters.iter().skip(values.len()).filter_map(|parameter| parameter.default);
@@ -75,8 +75,8 @@ pub(crate) fn force_control(scenario: &mut Scenario, gains: ForceGains, period_s
     scenario.controllers.insert("force".into(), controller);
 }
 
-/// The axis on which effects are tried, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission,
-/// a tip (5 kg) before a wall at 0.2 mm; 20 N wanted.
+/// The axis for effects, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission, a tip (5 kg)
+/// 0.2 mm from a wall; the reference is 20 N.
 pub(crate) fn axis(duration_s: f64) -> Scenario {
     let mut machine = Machine::default();
     machine.bodies.insert("motor".into(), body(7.0, 0.0));
@@ -157,12 +157,12 @@ pub(crate) fn run(scenario: &Scenario) -> (Trace, Simulation<f64>) {
     (trace, simulation)
 }
 
-/// A file of the reference numbers, or `None` with a message where they are absent.
+/// A file of the reference numbers, or `None` with a message if it is absent.
 pub(crate) fn reference_file(name: &str) -> Option<String> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference").join(name);
     let text = std::fs::read_to_string(&path).ok();
     if text.is_none() {
-        // Not by the macro for errors, whose words a passing test keeps to itself.
+        // Not by the error macro, whose output a passing test hides.
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", path.display());
     }
     text

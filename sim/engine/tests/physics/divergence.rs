@@ -47,8 +47,8 @@ fn truth_unstable_loops_diverge_with_a_finite_last_state() {
     }
 }
 
-/// Steps far too long for the machine make a fixed step diverge, a cubic law within one of them; the exact
-/// method knows no such bound.
+/// Steps far too long for the machine make a fixed-step method diverge, with a cubic law within one step. The
+/// exact method has no such limit.
 #[test]
 fn truth_too_long_a_fixed_step_diverges_and_the_exact_one_does_not() {
     for ((integrator, name), cubic) in

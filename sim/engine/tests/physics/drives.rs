@@ -75,7 +75,7 @@ fn truth_slew_limit_ramps_exactly() {
                 );
             }
         }
-        // After both ramps the impulse is what was asked for less what the ramps cost.
+        // After both ramps the impulse is the commanded one less the loss of the ramps.
         let impulse = 0.05 * 40.0 - 0.5 * 40.0 * up - 0.07 * 10.0 + 0.5 * 50.0 * down;
         close(
             *trace.column("tip.velocity").unwrap().last().unwrap(),
@@ -100,8 +100,8 @@ fn truth_lags_in_series() {
     }
 }
 
-/// A delay of any length moves the response by exactly itself, whether the drive or the controller is late,
-/// or both.
+/// A delay of any length shifts the response by exactly that length, in the drive, in the controller, or in
+/// both.
 #[test]
 fn truth_delays_of_any_length_shift_the_response() {
     for (drive_delay, loop_delay) in
@@ -158,7 +158,7 @@ fn truth_velocity_source_step_is_second_order() {
 fn truth_velocity_source_holds_at_its_effort_limit() {
     let limit = 100.0;
     let (trace, _) = run(&driven(source(Some(limit)), ReferenceSpec::Constant(1.0), 0.04));
-    // Unlimited, the force passes the limit on its first rise: bisection on the closed form.
+    // Without its limit the force passes the limit on its first rise: bisection on the closed form.
     let (mut a, mut b) = (0.0, 1e-3);
     for _ in 0..60 {
         let middle = 0.5 * (a + b);
@@ -166,14 +166,14 @@ fn truth_velocity_source_holds_at_its_effort_limit() {
     }
     assert_eq!([trace.events[0].kind, trace.events[1].kind], [EventKind::Limit, EventKind::Release]);
     close(trace.events[0].t_s, a, EXACT);
-    // From there the speed grows evenly until the source no longer asks for more: b (1 - v) = limit.
+    // From there the speed grows uniformly until the source no longer saturates: b (1 - v) = limit.
     let release_speed = 1.0 - limit / SOURCE_DAMPING;
     close(trace.events[1].t_s, a + (release_speed - source_step(a).0) * MASS_KG / limit, EXACT);
     assert!(force(&trace).iter().all(|f| f.abs() <= limit * (1.0 + EXACT)));
 }
 
-/// Cogging is a force of position: a mass crawls over one hill and leaves it as it came, and the drive's
-/// force is the law.
+/// Cogging is a force of position: a mass crosses one hill and keeps its energy, and the drive's force
+/// follows the law.
 #[test]
 fn truth_ripple_is_a_force_of_position() {
     let (amplitude, pitch, phase) = (3.0, 2e-3, 0.7);

@@ -1,4 +1,4 @@
-//! What every effect of the library must do to a run.
+//! Properties of a run that every effect of the library must keep.
 
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
 use feeler_plant::description::{Body, GROUND, Spring};
@@ -7,7 +7,7 @@ use feeler_plant::motion::MeterKind;
 
 use crate::common::{axis, largest_difference, run, spring};
 
-/// Puts an effect under every element of the axis that takes it, one variant each.
+/// Puts an effect on every element of the axis that accepts it, one variant each.
 fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) -> Vec<Scenario> {
     let used = EffectUse { definition, values: values.to_vec() };
     let mut scenarios = Vec::new();
@@ -26,7 +26,7 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
             HostKind::ForceSensor => machine.sensors["force"].effects.push(used.clone()),
             HostKind::MotionSensor => machine.sensors["encoder"].effects.push(used.clone()),
             HostKind::Controller => scenario.controllers["force"].effects.push(used.clone()),
-            // No rigid spring and no other sensor here; these are looked at on their own below.
+            // No rigid spring and no other sensor here; separate tests below cover these.
             HostKind::RigidSpring | HostKind::OtherSensor => continue,
         }
         scenarios.push(scenario);
@@ -34,8 +34,8 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
     scenarios
 }
 
-/// The values of the ideal machine. Where the library names none, the value that the element itself has, or
-/// else a limit, is it.
+/// The values of the ideal machine. If the library names none, the element's own value applies, or else a
+/// limit.
 fn null_values(definition: &Definition) -> Option<Vec<f64>> {
     match definition.kind {
         Kind::ContactStiffness => Some(vec![2e5]),
@@ -69,8 +69,8 @@ fn prop_at_its_null_value_every_effect_is_absent() {
     assert!(seen >= LIBRARY.len() - 3, "only {seen} effects were looked at");
 }
 
-/// Effects that have no null but a stiff limit: the machine tends to the ideal one as one over the stiffness,
-/// in the motion after the first impact.
+/// Effects without a null but with a stiff limit: the machine approaches the ideal one as one over the
+/// stiffness, in the motion after the first impact.
 #[test]
 fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
     let base = axis(0.03);
@@ -84,11 +84,11 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
             largest_difference(&force(&run(&scenario).0), &force(&ideal))
         };
         let (soft, stiff) = (distance(1e9), distance(1e11));
-        // Damping falls as the root of the stiffness, and its share of the yielding with it: between one and
-        // two decades in two.
+        // Damping falls as the root of the stiffness, and its share of the compliance with it: between one
+        // and two decades in two.
         assert!(stiff < 0.2 * soft && stiff < 0.2, "{kind}: {soft} and {stiff} N");
     }
-    // A body split in two of the same mass together, with a stiff spring between.
+    // One body split into two with the same total mass and a stiff spring in between.
     let definition = feeler_plant::effects::find("transmission-flexibility").unwrap();
     let distance = |k: f64| {
         let mut scenario = base.clone();
@@ -100,11 +100,11 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
     assert!(stiff < 0.2 * soft && stiff < 0.2, "{soft} and {stiff} N");
 }
 
-/// On a machine that nothing drives, stored energy never grows where the effect only takes, and no meter of
-/// loss runs backwards.
+/// On a machine without drives, stored energy never grows if the effect only dissipates, and no meter of loss
+/// decreases.
 #[test]
 fn prop_dissipative_effects_never_add_energy() {
-    /// Roundings of a sum of some ten energies.
+    /// Rounding of a sum of about ten energies.
     const ROUNDING: f64 = 1e-13;
     let mut base = axis(0.2);
     base.controllers.clear();
@@ -147,7 +147,7 @@ fn prop_dissipative_effects_never_add_energy() {
 #[test]
 fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
     let mut base = axis(0.3);
-    // Hard enough to meet the limits of the drive.
+    // Large enough to reach the limits of the drive.
     base.controllers["force"].spec.reference = feeler_control::ReferenceSpec::Constant(300.0);
     base.run.record.push("encoder.reading".parse().unwrap());
     let (ideal, _) = run(&base);
@@ -164,7 +164,7 @@ fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
     }
 }
 
-/// Effects of rigid joints: a joint that yields, and plays, is a machine like any other.
+/// Effects of rigid joints: a joint with compliance and play is a machine like any other.
 #[test]
 fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
     for kind in ["backlash", "transmission-flexibility", "workpiece-dynamics", "base-flexibility"] {

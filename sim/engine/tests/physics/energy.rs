@@ -1,4 +1,4 @@
-//! The energy ledger closes, whatever law acts, with the controller in the loop and through impacts.
+//! The energy ledger closes for every law, with the controller in the loop and through impacts.
 
 use feeler_control::{ForceGains, ReferenceSpec};
 use feeler_engine::{EventKind, RunEnd, Scenario};
@@ -7,9 +7,9 @@ use feeler_plant::motion::MeterKind;
 
 use crate::common::{axis, contact, effect, reference_machine, run};
 
-/// Asked for: 1e-9 of the energy exchanged.
+/// Requirement: 1e-9 of the energy exchanged.
 const TOLERANCE: f64 = 1e-9;
-/// A dissipating meter may fall below zero by rounding of what it was added up from.
+/// A meter of dissipation may fall below zero by the rounding of its sum.
 const ROUNDING: f64 = 1e-12;
 
 /// Asserts that the ledger closes and gives the events of the run.
@@ -141,7 +141,7 @@ fn truth_ledger_closes_for_many_effects_at_once() {
     closes("many at once", &scenario);
 }
 
-/// The controller is the only one that does work on these drives, so its account is that of the drive.
+/// Only the controller does work on these drives, so its account equals that of the drive.
 #[test]
 fn truth_controllers_are_charged_what_the_drive_did() {
     for masses in [1, 2, 4] {
@@ -161,8 +161,8 @@ fn truth_controllers_are_charged_what_the_drive_did() {
     }
 }
 
-/// A mass at rest under a nonlinear law stays there as long as one likes: what is left of its motion is
-/// rounding, and no step can resolve that.
+/// A mass at rest under a nonlinear law stays there indefinitely: its remaining motion is rounding, which no
+/// step can resolve.
 #[test]
 fn regress_rest_in_a_nonlinear_contact_is_a_motion_too() {
     for offset_m in [0.0, 0.7] {

@@ -1,15 +1,15 @@
-//! Numbers that a user writes for "ideal": a part that decays within nanoseconds is stepped over.
+//! Values that users write for "ideal": a part that decays within nanoseconds is stepped over.
 
 use feeler_engine::RunEnd;
 use feeler_plant::description::{Actuator, ActuatorKind};
 
 use crate::common::{axis, body, effect, run, spring};
 
-/// What a lag of 0.2 ns does to a force that changes by some kilonewtons a second is below a micronewton; the
+/// A lag of 0.2 ns changes a force with a rate of a few kilonewtons a second by less than a micronewton; the
 /// ideal drive's own force is exact.
 const LAG_N: f64 = 1e-4;
-/// An exponential over a millisecond of what decays at 6e9 1/s is squared some 23 times: rounding times the
-/// product of both is 1e-9 each time.
+/// An exponential over a millisecond of a part that decays at 6e9 1/s is squared about 23 times. Rounding
+/// times the product of both is 1e-9 each time.
 const BALANCE: f64 = 5e-8;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Dry friction: it sticks to the bit, and slides by closed forms.
+//! Dry friction: it sticks exactly, and slides by closed forms.
 
 use std::f64::consts::{PI, TAU};
 
@@ -60,7 +60,7 @@ fn truth_friction_below_breakaway_holds_to_the_bit_for_a_minute() {
 
 #[test]
 fn truth_friction_breaks_away_at_its_level() {
-    // A force that grows by 2 N/s through the levels of 10 N, and by as much backwards.
+    // A force that grows by 2 N/s beyond the levels of 10 N, and by the same rate backwards.
     for (friction, forward, backward) in [
         (effect("coulomb-friction", &[10.0]), 10.0, 10.0),
         (effect("stribeck-friction", &[4.0, 10.0, 1e-2]), 10.0, 10.0),
@@ -90,8 +90,8 @@ fn truth_friction_breaks_away_at_its_level() {
 
 #[test]
 fn truth_bodies_that_stick_together_move_alike_to_the_bit() {
-    // The lower body is shaken; the upper one rides on it by friction alone, which its inertia does not
-    // exceed.
+    // The lower body is shaken. Only friction carries the upper one, whose inertia stays below the friction
+    // level.
     let mut machine = free_mass(3.0, 0.0, 0.0);
     machine.bodies.insert("rider".into(), body(2.0, 0.05));
     machine.bodies.insert("pillion".into(), body(1.0, 0.07));
@@ -160,8 +160,8 @@ fn truth_rough_oscillator_loses_the_same_amplitude_every_half_swing() {
     );
     let (trace, simulation) = run(&scenario(machine, 6.0, &[]));
     let half = PI / (k / m).sqrt();
-    // It rests at the first turn with k |x| <= level: 0.1 - 13 * 0.0075 = 0.0025 < 0.00375 (the turn before
-    // is at 0.01).
+    // The mass comes to rest at the first turn with k |x| <= level: 0.1 - 13 * 0.0075 = 0.0025 < 0.00375 (the
+    // turn before is at 0.01).
     let swings = 13;
     let turns: Vec<f64> = trace.events.iter().map(|event| event.t_s).collect();
     assert_eq!(turns.len(), swings + 1, "{turns:?}");
@@ -172,8 +172,8 @@ fn truth_rough_oscillator_loses_the_same_amplitude_every_half_swing() {
     close(simulation.state(0)[0], -(start - 2.0 * level / k * 13.0), EXACT);
 }
 
-/// A block dragged through a spring by a body too heavy to notice; static friction exceeds kinetic by `D`.
-/// Slips last `(2 pi - 2 atan(D w / (k V))) / w`, sticks `2 D / (k V)`.
+/// A spring drags a block; the body that pulls it is too heavy to slow down. Static friction exceeds kinetic
+/// friction by `D`. Slips last `(2 pi - 2 atan(D w / (k V))) / w`, sticks `2 D / (k V)`.
 #[test]
 fn truth_stick_slip_period_on_a_pulled_spring() {
     let (m, k, pull, kinetic, excess) = (1.0_f64, 1000.0_f64, 0.02_f64, 3.0, 2.0);
@@ -194,8 +194,8 @@ fn truth_stick_slip_period_on_a_pulled_spring() {
         close(slips[2] - slips[1], measured, 1e-9);
         (measured - period) / period
     };
-    // From rest the force excess grows as k V t, so the level stays static until about sqrt(2 m v_s / (k V)):
-    // that much is to be added.
+    // From rest the excess force grows as k V t, so the level stays static until about sqrt(2 m v_s / (k V)).
+    // That time is added.
     let late = |stribeck_speed: f64| (2.0 * m * stribeck_speed / (k * pull)).sqrt() / period;
     let (coarse, fine) = (error(1e-6), error(1e-10));
     assert!(
@@ -205,7 +205,7 @@ fn truth_stick_slip_period_on_a_pulled_spring() {
     );
 }
 
-/// Coulomb friction alone, pulled: no jump, so the block oscillates about the pull's speed and just touches
+/// Coulomb friction alone has no jump, so the pulled block oscillates about the pull's speed and just reaches
 /// rest once a period.
 #[test]
 fn truth_slip_without_excess_is_an_oscillation_about_the_pull() {
@@ -238,8 +238,8 @@ fn two_guides(push_n: f64, velocity_m_per_s: f64) -> Scenario {
     held
 }
 
-/// Two guides beside each other hold together what both can hold: 5 + 8 N forward (the right one is mounted
-/// the other way round) and 5 + 12 N backward.
+/// Two parallel guides hold the sum of both levels: 5 + 8 N forward (the right one is mounted the other way
+/// round) and 5 + 12 N backward.
 #[test]
 fn regress_parallel_guides_hold_the_sum_of_their_levels() {
     for v in [0.0, 0.01, -0.01] {
@@ -254,8 +254,8 @@ fn regress_parallel_guides_hold_the_sum_of_their_levels() {
     }
 }
 
-/// A rider on a sliding body: both come to rest, and rest is zero for both, whatever the order in which the
-/// guides are written.
+/// A rider on a sliding body: both come to rest at exactly zero speed, whatever the order of the guides in
+/// the file.
 #[test]
 fn regress_a_chain_of_sticking_bodies_rests_to_the_bit() {
     for order in [["joint", "guide"], ["guide", "joint"]] {
@@ -273,7 +273,7 @@ fn regress_a_chain_of_sticking_bodies_rests_to_the_bit() {
     }
 }
 
-/// A state that is set is in the mode that belongs to it: what stuck may move, what was apart may touch.
+/// A state that is set is in its own mode: stuck bodies may move, separated bodies may touch.
 #[test]
 fn regress_a_state_that_is_set_is_in_its_own_mode() {
     let mut machine = free_mass(3.0, 0.0, 0.0);
@@ -282,7 +282,7 @@ fn regress_a_state_that_is_set_is_in_its_own_mode() {
     let program = Program::new(&scenario(machine, 1.0, &["wall.contact"])).unwrap();
     let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
     simulation.run_to(0.1, &mut Unobserved).unwrap();
-    // Back from within the wall, and then through its own braking distance.
+    // From within the wall, then through its own braking distance.
     simulation.set_state(0, &[0.02, -0.5]).unwrap();
     simulation.run_to(0.9, &mut Unobserved).unwrap();
     let energy = 0.5 * 3.0 * 0.25 + 0.5 * 1e4 * 1e-4;
@@ -293,8 +293,8 @@ fn regress_a_state_that_is_set_is_in_its_own_mode() {
 
 #[test]
 fn regress_rest_is_seen_although_an_event_later_in_the_same_step_was_found_first() {
-    // Touch-down raises the friction of a loaded slide that barely moves: it rests at once. Lift-off ends the
-    // same step of the nonlinear mode, and beyond it, where the damper would pull, the slide would move
+    // Touch-down raises the friction of a loaded slide that barely moves, so it stops at once. Lift-off ends
+    // the same step of the nonlinear mode. Beyond lift-off, where the damper would pull, the slide would move
     // forward again.
     let (ratio, damping, speed, creep, gap_m) = (0.43, 780.0, 0.1, 1e-8, 3.4e-4);
     let mut machine = free_mass(1.0, gap_m - 1e-9, speed);
@@ -307,7 +307,7 @@ fn regress_rest_is_seen_although_an_event_later_in_the_same_step_was_found_first
     let (trace, simulation) = run(&scenario(machine, 1e-3, &["slide.velocity"]));
     assert_eq!(simulation.end(0), Some(RunEnd::Completed));
     let first = |kind| trace.events.iter().find(|event| event.kind == kind).unwrap().t_s;
-    // The speed of touch-down differs from the first by a share of 4e-4, the force within this time by less.
+    // The speed of touch-down differs from the initial one by 4e-4, the force within this time by less.
     let expected_s = creep / (ratio * damping * speed);
     close(first(EventKind::Stick) - first(EventKind::Touch), expected_s, 1e-3 * expected_s);
     assert_eq!(trace.column("slide.velocity").unwrap().last(), Some(&0.0));

@@ -5,11 +5,11 @@ use feeler_plant::description::{Contact, ContactLaw, GROUND, Machine, Spring};
 
 use crate::common::{close, contact, effect, free_mass, run, scenario, spring};
 
-/// Linear contacts are carried by exponentials and their ends by Newton's rule: a few dozen roundings, of an
-/// impact's own size.
+/// Linear contacts are carried by exponentials and their ends found by Newton's rule: a few dozen roundings
+/// of an impact's own size.
 const EXACT: f64 = 1e-12;
-/// Nonlinear contacts are integrated to 4e-14 per step, in some tens of steps, and end where a root is found
-/// to 1e-15 s; a first integral is then a difference of logarithms of like size.
+/// Nonlinear contacts are integrated to 4e-14 per step, in tens of steps, and end at a root found to 1e-15 s.
+/// A first integral is then a difference of logarithms of similar size.
 const INTEGRATED: f64 = 1e-11;
 
 fn against_wall(mass_kg: f64, speed_m_per_s: f64, contact: Contact) -> Machine {
@@ -18,7 +18,7 @@ fn against_wall(mass_kg: f64, speed_m_per_s: f64, contact: Contact) -> Machine {
     machine
 }
 
-/// Instants of touch and lift, and the speed that is left, of the first impact.
+/// Instants of touch and lift, and the remaining speed, of the first impact.
 fn impact(machine: Machine, duration_s: f64) -> (f64, f64, f64) {
     let (trace, simulation) = run(&scenario(machine, duration_s, &["tip.velocity"]));
     assert_eq!(simulation.end(0), Some(RunEnd::Completed));
@@ -27,8 +27,8 @@ fn impact(machine: Machine, duration_s: f64) -> (f64, f64, f64) {
     (trace.events[0].t_s, trace.events[1].t_s, simulation.state(0)[1])
 }
 
-/// `(zeta, c)` is turned into restitution and duration by form F of Schwager and Poeschel; overdamped, with
-/// the hyperbolic functions.
+/// Form F of Schwager and Poeschel gives restitution and duration from `(zeta, c)`; for overdamping with the
+/// hyperbolic functions.
 #[test]
 fn truth_kelvin_voigt_restitution_and_contact_time() {
     let (m, k, v) = (2.5_f64, 4e5_f64, 0.3);
@@ -50,7 +50,7 @@ fn truth_kelvin_voigt_restitution_and_contact_time() {
     }
 }
 
-/// The two restitutions that the literature prints.
+/// The two restitutions printed in the literature.
 #[test]
 fn reference_kelvin_voigt_restitution_as_printed() {
     /// The print has four digits.
@@ -63,9 +63,8 @@ fn reference_kelvin_voigt_restitution_as_printed() {
     }
 }
 
-/// Form G: the relation between the speeds, and along the whole impact the first integral from which it
-/// comes, `d^(n+1) = (n+1) m / (k a) (v_i - v - ln((1 + a v_i) / (1 + a v)) / a)`, whose value at `v = 0` is
-/// the largest compression.
+/// Form G: the relation between the speeds, and along the whole impact its first integral `d^(n+1) = (n+1) m
+/// / (k a) (v_i - v - ln((1 + a v_i) / (1 + a v)) / a)`. Its value at `v = 0` is the largest compression.
 #[test]
 fn truth_hunt_crossley_speeds_and_compression() {
     let (m, v, k) = (1.5, 0.4, 3e6);
@@ -126,7 +125,7 @@ fn truth_hertz_contact_time_and_peak_force() {
         let (touch, lift, left) = impact(machine.clone(), 2.0 * duration);
         close((lift - touch) / duration, 1.0, INTEGRATED);
         close(-left / v, 1.0, INTEGRATED);
-        // At half time the mass stands still and the force is largest.
+        // At half time the mass is at rest and the force is largest.
         let mut half = scenario(machine, 0.5 * duration, &["wall.force", "tip.velocity"]);
         half.run.step_s = 0.5 * duration;
         let (trace, _) = run(&half);
@@ -135,8 +134,7 @@ fn truth_hertz_contact_time_and_peak_force() {
     }
 }
 
-/// Two free bodies: the centre of mass goes on as if nothing had happened and the relative motion is that of
-/// the reduced mass.
+/// Two free bodies: the centre of mass keeps its motion, and the relative motion is that of the reduced mass.
 #[test]
 fn truth_impact_of_two_free_bodies_keeps_the_momentum() {
     let (m1, m2, v, k, zeta) = (2.0_f64, 3.0, 0.6, 1e6_f64, 0.1_f64);
@@ -183,8 +181,8 @@ fn truth_a_contact_pushes_as_its_law_says_and_never_pulls() {
     ];
     for (law, k) in laws {
         for (c, cubic) in [(0.0, 0.0), (150.0, 0.0), (0.0, 1e12), (150.0, 1e12)] {
-            // Pressed in by a soft spring with tension, so that it bounces; thrown out so fast at first that
-            // most laws would pull, and then in.
+            // Pressed in by a soft spring with tension, so that it bounces; first ejected so fast that most
+            // laws would pull, then pressed in.
             for velocity_m_per_s in [-0.6, -0.1, 0.4] {
                 let mut machine = free_mass(2.0, 6e-4, velocity_m_per_s);
                 machine.springs.insert(

@@ -1,4 +1,4 @@
-//! The same numbers, bit for bit: in every lane, every time, and however the run is cut.
+//! The same numbers, bit for bit: in every lane, in every run, and however the run is divided.
 
 use feeler_control::{ForceGains, Law};
 use feeler_engine::{Event, Integrator, Observer, Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
@@ -7,7 +7,7 @@ use feeler_plant::description::{Contact, ContactLaw};
 
 use crate::common::{axis, effect, reference_machine, run};
 
-/// Everything that each lane gave: instants, values and events, as bits.
+/// All output of each lane as bits: instants, values and events.
 struct Bits<L> {
     rows: Vec<Vec<u64>>,
     events: Vec<Vec<(u64, Event)>>,
@@ -40,8 +40,8 @@ fn run_lanes<L: Lane>(scenarios: &[Scenario]) -> (Bits<L>, Vec<Vec<u64>>) {
     (bits, states)
 }
 
-/// Asserts that packs of 4 and of 8 give what each of eight variants gives alone; and that something
-/// happened.
+/// Asserts that packs of 4 and of 8 give the same results as each of eight variants alone, and that events
+/// occurred.
 fn alike(what: &str, scenarios: &[Scenario]) {
     let alone: Vec<_> =
         scenarios.iter().map(|scenario| run_lanes::<f64>(std::slice::from_ref(scenario))).collect();
@@ -152,8 +152,8 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
     }
 }
 
-/// Half of the lanes are taken out in the middle of the run: they stay there, and the others go on as if
-/// alone.
+/// Half of the lanes are removed in the middle of the run: they keep their state, and the others continue as
+/// if alone.
 #[test]
 fn prop_lanes_that_are_stopped_leave_the_others_their_bits() {
     for (integrator, name) in Integrator::ALL {
@@ -196,7 +196,7 @@ fn prop_run_twice_gives_the_same_bits() {
     }
 }
 
-/// A run that is cut at instants at which something is due anyway goes through the same steps.
+/// A run that is divided at instants at which an action is due has the same steps.
 #[test]
 fn prop_run_in_slices_gives_the_same_bits() {
     for (integrator, _) in Integrator::ALL {

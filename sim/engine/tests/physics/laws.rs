@@ -1,4 +1,4 @@
-//! Laws of position, speed and direction, against closed forms and an integration of their own.
+//! Laws of position, speed and direction, against closed forms and a separate integration.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,7 +10,7 @@ use crate::common::{body, close, command, drive, effect, free_mass, run, scenari
 
 /// A handful of steps, each exact to a few roundings of its terms.
 const EXACT: f64 = 1e-12;
-/// Steps of extrapolation agree to 4e-14 of the motion; some hundreds of them add up.
+/// Steps of extrapolation agree to 4e-14 of the motion; hundreds of them add up.
 const EXTRAPOLATED: f64 = 1e-11;
 
 /// A body of 2 kg on a guide with one effect, beside a spring, recorded `points` times.
@@ -158,7 +158,7 @@ fn truth_noise_of_a_command_has_its_deviation_and_no_mean() {
     let n = off.len() as f64;
     let mean = off.iter().sum::<f64>() / n;
     let deviation = (off.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-    // Five deviations of the mean and of the deviation of n normal numbers.
+    // Five standard errors of the mean and of the standard deviation of n normal numbers.
     close(mean, 0.0, 5.0 * 0.5 / n.sqrt());
     close(deviation, 0.5, 5.0 * 0.5 / (2.0 * n).sqrt());
     assert!(trace.column("drive.command").unwrap().iter().skip(1).all(|f| f.to_bits() == 3.0_f64.to_bits()));
@@ -215,7 +215,7 @@ fn lugre(run_s: f64, every_s: f64) -> Scenario {
     lugre
 }
 
-/// The same pushed by a force that runs to each level in turn at `rate_n_per_s`.
+/// The same under a force that moves to each level in turn at `rate_n_per_s`.
 fn pushed(levels: &[(f64, f64)], rate_n_per_s: f64, run_s: f64, every_s: f64) -> Scenario {
     let mut pushed = lugre(run_s, every_s);
     let mut ramp = drive("tip", GROUND);
@@ -248,11 +248,11 @@ fn reference_lugre_follows_the_published_presliding_loop() {
     let (trace, simulation) = run(&pushed(&levels, 1.0, run_s, every_s));
     let other = integrated(force, run_s, every_s, every_s / 1500.0);
     let x = trace.column("tip.position").unwrap();
-    // Bristles under 1.425 N bend by 14 um, of which the steps of the other integration are off by the square
-    // of one step at each reversal: 1e-10 of it.
+    // Under 1.425 N bristles bend by 14 um. At each reversal the other integration errs by the square of one
+    // step: 1e-10 of it.
     assert!(largest_gap(&trace, &other) < 1e-9 * x[100], "{:e}", largest_gap(&trace, &other));
     assert!(x[100] > top / SIGMA_0 && x[100] < 5.0 * top / SIGMA_0, "{}", x[100]);
-    // It comes back above where it was, and the loop closes but for creep.
+    // It returns to a point above its start, and the loop closes except for creep.
     assert!(x[200] > 0.2 * x[100] && (x[500] / x[100] - 1.0).abs() < 0.2, "{} {}", x[200], x[500]);
     closes_the_ledger(&simulation);
 }
@@ -284,7 +284,7 @@ fn reference_lugre_breaks_away_at_less_the_faster_the_force_grows() {
 fn reference_lugre_sticks_and_slips_as_published() {
     let (run_s, every_s) = (20.0, 0.02);
     let mut drawn = lugre(run_s, every_s);
-    // What draws weighs so much that it keeps its speed.
+    // The pulling cart is so heavy that it keeps its speed.
     let mut cart = body(1e12, 0.0);
     cart.velocity_m_per_s = 0.1;
     drawn.machine.bodies.insert("cart".into(), cart);
@@ -299,14 +299,15 @@ fn reference_lugre_sticks_and_slips_as_published() {
         .map(|(t, x)| 2.0 * (0.1 * t - x))
         .collect();
     let most = force.iter().copied().fold(0.0, f64::max);
-    // It breaks away below the static level. From there at least `0.5 N - 0.4 N s/m * 0.1 m/s` accelerates
-    // 1 kg, so it has the speed of the cart after 0.22 s at most, and is half of that behind it: 1.522 N.
+    // It breaks away below the static level. From there at least `0.5 N - 0.4 N s/m * 0.1 m/s` accelerates 1
+    // kg, so it reaches the speed of the cart after 0.22 s at most. It is then half of that behind the cart:
+    // 1.522 N.
     let catches_up_s = 0.1 / (STATIC - COULOMB - SIGMA_2 * 0.1);
     assert!(most > 1.4 && most < STATIC + 2.0 * 0.1 * 0.5 * catches_up_s, "{most}");
-    // And the other integration has the same peak, but for the gap between the two.
+    // The other integration has the same peak, up to the gap between the two.
     let theirs = (trace.t_s.iter().zip(&other)).map(|(t, [x, ..])| 2.0 * (0.1 * t - x)).fold(0.0, f64::max);
     close(most, theirs, 2.0 * gap);
-    // It rests while the spring is drawn, and each slip lets the force fall below Coulomb's level.
+    // It rests while the spring is drawn, and in each slip the force falls below Coulomb's level.
     let slips =
         trace.column("tip.velocity").unwrap().windows(2).filter(|v| v[0] < 0.05 && v[1] >= 0.05).count();
     assert!((2..=4).contains(&slips), "{slips}");

@@ -10,7 +10,7 @@ use crate::common::{
 };
 use crate::common::{scenario, sensor, spring};
 
-/// Runs whose steps differ agree to roundings, which impacts multiply a few times over.
+/// Runs with different steps agree to roundings, which impacts amplify a few times.
 const ROUNDING: f64 = 1e-11;
 
 fn columns_agree(a: &Scenario, b: &Scenario, names: &[&str]) {
@@ -23,8 +23,8 @@ fn columns_agree(a: &Scenario, b: &Scenario, names: &[&str]) {
     }
 }
 
-/// Two springs beside each other, or a loop of three, are the spring that they make together; two in series
-/// through a rigid joint likewise.
+/// Two parallel springs, or a loop of three, equal their combined spring; so do two in series through a rigid
+/// joint.
 #[test]
 fn truth_springs_in_parallel_and_in_a_loop_add() {
     let base = axis(0.2);
@@ -42,8 +42,8 @@ fn truth_springs_in_parallel_and_in_a_loop_add() {
     columns_agree(&guided, &split, &["tool.force", "tip.position", "motor.velocity"]);
 }
 
-/// Bodies joined rigidly move as one of their mass, each at its own place, and every element may hang on any
-/// of them.
+/// Rigidly joined bodies move as one with their total mass, each at its own position. Any element may attach
+/// to any of them.
 #[test]
 fn truth_rigid_groups_are_one_mass() {
     let base = reference_machine(1, 0.2);
@@ -58,8 +58,7 @@ fn truth_rigid_groups_are_one_mass() {
     group.machine.springs.insert("second".into(), rigid("sensor", "flange"));
     group.machine.springs["guide"] = spring(GROUND, "sensor", 0.0, 50.0);
     group.machine.actuators["drive"] = drive("flange", GROUND);
-    // The sensor body stands 0.295 m behind the tip (at -0.3 m against -5 mm), so the wall is as much nearer
-    // to it.
+    // The sensor body is 0.295 m behind the tip (-0.3 m against -5 mm), so its wall is closer by that amount.
     group.machine.contacts["tool"] = Contact { gap_m: -0.295, ..contact("sensor", GROUND, 1e5, 100.0) };
     group.run.record.push("flange.position".parse().unwrap());
     columns_agree(&base, &group, &["tool.force", "tip.position", "tip.velocity", "drive.command"]);
@@ -71,7 +70,7 @@ fn truth_rigid_groups_are_one_mass() {
     }
 }
 
-/// Two walls of half the stiffness are one, and a second wall further off is met on its own.
+/// Two walls of half the stiffness equal one, and a second wall farther away is met separately.
 #[test]
 fn truth_contacts_beside_each_other_add() {
     let base = reference_machine(2, 0.2);
@@ -85,8 +84,8 @@ fn truth_contacts_beside_each_other_add() {
     stages.contacts.insert("soft".into(), contact("tip", GROUND, 1e4, 0.0));
     stages.contacts.insert("hard".into(), Contact { gap_m: 5e-3, ..contact("tip", GROUND, 3e4, 0.0) });
     let (trace, simulation) = run(&scenario(stages, 0.1, &[]));
-    // Touch the soft wall at 0, the hard one on the sine of the soft one, and leave each at zero compression
-    // with the speed of arrival.
+    // Touch the soft wall at 0, the hard one on the sine of the soft one; leave each at zero compression with
+    // the speed of arrival.
     let omega = 100.0_f64;
     let to_hard = (5e-3 * omega).asin() / omega;
     close(trace.events[1].t_s, to_hard, ROUNDING);
@@ -99,7 +98,7 @@ fn truth_contacts_beside_each_other_add() {
     close(simulation.state(0)[1], -1.0, ROUNDING);
 }
 
-/// Controllers at rates that share no common period act each at its own instants: on a free mass the sum of
+/// Controllers at rates without a common period act each at their own instants: on a free mass the sum of
 /// their impulses is known.
 #[test]
 fn truth_several_controllers_at_incommensurate_rates_add() {
@@ -118,8 +117,7 @@ fn truth_several_controllers_at_incommensurate_rates_add() {
     let (trace, simulation) = run(&many);
     for (t, v) in trace.t_s.iter().zip(trace.column("tip.velocity").unwrap()) {
         let impulse = |(_, period, offset): &(&str, f64, f64)| {
-            // Held values 10 (offset + k T) over whole periods, and the last one over what is left of its
-            // own.
+            // Held values 10 (offset + k T) over whole periods, and the last one over the rest of its period.
             let whole = ((t - offset) / period).floor().max(-1.0);
             if whole < 0.0 {
                 return 0.0;

@@ -1,4 +1,4 @@
-//! What a run must be, against closed forms, other people's numbers and laws that hold for every machine.
+//! Runs against closed forms, published numbers, and laws that hold for every machine.
 
 #![expect(
     clippy::unwrap_used,

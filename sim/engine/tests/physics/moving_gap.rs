@@ -1,4 +1,4 @@
-//! A gap that moves by itself: exact for cubics, the energy of what moves it counted, the same in every
+//! A gap with its own motion: exact for cubics, with the energy of its motion counted, the same in every
 //! integrator.
 
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use feeler_plant::description::{Contact, Engagement, GROUND, Knot, Profile};
 use crate::common::{contact, force_control, free_mass, reference_machine, run, scenario};
 use feeler_control::ForceGains;
 
-/// Rounding of some 1e3 exponentials of motions of millimetres.
+/// Rounding of about 1e3 exponentials of motions of millimetres.
 const ROUNDING_M: f64 = 1e-14;
 /// What the energy ledger promises.
 const LEDGER: f64 = 1e-9;
@@ -87,7 +87,7 @@ fn order_fixed_steps_converge_to_the_exact_motion() {
             let found = run(&given).0;
             exact.columns[0].iter().zip(&found.columns[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         });
-        // Steps end early at the pieces' ends, which leaves a tenth of an order to chance.
+        // Steps end early at the ends of pieces, which leaves a tenth of an order to chance.
         let found = (errors[0] / errors[1]).log2();
         assert!(errors[1] < floor || (found - order).abs() < 0.2, "{integrator:?}: {errors:?} {found}");
     }

@@ -1,4 +1,4 @@
-//! How errors fall with the step, by regression.
+//! Order of the error over the step, by regression.
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::GROUND;
@@ -19,7 +19,7 @@ fn last_state(scenario: &Scenario) -> Vec<f64> {
     run(scenario).1.state(0)
 }
 
-/// Distance of two states, speeds weighed by 100 rad/s.
+/// Distance of two states, with speeds divided by 100 rad/s.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let half = a.len() / 2;
     let weighed = |i: usize| (a[i] - b[i]) / if i < half { 1.0 } else { 100.0 };
@@ -34,7 +34,7 @@ fn order_of_a_smooth_motion_is_that_of_the_method() {
     machine.springs.insert("joint".into(), spring("tip", "load", 2e4, 10.0));
     let base = scenario(machine, 0.1, &[]);
     let exact = last_state(&base);
-    // The band of the slope: what the next term of the error contributes over a range of 8 in the step.
+    // The band of the slope: the contribution of the next error term over a range of 8 in the step.
     for (integrator, order, band) in [(Integrator::SemiImplicitEuler, 1.0, 0.1), (Integrator::Rk4, 4.0, 0.1)]
     {
         let steps = [4e-4, 2e-4, 1e-4, 5e-5];
@@ -51,8 +51,8 @@ fn order_of_a_smooth_motion_is_that_of_the_method() {
     }
 }
 
-/// Events taken at the ends of steps make both methods first order through an impact. The error depends on
-/// where the touch falls in the step, so it is averaged over starting points.
+/// Events at the ends of steps make both methods first order through an impact. The error depends on the
+/// position of the touch within the step, so it is averaged over starting points.
 #[test]
 fn order_through_an_impact_is_one() {
     let start = |scenario: &mut Scenario, i: u32| {
@@ -77,14 +77,14 @@ fn order_through_an_impact_is_one() {
             .collect();
         let slope = slope(&steps, &errors);
         println!("{} through an impact: {slope:.3}, errors {errors:?}", integrator.name());
-        // The mean of 24 errors, each evenly spread over a range as wide as its mean, scatters by an eighth:
-        // 0.17 octaves per step size, 0.1 in the slope.
+        // The mean of 24 errors, each spread uniformly over a range as wide as its mean, scatters by an
+        // eighth: 0.17 octaves per step size, 0.1 in the slope.
         close(slope, 1.0, 0.25);
     }
 }
 
-/// The exact method has no step: how often the run is looked at changes nothing but roundings. An impact
-/// multiplies a rounding of the instant by the change of acceleration, a few times over.
+/// The exact method has no step: the number of records changes only roundings. An impact multiplies the
+/// rounding of its instant by the change of acceleration, a few times over.
 #[test]
 fn truth_exact_integrator_does_not_depend_on_the_record() {
     const ROUNDING: f64 = 1e-11;

@@ -10,8 +10,8 @@ use crate::common::{body, close, effect, free_mass, run, scenario, spring};
 /// Every flight and every visit to a flank is exact to a few roundings; there are tens of them.
 const EXACT: f64 = 1e-12;
 
-/// Without damping, flights of `width / v` alternate with visits of half a period of the reduced mass to
-/// either flank, for ever.
+/// Without damping, flights of `width / v` alternate for ever with visits to the flanks, each half a period
+/// of the reduced mass.
 #[test]
 fn truth_undamped_play_alternates_between_flights_and_flanks() {
     let (m1, m2, k, width, v) = (2.0, 3.0, 4e5_f64, 1e-3, 0.2);
@@ -35,8 +35,8 @@ fn truth_undamped_play_alternates_between_flights_and_flanks() {
     assert!(simulation.energy(0).unwrap().residual().abs() < EXACT);
 }
 
-/// A load dragged against friction lags by half the width and the stretch of the flank, to either side: that
-/// is the hysteresis.
+/// A load dragged against friction lags by half the width plus the stretch of the flank, in both directions:
+/// this is the hysteresis.
 #[test]
 fn truth_play_lags_by_half_its_width_and_the_stretch_of_a_flank() {
     let (k, width, level, speed) = (4e4, 1e-3, 6.0, 0.05);
@@ -61,7 +61,7 @@ fn truth_play_lags_by_half_its_width_and_the_stretch_of_a_flank() {
     close(lag(-1.0), -(0.5 * width + level / k), EXACT);
 }
 
-/// Inside the play there is neither stiffness nor damping: a body that does not reach the flanks flies
+/// Inside the play there is neither stiffness nor damping: a body that does not reach the flanks moves
 /// freely.
 #[test]
 fn truth_nothing_acts_inside_the_play() {

@@ -1,4 +1,4 @@
-//! Machines drawn at random: nothing panics, storms or turns into no number, and the ledger closes.
+//! Machines drawn at random: no panic, no event storm, no NaN, and the ledger closes.
 
 use feeler_control::ForceGains;
 use feeler_engine::{Integrator, RunEnd, Scenario};
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::common::{body, contact, drive, effect, force_control, run, scenario, sensor, spring};
 
-/// Of the energy exchanged; an impact of a law that is integrated costs some 1e-13, and there may be
+/// Relative to the energy exchanged. An impact of an integrated law costs about 1e-13, and there may be
 /// hundreds.
 const LEDGER: f64 = 1e-9;
 
@@ -16,7 +16,7 @@ fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low.ln()..high.ln()).prop_map(f64::exp)
 }
 
-/// A joint of two bodies with whatever sits on it.
+/// A joint of two bodies with random elements.
 fn joint() -> impl Strategy<Value = (f64, f64, u8, f64)> {
     (log(1e3, 1e7), log(1.0, 1e3), 0_u8..8, log(0.1, 10.0))
 }

@@ -3,11 +3,11 @@
 use crate::common::{reference_file, reference_machine, run};
 use feeler_engine::EventKind;
 
-/// Asked for: events within 1e-9 s and forces within 1e-6 N over the first 0.3 s.
+/// Requirement: events within 1e-9 s and forces within 1e-6 N over the first 0.3 s.
 const EVENT_TOLERANCE_S: f64 = 1e-9;
 const FORCE_TOLERANCE_N: f64 = 1e-6;
 
-/// The numbers of a JSON array of numbers, or the words of one of strings, under `"machine": { ... "key": [`.
+/// Elements of a JSON array of numbers or strings, under `"machine": { ... "key": [`.
 fn array<'a>(json: &'a str, machine: &str, key: &str) -> Vec<&'a str> {
     let from = json.find(&format!("\"{machine}\"")).unwrap();
     let rest = &json[from..];

@@ -1,4 +1,4 @@
-//! Units of mass, length and time are free: a machine written in others moves the same.
+//! Units of mass, length and time are arbitrary: a machine in other units has the same motion.
 
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::Scenario;
@@ -12,7 +12,7 @@ use crate::common::{axis, run};
 /// of instants.
 const TOLERANCE: f64 = 1e-9;
 
-/// New units per old: a value of dimension `kg^a m^b s^c` is multiplied by `mass^a length^b time^c`.
+/// New units per old unit: a value of dimension `kg^a m^b s^c` is multiplied by `mass^a length^b time^c`.
 #[derive(Clone, Copy, Debug)]
 struct Units {
     mass: f64,
@@ -161,7 +161,7 @@ fn prop_units_are_free_for_every_effect() {
         let machine = &mut scenario.machine;
         let on_guide = matches!(definition.place.name(), "guide" | "base");
         match definition.place.name() {
-            // Random instants are drawn in shares of the period, which scale.
+            // Random instants are shares of the period, which scale.
             "timing" => scenario.controllers["force"].effects.push(used),
             "drive" => machine.actuators["drive"].effects.push(used),
             "force-sensor" => machine.sensors["force"].effects.push(used),
@@ -170,7 +170,7 @@ fn prop_units_are_free_for_every_effect() {
             _ if definition.kind == Kind::AddedMass => machine.bodies["tip"].effects.push(used),
             _ => machine.springs[if on_guide { "guide" } else { "transmission" }].effects.push(used),
         }
-        // Noise is a function of the clock in seconds: in another unit of time other numbers are drawn.
+        // Noise is a function of the clock in seconds: another unit of time draws other numbers.
         let kept =
             |units: &Units| definition.kind != Kind::CommandNoise || units.time.to_bits() == 1_f64.to_bits();
         for units in UNITS.into_iter().filter(kept) {

@@ -1,4 +1,4 @@
-//! The chain from a signal to a reading, and the instants at which it is read.
+//! The chain from a signal to a reading, and the instants of readings.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const EXACT: f64 = 1e-12;
 const SPEED_M_PER_S: f64 = 0.3;
 const START_M: f64 = 0.04;
 
-/// Readings of the position of a body that flies evenly.
+/// Readings of the position of a body with constant speed.
 fn flight(sensor: Sensor, duration_s: f64) -> Scenario {
     let mut machine = free_mass(1.0, START_M, SPEED_M_PER_S);
     machine.sensors.insert("scale".into(), sensor);
@@ -88,13 +88,13 @@ fn truth_noise_is_white_normal_and_its_own() {
     let (noise, _) = noisy(1, false);
     let n = noise.len() as f64;
     let moment = |f: &dyn Fn(usize) -> f64| (0..noise.len() - 1).map(f).sum::<f64>() / (n - 1.0);
-    // Five standard deviations of each estimate for 20,000 independent normal numbers.
+    // Five standard errors of each estimate for 20,000 independent normal numbers.
     let wide = 5.0 / n.sqrt();
     close(moment(&|i| noise[i]) / sigma, 0.0, wide);
     close(moment(&|i| noise[i].powi(2)) / (sigma * sigma), 1.0, wide * 2_f64.sqrt());
     close(moment(&|i| noise[i].powi(4)) / sigma.powi(4), 3.0, wide * 96_f64.sqrt());
     close(moment(&|i| noise[i] * noise[i + 1]) / (sigma * sigma), 0.0, wide);
-    // Another sensor beside it does not shift it, and is independent of it; another seed is another noise.
+    // Another sensor does not change its noise and has independent noise; another seed gives other noise.
     let (beside, other) = noisy(1, true);
     assert!(noise.iter().zip(&beside).all(|(a, b)| a.to_bits() == b.to_bits()));
     let other = other.unwrap();
@@ -104,7 +104,7 @@ fn truth_noise_is_white_normal_and_its_own() {
     close(moment(&|i| noise[i] * reseeded[i]) / (sigma * sigma), 0.0, wide);
 }
 
-/// An open loop whose reference is time itself tells when it was sampled.
+/// An open loop whose reference is time itself shows its sample times.
 fn sample_times(jitter_s: f64, effects: &[(&str, &[f64])], offset_s: f64) -> Vec<f64> {
     let mut machine = free_mass(1.0, 0.0, 0.0);
     machine.actuators.insert("drive".into(), drive("tip", "ground"));
@@ -130,18 +130,18 @@ fn truth_samples_are_taken_on_the_grid_and_jitter_takes_them_off_it() {
     let times = sample_times(1e-3, &[("timing-jitter", &[5e-4])], 5e-3);
     let n = (times.len() - 1) as f64;
     let offsets: Vec<f64> = (1..times.len()).map(|i| (times[i] - nominal(i)) / sigma).collect();
-    // Five standard deviations of mean and variance of 2000 normal numbers; beyond 4.38 sigma the clock
-    // limits them, which nothing here notices.
+    // Five standard errors of mean and variance of 2000 normal numbers. The clock limits them beyond 4.38
+    // sigma, which has no effect here.
     close(offsets.iter().sum::<f64>() / n, 0.0, 5.0 / n.sqrt());
     close(offsets.iter().map(|x| x * x).sum::<f64>() / n, 1.0, 5.0 * (2.0 / n).sqrt());
 }
 
-/// A controller that reads a late sensor acts on what was: a proportional law on the position shows it.
+/// A controller with a delayed sensor acts on past values: a proportional law on the position shows it.
 #[test]
 fn truth_a_controller_reads_a_late_sensor_as_it_was() {
     for (delay_s, period_s) in [(0.0, 1e-3), (2.5e-4, 1e-3), (3.3e-3, 1e-3), (1e-2 / 7.0, 1.7e-3)] {
         let mut scenario = flight(Sensor { delay_s, ..scale() }, 0.1);
-        // Too heavy for the force to matter, so that the flight stays even.
+        // Too heavy for the force to matter, so that the speed stays constant.
         scenario.machine.bodies["tip"].mass_kg = 1e15;
         scenario.machine.actuators.insert("drive".into(), drive("tip", "ground"));
         scenario.run.record.push("loop.output".parse().unwrap());

@@ -1,5 +1,5 @@
-//! Balls in a row that touch each other one after the other, without damping: against an integration of its
-//! own, and the laws that hold for any number of them.
+//! Balls in a row that touch one after the other, without damping: against a separate integration, and
+//! against the conservation laws.
 
 use feeler_engine::RunEnd;
 use feeler_plant::description::{Body, Contact, ContactLaw, Machine};
@@ -17,9 +17,9 @@ struct Link {
     gap_m: f64,
 }
 
-/// The independent integration has 2e5 steps. At the begin and end of a contact it errs by the force
-/// at the end of a step over that step. A linear contact of 1e9 N/m in steps of 0.5 ns gives
-/// 3e-10 m/s, the others less.
+/// The independent integration has 2e5 steps. At the start and end of a contact it errs by the force at the
+/// end of a step over that step. A linear contact of 1e9 N/m in steps of 0.5 ns gives 3e-10 m/s, the others
+/// less.
 const INDEPENDENT: f64 = 2e-9;
 const STEPS: u32 = 200_000;
 /// The engine's balances of momentum and energy: a hundred steps of 4e-14 each.
@@ -40,7 +40,7 @@ impl Row<'_> {
         machine
     }
 
-    /// Speeds at the end by the engine.
+    /// Final speeds by the engine.
     fn speeds(&self, duration_s: f64) -> Vec<f64> {
         let mut scenario = scenario(self.machine(), duration_s, &[]);
         scenario.run.step_s = 1e-5;
@@ -60,7 +60,7 @@ impl Row<'_> {
             .collect()
     }
 
-    /// Speeds at the end by Runge and Kutta's classical method, through contacts as if there were no events.
+    /// Final speeds by the classical Runge-Kutta method, through contacts as if there were no events.
     fn speeds_of_its_own(&self, duration_s: f64) -> Vec<f64> {
         let count = self.0.len() + 1;
         let mut x = vec![0.0; count];
@@ -93,7 +93,7 @@ impl Row<'_> {
 
 const HERTZ: Link = Link { k: 1e9, exponent: 1.5, gap_m: 0.0 };
 
-/// Newton's cradle: five balls that touch. Most of the momentum goes to the last one, some to its neighbour,
+/// Newton's cradle: five touching balls. Most of the momentum goes to the last one, some to its neighbour,
 /// and the others recoil.
 #[test]
 fn reference_newtons_cradle_of_five_hertz_balls() {

@@ -1,4 +1,4 @@
-//! Drives with a loop, a winding or a motion of their own, against closed forms.
+//! Drives with a loop, a winding or an imposed motion, against closed forms.
 
 use feeler_control::ReferenceSpec;
 use feeler_engine::{Scenario, Trace};
@@ -10,7 +10,7 @@ use crate::common::{body, close, command, drive, effect, free_mass, run, scenari
 
 /// Sums of a few exponentials and sines of numbers of size one to a hundred, each rounded a few times a step.
 const EXACT: f64 = 1e-11;
-/// What the ledger may lose of all that was exchanged: its quadrature is exact to rounding (DESIGN.md).
+/// Loss of the ledger relative to the energy exchanged: its quadrature is exact to rounding (DESIGN.md).
 const LEDGER: f64 = 1e-9;
 /// Mass that is driven, kg.
 const MASS_KG: f64 = 2.0;
@@ -58,7 +58,7 @@ fn truth_a_continuous_servo_steps_as_a_spring_and_damper() {
     assert!(balance.residual().abs() < LEDGER * balance.exchanged());
 }
 
-/// A load moves the rest of a servo by `load / kp`, and an integral part brings it back.
+/// A load shifts the rest position of a servo by `load / kp`, and an integral part removes the shift.
 #[test]
 fn truth_a_servo_droops_by_load_over_gain() {
     let (kp, load, target) = (500.0, -8.0, 0.1);
@@ -74,7 +74,7 @@ fn truth_a_servo_droops_by_load_over_gain() {
     }
 }
 
-/// At its limit a servo accelerates evenly, until what it asks for falls below the limit.
+/// At its limit a servo accelerates uniformly, until its demand falls below the limit.
 #[test]
 fn truth_a_servo_at_its_limit_accelerates_evenly() {
     let (kp, kd, target, limit) = (900.0, 30.0, 0.4, 20.0);
@@ -94,15 +94,15 @@ fn truth_a_servo_at_its_limit_accelerates_evenly() {
     let forces = column(&trace, "drive.force");
     assert!(forces.iter().all(|force| force.abs() <= limit + EXACT));
     close(*column(&trace, "tip.position").last().unwrap(), target, 1e-6);
-    // At the end it is at rest again, and the drive took back what it gave: what goes to and fro is the
-    // largest kinetic energy, 6 J.
+    // At the end it is at rest again, and the drive has recovered its energy: the exchange is the largest
+    // kinetic energy, 6 J.
     let fastest = column(&trace, "tip.velocity").iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let swung_j = 0.5 * MASS_KG * fastest * fastest;
     let balance = simulation.energy(0).unwrap();
     assert!(swung_j > 5.0 && balance.residual().abs() < LEDGER * swung_j, "{balance:?}");
 }
 
-/// Within its deadband a servo gives nothing: a mass at rest there stays, one outside stops at the edge.
+/// Within its deadband a servo gives no force: a mass at rest there stays, one outside stops at the edge.
 #[test]
 fn truth_an_error_within_the_deadband_moves_nothing() {
     let width = 0.01;
@@ -114,7 +114,7 @@ fn truth_an_error_within_the_deadband_moves_nothing() {
     close(*column(&trace, "tip.position").last().unwrap(), 4.0 * width, 1e-12);
 }
 
-/// The target that the loop follows moves no faster than its limit: a stiff loop then moves at that speed.
+/// The servo's target moves at most at its speed limit: a stiff loop then moves at that speed.
 #[test]
 fn truth_a_target_moves_no_faster_than_the_velocity_limit() {
     let (kp, kd, speed) = (2000.0, 100.0, 0.25);
@@ -169,7 +169,7 @@ fn truth_a_sampled_servo_is_its_difference_equation() {
     }
 }
 
-/// A target that is late arrives late by exactly so much, in a continuous loop and in a sampled one.
+/// A delayed target arrives late by exactly the delay, in a continuous and in a sampled loop.
 #[test]
 fn truth_a_late_target_shifts_the_motion() {
     let late = 0.03;
@@ -202,8 +202,8 @@ fn moved_kg(motor: &DcMotor) -> f64 {
     MASS_KG + motor.rotor_inertia * motor.gear_ratio.powi(2)
 }
 
-/// A motor on a voltage runs up to its no-load speed with the time constant `m R / (N^2 K_t K_e)`; more than
-/// the supply voltage is the supply voltage, and a duty cycle is a share of it.
+/// A motor at constant voltage reaches its no-load speed with the time constant `m R / (N^2 K_t K_e)`. The
+/// supply limits the voltage, and a duty cycle is a share of the supply voltage.
 #[test]
 fn truth_a_motor_runs_up_to_its_no_load_speed() {
     let one = motor();
@@ -245,8 +245,8 @@ fn truth_inductance_adds_a_pole() {
     }
 }
 
-/// On a current the force is constant up to the speed at which the supply voltage is used up; from there on
-/// the motor runs as on that voltage.
+/// With a current command the force is constant up to the speed at which the supply voltage is exhausted.
+/// From there the motor runs as at that voltage.
 #[test]
 fn truth_a_current_is_kept_as_far_as_the_supply_allows() {
     let one = DcMotor { input: MotorInput::Current, ..motor() };
@@ -264,8 +264,8 @@ fn truth_a_current_is_kept_as_far_as_the_supply_allows() {
     assert!(leaves_s < 2.0, "{leaves_s}");
 }
 
-/// An imposed body follows its command, and pulls another by a spring: `v t - v sin(w t) / w`.
-/// The force that this takes is that of the spring.
+/// An imposed body follows its command, and pulls another by a spring: `v t - v sin(w t) / w`. The required
+/// force is that of the spring.
 #[test]
 fn truth_an_imposed_body_moves_as_told() {
     let (speed, k) = (0.2, 450.0);
@@ -284,16 +284,16 @@ fn truth_an_imposed_body_moves_as_told() {
     for (i, t) in trace.t_s.iter().enumerate() {
         close(column(&trace, "rig.position")[i], speed * t, EXACT);
         close(column(&trace, "tip.position")[i], speed * t - speed / omega * (omega * t).sin(), EXACT);
-        // The spring's force is on its second body, the tip; the drive holds against it. Curvatures of the
-        // pieces are zero but for the rounding of their knots, 1e-16 / (10 ms)^2.
+        // The spring's force acts on its second body, the tip, and the drive opposes it. Curvatures of the
+        // pieces are zero up to the rounding of their knots, 1e-16 / (10 ms)^2.
         close(column(&trace, "drive.force")[i], column(&trace, "rope.force")[i], 1e-9);
     }
     let balance = simulation.energy(0).unwrap();
     assert!(balance.residual().abs() < LEDGER * balance.exchanged());
 }
 
-/// A guide that sticks between an imposed body and a free one carries the free one along; dry friction gives
-/// way where the acceleration asks for more.
+/// A sticking guide between an imposed and a free body carries the free one along; it slips if the
+/// acceleration exceeds the friction.
 #[test]
 fn truth_an_imposed_body_carries_what_sticks_to_it() {
     let (a, level) = (1.5, 2.0);
@@ -320,7 +320,7 @@ fn truth_an_imposed_body_carries_what_sticks_to_it() {
     close(*column(&sliding, "tip.velocity").last().unwrap(), level / MASS_KG * 0.5, 1e-9);
 }
 
-/// Wrong drives are refused, with the key that is wrong.
+/// Invalid drives are rejected, with the key of the mistake.
 #[test]
 fn truth_what_a_drive_cannot_be_is_refused() {
     let problem = |kind: ActuatorKind, change: &dyn Fn(&mut Machine)| {

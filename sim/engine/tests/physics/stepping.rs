@@ -1,4 +1,4 @@
-//! A program that drives the loop itself goes through the same numbers as a run.
+//! A program that steps the simulation itself gets the same numbers as a run.
 
 use feeler_control::{ForceGains, Law, ReferenceSpec};
 use feeler_engine::{
@@ -9,13 +9,13 @@ use feeler_plant::description::{Contact, ContactLaw, GROUND};
 
 use crate::common::{axis, command, contact, drive, effect, free_mass, reference_machine, run, scenario};
 
-/// An instant that closed forms and event location both give to rounding, s.
+/// Tolerance of an instant that closed forms and event location both give to rounding, s.
 const INSTANT_S: f64 = 1e-12;
 
-/// Of the energy exchanged: what the ledger closes to over some impacts.
+/// Relative to the energy exchanged: closure of the ledger over some impacts.
 const LEDGER: f64 = 1e-9;
 
-/// How often a loop stopped for each reason.
+/// Number of stops of a loop for each reason.
 #[derive(Debug, Default)]
 struct Stops {
     events: usize,
@@ -23,8 +23,8 @@ struct Stops {
     records: usize,
 }
 
-/// Steps through a run and hands everything to an observer; where `cuts` is not empty the end that is asked
-/// for goes through these instants first.
+/// Steps through a run and passes everything to an observer. If `cuts` is not empty, the requested end takes
+/// these values first.
 fn step_through<L: Lane>(
     simulation: &mut Simulation<L>,
     observer: &mut impl Observer<L>,
@@ -75,8 +75,8 @@ fn with_run(scenario: Scenario, change: impl Fn(&mut RunSettings)) -> Scenario {
     scenario
 }
 
-/// Machines that touch, lift, stick, slip and ramp, with delays, with laws that are not linear, with and
-/// without the ledger, by every integrator.
+/// Machines that touch, lift, stick, slip and ramp, with delays and nonlinear laws, with and without the
+/// ledger, in every integrator.
 fn machines() -> Vec<(&'static str, Scenario)> {
     let mut chattering = axis(0.2);
     chattering.controllers[0].spec.delay_s = 2.3e-3;
@@ -159,7 +159,7 @@ fn prop_steps_of_eight_variants_give_the_bits_of_their_run() {
     }
 }
 
-/// A body of 1 kg, 0.1 m before a wall, pushed towards it with 9.81 N.
+/// A body of 1 kg, 0.1 m from a wall, pushed towards it with 9.81 N.
 fn falling() -> Scenario {
     let mut machine = free_mass(1.0, -0.1, 0.0);
     machine.contacts.insert("floor".into(), contact("tip", GROUND, 1e5, 0.0));
@@ -192,7 +192,8 @@ fn truth_a_lane_stands_at_its_event() {
 
 #[test]
 fn truth_a_state_set_at_an_event_goes_on_from_there() {
-    // Sent back with half its speed, it returns after twice the time in which the push takes that speed.
+    // It leaves the wall with half its speed, so it returns after twice the time in which the force removes
+    // that speed.
     let program = Program::new(&falling()).unwrap();
     let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
     let mut touches_s = Vec::new();

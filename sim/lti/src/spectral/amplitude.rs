@@ -46,19 +46,21 @@ fn weighted(record: &[f64], period_s: f64, window: Window) -> Result<(Vec<f64>, 
     Ok((record.iter().zip(&weights).map(|(v, w)| (v - mean) * w).collect(), weights.iter().sum()))
 }
 
-/// Frequency (Hz) and amplitude of the strongest sine in a record between two frequencies: the maximum of the
-/// Hann-windowed Fourier transform as a continuous function of frequency, not only on its lines. `None` where
-/// there is no line in the band or no power.
+/// Frequency (Hz) and amplitude of the strongest sine in a record between two frequencies. It is the maximum
+/// of the Hann-windowed Fourier transform as a continuous function of frequency, not only on its lines.
+/// `None` if there is no line in the band or no power.
 ///
 /// # Errors
 /// As [`amplitude_spectrum`].
 ///
 /// # Example
 /// ```
-/// let record: Vec<f64> = (0..500).map(|i| 3.0 * (std::f64::consts::TAU * 12.34 * f64::from(i) *
-/// 1e-3).sin()).collect(); let (frequency_hz, amplitude) = feeler_lti::spectral::dominant_frequency(&record,
-/// 1e-3, (1.0, 400.0))?.expect("one sine"); assert!((frequency_hz - 12.34).abs() < 0.02 && (amplitude -
-/// 3.0).abs() < 0.02);
+/// let record: Vec<f64> = (0..500)
+///     .map(|i| 3.0 * (std::f64::consts::TAU * 12.34 * f64::from(i) * 1e-3).sin())
+///     .collect();
+/// let (frequency_hz, amplitude) =
+///     feeler_lti::spectral::dominant_frequency(&record, 1e-3, (1.0, 400.0))?.expect("one sine");
+/// assert!((frequency_hz - 12.34).abs() < 0.02 && (amplitude - 3.0).abs() < 0.02);
 /// # Ok::<(), feeler_lti::LtiError>(())
 /// ```
 pub fn dominant_frequency(
@@ -86,11 +88,11 @@ pub fn dominant_frequency(
     Ok(Some((phase / turns_per_hz, 2.0 * sum.norm() / weight)))
 }
 
-/// Samples whose turns are taken from one table.
+/// Samples whose phase factors come from one table.
 const BLOCK: usize = 64;
 
-/// `sum_k k^m v[k] exp(-i phase k)` for m = 0, 1, 2, with k counted from the middle of the record: the
-/// transform at any frequency, and what its first two derivatives by the phase per sample consist of.
+/// `sum_k k^m v[k] exp(-i phase k)` for m = 0, 1, 2, with k counted from the middle of the record. These give
+/// the transform at any frequency, and its first two derivatives by the phase per sample.
 fn moments(record: &[f64], phase: f64) -> [C64; 3] {
     let table: [[f64; 6]; BLOCK] = std::array::from_fn(|j| {
         let (turn, j) = (C64::cis(-phase * j as f64), j as f64);

@@ -1,4 +1,4 @@
-//! Noise and nonlinear distortion told apart, by random-phase multisines.
+//! Separates noise from nonlinear distortion by random-phase multisines.
 //!
 //! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), chapter 4:
 //! the robust method (several realisations) and the fast method (detection lines). Wiley and IEEE Press,
@@ -10,28 +10,26 @@ use super::periodic::{PeriodMeans, PeriodicRecord};
 use crate::domain::C64;
 use crate::error::LtiError;
 
-/// One experiment: a multisine with its own random phases, several periods of it.
+/// One experiment: several periods of a multisine with its own random phases.
 pub type Realisation<'a> = PeriodicRecord<'a>;
 
 /// Best linear approximation with both of its uncertainties.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BestLinearApproximation {
-    /// The mean over realisations; its variance counts noise and nonlinear distortion.
+    /// The mean over realisations; its variance includes noise and nonlinear distortion.
     pub estimate: ResponseEstimate,
     /// Variance of the mean due to noise alone, at each frequency.
     pub noise_variance: Vec<f64>,
-    /// Variance of a single realisation due to nonlinear distortion, at each frequency: unbiased, so that it
-    /// is below 0 at about half of the frequencies where there is none.
+    /// Variance of a single realisation due to nonlinear distortion, at each frequency. It is unbiased, so
+    /// without distortion it is negative at about half of the frequencies.
     pub distortion_variance: Vec<f64>,
     /// Whether the realisations differ by more than the noise.
     pub evidence: Evidence,
 }
 
-/// Power, as a share of the line's own, that rounding of long simulations may leave: what differs by less is
-/// the same.
+/// Power, relative to the line's own, of the rounding of long simulations: smaller differences do not count.
 const ROUNDING: f64 = 1e-18;
-/// The same as a share of the strongest line's: rounding of the whole output shows at every line, however
-/// weak.
+/// The same relative to the strongest line: rounding of the whole output appears at every line, however weak.
 const ROUNDING_OF_STRONGEST: f64 = 1e-24;
 
 /// Power of the output at each line that may be rounding.
@@ -40,8 +38,8 @@ fn rounding(means: &PeriodMeans) -> impl Fn(usize) -> f64 {
     move |k| ROUNDING * means.output[k].norm_sqr() + ROUNDING_OF_STRONGEST * strongest
 }
 
-/// Best linear approximation from several realisations: what differs from period to period is noise, what
-/// differs from realisation to realisation beyond it is nonlinear distortion.
+/// Best linear approximation from several realisations. Differences between periods are noise; further
+/// differences between realisations are nonlinear distortion.
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] for fewer than two realisations; the errors of [`super::periodic_response`]
@@ -80,25 +78,24 @@ pub fn best_linear_approximation(
     Ok(BestLinearApproximation { estimate, noise_variance, distortion_variance, evidence })
 }
 
-/// Lines without excitation on each side of an excited one, from which the distortion there is known.
+/// Number of lines without excitation, on each side of an excited one, that give the distortion there.
 const BESIDE: usize = 3;
-/// Fewest lines without excitation between the first and the last excited one that tell anything, as a share
-/// of the excited ones.
+/// Smallest number of lines without excitation between the first and the last excited one, as a share of the
+/// excited ones.
 const LEAST_SHARE: f64 = 0.1;
 
 /// Nonlinear distortion of one realisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistortionBeside {
-    /// Variance of the response at each excited line; below 0 where the lines beside it hold less than the
-    /// noise's mean.
+    /// Variance of the response at each excited line; negative if the neighbouring lines hold less than the
+    /// mean noise.
     pub variance: Vec<f64>,
     /// Whether the lines without excitation hold more than noise.
     pub evidence: Evidence,
 }
 
-/// Variance of the response at the excited lines due to nonlinear distortion, from what the output holds
-/// beside them (the fast method): one realisation is enough where its multisine leaves lines out. `None`
-/// where it leaves out too few of them.
+/// Variance of the response at the excited lines due to nonlinear distortion, from the output beside them
+/// (the fast method). One realisation is enough if its multisine omits lines. `None` if it omits too few.
 ///
 /// # Errors
 /// As [`super::periodic_response`].
@@ -150,12 +147,12 @@ pub struct DistortionLevels {
     pub noise: f64,
 }
 
-/// Output levels on excited, odd and even lines of one realisation between the first and the last excited
-/// line. A level well above the noise is distortion of that kind. The input must be exact on its lines (no
-/// distortion of its own). A kind without lines has level 0.
+/// Output levels on excited, odd and even lines of one realisation, between the first and the last excited
+/// line. A level well above the noise is distortion of that kind. The input must be exact on its lines, that
+/// is, free of distortion. A kind without lines has level 0.
 ///
 /// # Errors
-/// As [`super::periodic_response`]; [`LtiError::RecordTooShort`] where no line is excited.
+/// As [`super::periodic_response`]; [`LtiError::RecordTooShort`] if no line is excited.
 pub fn distortion_levels(
     record: &PeriodicRecord<'_>,
     excited: &[usize],

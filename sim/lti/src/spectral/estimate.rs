@@ -1,4 +1,4 @@
-//! An estimated frequency response and how well it is known.
+//! An estimated frequency response with its uncertainty.
 
 use crate::domain::C64;
 
@@ -11,9 +11,9 @@ pub struct ResponseEstimate {
     pub response: Vec<C64>,
     /// Estimated variance E|G - G0|^2 of each value.
     pub variance: Vec<f64>,
-    /// Real degrees of freedom with which each variance is known.
+    /// Real degrees of freedom of each variance.
     pub degrees_of_freedom: Vec<f64>,
-    /// Coherence in [0, 1], where the estimator has one.
+    /// Coherence in [0, 1], if the estimator provides one.
     pub coherence: Option<Vec<f64>>,
 }
 
@@ -24,14 +24,14 @@ pub struct ResponseBand {
     pub magnitude_low: f64,
     /// Upper end of the magnitude.
     pub magnitude_high: f64,
-    /// Half width of the phase, rad; pi where the phase is unknown.
+    /// Half width of the phase, rad; pi if the phase is unknown.
     pub phase_half_width_rad: f64,
 }
 
 impl ResponseEstimate {
-    /// Bands of magnitude and phase that hold the truth with the given confidence (such as 0.95).
+    /// Bands of magnitude and phase that contain the true value with the given confidence (such as 0.95).
     ///
-    /// The estimate lies in a disk about the truth; its squared distance over the variance has an F
+    /// The estimate lies in a disk about the true value. Its squared distance over the variance has an F
     /// distribution with 2 and nu degrees of freedom, whose quantile is nu/2 (alpha^(-2/nu) - 1). Source:
     /// Bendat and Piersol, Random Data (4th ed.), equation 9.97.
     pub fn confidence(&self, confidence: f64) -> Vec<ResponseBand> {
@@ -39,7 +39,7 @@ impl ResponseEstimate {
         let values = self.response.iter().zip(&self.variance).zip(&self.degrees_of_freedom);
         values
             .map(|((response, variance), nu)| {
-                // Through expm1, since for large nu the power is next to 1; its limit is -ln alpha.
+                // Through expm1, since for large nu the power is close to 1; its limit is -ln alpha.
                 let quantile =
                     if nu.is_finite() { 0.5 * nu * (-2.0 / nu * alpha.ln()).exp_m1() } else { -alpha.ln() };
                 let (magnitude, radius) = (response.norm(), (variance * quantile).sqrt());

@@ -1,15 +1,14 @@
-//! Whether a variance exceeds the noise beyond chance.
+//! Tests whether a variance exceeds the noise significantly.
 
 use crate::error::LtiError;
 
-/// Standard deviations by which a mean over lines must exceed that of noise alone: chance does so once in 740
-/// times.
+/// Standard deviations by which a mean over lines must exceed that of noise alone: the chance is one in 740.
 const DEVIATIONS: f64 = 3.0;
-/// Chance of one line or more, among all, that noise alone exceeds as far.
+/// Chance that noise alone gives at least one line, among all, with such an excess.
 const CHANCE: f64 = 1e-3;
 
-/// Degrees of freedom, halved, with which the variances of complex values are known: the number of
-/// independent complex differences.
+/// Half the degrees of freedom of the variances of complex values: the number of independent complex
+/// differences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ComplexDegrees {
     /// Of the variance that may hold more than noise.
@@ -18,23 +17,23 @@ pub struct ComplexDegrees {
     pub noise: usize,
 }
 
-/// What all lines together say of a variance beyond the noise.
+/// Result of the test of a variance against the noise, over all lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Whether there is more than noise: the mean over lines, or a single line, exceeds it beyond chance.
+    /// Whether there is more than noise: the mean over lines, or a single line, exceeds it significantly.
     pub is_beyond_noise: bool,
-    /// The excess over the noise, as a share of it, that would have shown had all lines had it.
+    /// The smallest detectable excess on all lines, relative to the noise.
     pub least_share: f64,
-    /// With what the variances are known.
+    /// Degrees of freedom of the variances.
     pub degrees: ComplexDegrees,
-    /// Lines that were held against the noise.
+    /// Number of lines that were tested.
     pub lines: usize,
 }
 
-/// Tests whether variances exceed those of the noise, line by line independent of each other.
+/// Tests whether variances exceed those of the noise; lines are independent of each other.
 ///
 /// Without excess each ratio follows an F distribution. The mean of its logarithm is ψ(a) - ln a - ψ(b) + ln
-/// b and its variance ψ'(a) + ψ'(b), with a and b the complex degrees of freedom; a single line is held
+/// b and its variance ψ'(a) + ψ'(b), with a and b the complex degrees of freedom. A single line is tested
 /// against the tail of F. Source: Abramowitz and Stegun, Handbook of Mathematical Functions, 6.3.2, 6.4.3 and
 /// 26.6.2 (1964).
 ///

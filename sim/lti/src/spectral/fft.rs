@@ -9,8 +9,8 @@ use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
 thread_local! {
-    /// The plan of the last transform: records of one length follow each other, and a plan costs as much as
-    /// several transforms.
+    /// The plan of the last transform: records usually have equal length, and a plan costs as much as several
+    /// transforms.
     static LAST_PLAN: RefCell<Option<Arc<dyn RealToComplex<f64>>>> = const { RefCell::new(None) };
 }
 
@@ -32,7 +32,8 @@ pub(crate) fn transform(record: &[f64]) -> Vec<C64> {
     output
 }
 
-/// Checks what all estimators need: two records of equal length, finite, and a positive sample time.
+/// Checks the requirements of all estimators: two records of equal length, finite, and a positive sample
+/// time.
 pub(crate) fn require_pair(input: &[f64], output: &[f64], period_s: f64) -> Result<(), LtiError> {
     require_positive("sample time (s)", period_s)?;
     if input.len() != output.len() {

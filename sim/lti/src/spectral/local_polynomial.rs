@@ -1,9 +1,9 @@
 //! Local polynomial method: response from one short record of noise.
 //!
-//! Round each line both the response and the leakage (the transient of what came before and after the record)
-//! are smooth; they are fitted as polynomials over a few neighbouring lines, while the noise-like input is
-//! not smooth and so tells them apart. Source: Pintelon, Schoukens, Vandersteen and Barbe, Mechanical Systems
-//! and Signal Processing 24 (2010) 573.
+//! Near each line both the response and the leakage (the transients before and after the record) are smooth.
+//! They are fitted as polynomials over a few neighbouring lines. The noise-like input is not smooth, which
+//! separates the two. Source: Pintelon, Schoukens, Vandersteen and Barbe, Mechanical Systems and Signal
+//! Processing 24 (2010) 573.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,13 +12,13 @@ use super::fft::{require_pair, require_samples, transform};
 use crate::domain::C64;
 use crate::error::LtiError;
 
-/// How wide and how curved the local fit is.
+/// Width and degree of the local fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LocalPolynomialSettings {
     /// Degree of the polynomials of response and leakage; 2 is usual.
     pub degree: usize,
-    /// Lines on each side of the one that is estimated; at least `degree + 1`, so that the fit is determined.
-    /// More average more noise.
+    /// Lines on each side of the estimated one; at least `degree + 1`, so that the fit is determined. More
+    /// lines average more noise.
     pub half_width: usize,
 }
 
@@ -28,12 +28,12 @@ impl Default for LocalPolynomialSettings {
     }
 }
 
-/// Response at each line between two frequencies from one record, leakage removed.
+/// Response at each line between two frequencies from one record, with leakage removed.
 ///
 /// # Errors
 /// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
-/// [`LtiError::OutOfRange`] for a fit that is too narrow; [`LtiError::NotExcited`] where input and leakage
-/// cannot be told apart.
+/// [`LtiError::OutOfRange`] for a fit that is too narrow; [`LtiError::NotExcited`] if input and leakage
+/// cannot be separated.
 pub fn local_polynomial(
     input: &[f64],
     output: &[f64],
@@ -61,7 +61,7 @@ pub fn local_polynomial(
         if !(low_hz..=high_hz).contains(&frequency_hz) {
             continue;
         }
-        // At the ends of the band the neighbours lie to one side.
+        // At the ends of the band the neighbours are on one side only.
         let first = line.saturating_sub(half_width).clamp(1, last - equations);
         let offset = |row: usize| ((first + row) as f64 - line as f64) / half_width as f64;
         let scale = (first..first + equations).map(|k| u[k].norm()).fold(0.0, f64::max);

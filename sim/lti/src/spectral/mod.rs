@@ -1,6 +1,6 @@
 //! Estimation of spectra and frequency responses from records, as an analyst would do it on the robot.
 //!
-//! Which estimator for which excitation:
+//! The estimator for each excitation:
 //!
 //! | excitation | function |
 //! |---|---|
@@ -12,8 +12,8 @@
 //! | stepped sine | [`stepped_sine`] |
 //! | sum of sines of any frequencies | [`response_at_sines`] |
 //!
-//! [`recognise_excitation`] tells from a recorded command which of these it was.
-//! [`common_poles`] finds the resonances that several estimated responses share.
+//! [`recognise_excitation`] finds the kind of a recorded command. [`common_poles`] finds the resonances that
+//! several estimated responses share.
 //!
 //! Records are uniformly sampled; spectra are one-sided; cross spectra are conj(input) times output.
 

@@ -62,8 +62,8 @@ impl Multisine {
     }
 }
 
-/// Odd lines from `first` to `last`, of which one in each group of `group` is left out to detect odd
-/// distortion; `uniform` draws from [0, 1).
+/// Odd lines from `first` to `last`; one in each group of `group` is omitted to detect odd distortion.
+/// `uniform` draws from [0, 1).
 pub fn odd_lines_with_detection(
     first: usize,
     last: usize,

@@ -1,5 +1,5 @@
-//! Response from several periods of a periodic record: no leakage, and the noise is what differs from period
-//! to period.
+//! Response from several periods of a periodic record: there is no leakage, and differences between periods
+//! are noise.
 //!
 //! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), section 2.5
 //! (Wiley and IEEE Press, 2012).
@@ -20,7 +20,7 @@ pub struct PeriodicRecord<'a> {
     pub period_s: f64,
     /// Samples in one period of the excitation.
     pub samples_per_period: usize,
-    /// Whole periods at the start that are left out, until transients have died away.
+    /// Whole periods at the start that are ignored, until transients have decayed.
     pub transient_periods: usize,
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Spread {
 }
 
 impl PeriodicRecord<'_> {
-    /// How strong the input is on some lines, and how much it differs from period to period.
+    /// Power of the input on some lines, and its variance between periods.
     pub(crate) fn input_spread(&self, lines: &[usize]) -> Result<Spread, LtiError> {
         let means = self.means(lines)?;
         Ok(Spread {
@@ -105,14 +105,14 @@ fn pick(spectrum: &[C64], lines: &[usize], factor: f64) -> Vec<C64> {
 }
 
 impl PeriodMeans {
-    /// Power of the output at line number k beyond what the response makes of the input, less the noise.
+    /// Power of the output at line number k that the response to the input does not explain, less the noise.
     pub(crate) fn beyond(&self, k: usize, response: C64) -> f64 {
         let [left, noise] = self.left_and_noise(k, response);
         left - noise
     }
 
-    /// Power of the output at line number k that the response does not make of the input, and the noise's
-    /// share of it.
+    /// Power of the output at line number k that the response to the input does not explain, and the part of
+    /// it that is noise.
     pub(crate) fn left_and_noise(&self, k: usize, response: C64) -> [f64; 2] {
         [(self.output[k] - response * self.input[k]).norm_sqr(), self.spread(k, response)]
     }
@@ -124,7 +124,7 @@ impl PeriodMeans {
             .max(0.0)
     }
 
-    /// Response and its variance at line number k of those asked for.
+    /// Response and its variance at line number k of the requested ones.
     pub(crate) fn response(&self, k: usize, frequency_hz: f64) -> Result<(C64, f64), LtiError> {
         let (u, y) = (self.input[k], self.output[k]);
         if u.norm_sqr() <= 0.0 {
@@ -136,7 +136,7 @@ impl PeriodMeans {
     }
 }
 
-/// Response at the excited lines from the mean of the periods, with the variance that the periods show.
+/// Response at the excited lines from the mean of the periods, with the variance between periods.
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] for fewer than two periods after the transient; [`LtiError::NotExcited`];

@@ -1,8 +1,8 @@
-//! Poles of a machine from its measured frequency responses: one set of poles for all of them.
+//! Poles of a machine from its measured frequency responses: one common set of poles.
 //!
 //! Source: Gustavsen and Semlyen, "Rational approximation of frequency domain responses by vector fitting",
-//! IEEE Trans. Power Delivery 14 (1999); each response is weighted by its inverse modulus, and carries a
-//! constant and a linear term for what lies beyond the band.
+//! IEEE Trans. Power Delivery 14 (1999). Each response is weighted by its inverse modulus. A constant and a
+//! linear term represent modes beyond the band.
 
 use std::f64::consts::TAU;
 
@@ -12,9 +12,9 @@ use crate::domain::C64;
 use crate::eigen::eigenvalues;
 use crate::error::{LtiError, require_not_negative};
 
-/// Damping ratio with which the search begins.
+/// Damping ratio at the start of the search.
 const START_DAMPING: f64 = 0.01;
-/// Relocations; poles of noise-free responses stand still after some five.
+/// Number of relocations; poles of noise-free responses converge after about five.
 const RELOCATIONS: usize = 20;
 
 /// One real pole, or a pair.
@@ -76,7 +76,7 @@ pub fn common_poles(
         require_not_negative("frequency", f)?;
         top = top.max(TAU * f);
     }
-    // In units of the highest frequency all terms are of one size.
+    // In units of the highest frequency all terms have comparable size.
     let s: Vec<C64> = frequencies_hz.iter().map(|f| C64::new(0.0, TAU * f / top)).collect();
     let start = |i: usize| {
         let w = (i as f64 + 0.5) / pairs as f64;
@@ -92,7 +92,7 @@ pub fn common_poles(
     Ok(found)
 }
 
-/// Partial fractions of the roots at a point, so combined that real coefficients make real responses.
+/// Partial fractions of the roots at a point, combined so that real coefficients give real responses.
 fn fractions(roots: &[Root], s: C64) -> Vec<C64> {
     let mut all = Vec::new();
     for root in roots {
@@ -112,7 +112,7 @@ fn fractions(roots: &[Root], s: C64) -> Vec<C64> {
 fn relocate(roots: &[Root], s: &[C64], responses: &[Vec<C64>]) -> Result<Vec<Root>, LtiError> {
     let order: usize = roots.iter().map(|root| root.width()).sum();
     let rows = 2 * s.len();
-    // The weight's equations, what each response's own coefficients can do taken out.
+    // The equations of the weight, with each response's own coefficients eliminated.
     let mut normal = DMatrix::zeros(order, order);
     let mut right = DVector::zeros(order);
     for response in responses {
@@ -167,7 +167,7 @@ fn relocate(roots: &[Root], s: &[C64], responses: &[Vec<C64>]) -> Result<Vec<Roo
     Ok(stable.map(|z| if z.im > 0.0 { Root::Pair(z) } else { Root::Real(z.re) }).collect())
 }
 
-/// Least squares from normal equations whose unknowns are brought to one size.
+/// Least squares from normal equations with scaled unknowns.
 fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, LtiError> {
     let n = right.len();
     let size = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].sqrt().max(f64::MIN_POSITIVE));

@@ -1,4 +1,4 @@
-//! What a recorded machine was excited with, and so how its response is to be evaluated.
+//! Recognises the excitation of a recorded machine, and with it the estimator for its response.
 
 use super::fft::{require_samples, transform};
 use super::periodic::Spread;
@@ -7,30 +7,30 @@ use super::welch::{WelchSettings, cross_spectra};
 use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
-/// A period repeats where its repetition differs by no more than this share of the power...
+/// A period repeats if its repetition differs by at most this share of the power.
 const REPEATS: f64 = 1e-3;
-/// ...and by more than this one in between: a slow record resembles itself a sample later.
+/// In between, one difference must exceed this share: a slow record resembles itself one sample later.
 const DIFFERS: f64 = 0.5;
-/// Sines are what a record is made of where they explain this share of its power. Of white noise the search
-/// explains two thirds or so.
+/// A record is a sum of sines if they explain this share of its power. For white noise the search explains
+/// about two thirds.
 const ALL_SINES: f64 = 0.97;
-/// Segments of the spectrum whose evenness is judged.
+/// Number of spectral segments in the test for evenness.
 const SEGMENTS: usize = 8;
-/// Share of the power in the band that is judged.
+/// Share of the power in the tested band.
 const POWER: f64 = 0.995;
-/// A value is that of a silence where it differs by no more than this share of the largest, and so many
-/// samples must be left between silences.
+/// A record is silent while it differs by at most this share of the largest value. The minimum is the number
+/// of samples between silences.
 const SILENT: f64 = 1e-3;
 const LEAST_ACTING: usize = 256;
-/// Lines that a band has at least which does not begin at the lowest.
+/// Smallest number of lines of a band that does not begin at the lowest line.
 const LEAST_LINES: usize = 8;
-/// Geometric over arithmetic mean of an even spectrum. White noise of [`SEGMENTS`] segments has 0.95; one
-/// slope of 20 dB per decade over two decades has 0.08.
+/// Smallest ratio of geometric to arithmetic mean of an even spectrum. White noise of [`SEGMENTS`] segments
+/// has 0.95; one slope of 20 dB per decade over two decades has 0.08.
 const EVEN: f64 = 0.3;
-/// Change of the spectrum's modulus from line to line, of a smooth spectrum. Noise has 1 - pi/4 = 0.21.
+/// Largest change of the modulus from line to line in a smooth spectrum. Noise has 1 - pi/4 = 0.21.
 const SMOOTH: f64 = 0.07;
 
-/// How a command was made, as its record tells.
+/// The excitation of a recorded command.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum RecordedExcitation {
@@ -41,24 +41,24 @@ pub enum RecordedExcitation {
         /// Whole periods in the record, at least two.
         periods: usize,
     },
-    /// Sines that have no period in common, or none that is found twice.
+    /// Sines without a common period, or without a period that appears twice.
     Sines(SineSum),
-    /// Noise with power all over its band.
+    /// Noise with power over its whole band.
     Noise {
         /// Geometric over arithmetic mean of its spectrum, up to 1.
         evenness: f64,
     },
     /// An even and smooth spectrum: a chirp or a burst.
     Sweep,
-    /// Whatever else: some frequencies have far more power than others.
+    /// Any other command: some frequencies have far more power than others.
     Uneven {
         /// Geometric over arithmetic mean of its spectrum.
         evenness: f64,
     },
 }
 
-/// Recognises how a command was made: by its period, by its sines, else by the evenness and smoothness of its
-/// spectrum.
+/// Recognises the excitation of a command: by its period, by its sines, else by the evenness and smoothness
+/// of its spectrum.
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] below 32 samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for the
@@ -101,7 +101,8 @@ pub fn recognise_excitation(command: &[f64], period_s: f64) -> Result<RecordedEx
     })
 }
 
-/// A record without the silence at its ends, where it keeps one value; the whole where little would be left.
+/// A record without the silence at its ends, where it is constant; the whole record if too little would be
+/// left.
 fn acting(record: &[f64]) -> &[f64] {
     let size = record.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
     let silent = |level: f64| move |v: &&f64| (**v - level).abs() <= SILENT * size;
@@ -114,8 +115,8 @@ fn acting(record: &[f64]) -> &[f64] {
     if part.len() >= LEAST_ACTING { part } else { record }
 }
 
-/// First and last line of the band that holds nearly all power of a spectrum; from the first line on where
-/// the band would be narrow.
+/// First and last line of the band with nearly all power of a spectrum; it starts at the first line if it
+/// would be narrow.
 fn powered(spectrum: &[f64]) -> (usize, usize) {
     let whole: f64 = spectrum[1..].iter().sum();
     let upto = |share: f64| {
@@ -132,9 +133,9 @@ fn powered(spectrum: &[f64]) -> (usize, usize) {
     if last >= first + LEAST_LINES { (first, last) } else { (1, last) }
 }
 
-/// Samples after which a record about its mean repeats, found at least twice in it: the first dip of the
-/// difference between the record and itself later, as a share of the power (after de Cheveigne and Kawahara,
-/// J. Acoust. Soc. Am. 111 (2002) 1917).
+/// Number of samples after which a record repeats about its mean, at least twice: the first dip of the
+/// difference between the record and its shifted copy, relative to the power. After de Cheveigne and
+/// Kawahara, J. Acoust. Soc. Am. 111 (2002) 1917.
 fn repetition(record: &[f64]) -> Option<usize> {
     let n = record.len();
     // Correlations at all lags at once: the transform of the padded record's power.
@@ -157,8 +158,8 @@ fn repetition(record: &[f64]) -> Option<usize> {
         .min_by(|&a, &b| difference(a).total_cmp(&difference(b)))
 }
 
-/// Lines of a periodic input between two frequencies that it excites: at least a hundredth of the strongest
-/// one's amplitude, and ten times what differs from period to period.
+/// Excited lines of a periodic input between two frequencies. Their amplitude is at least a hundredth of the
+/// strongest one's, and ten times the difference between periods.
 ///
 /// # Errors
 /// As [`super::periodic_response`].

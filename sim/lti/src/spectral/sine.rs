@@ -18,19 +18,19 @@ pub struct SineFit {
     pub offset: f64,
     /// Drift, unit per second.
     pub drift_per_s: f64,
-    /// Root mean square of what is left: noise and harmonics.
+    /// Root mean square of the residual: noise and harmonics.
     pub residual_rms: f64,
-    /// Variance of the complex amplitude, taking the residual for white noise.
+    /// Variance of the complex amplitude, with the residual as white noise.
     pub variance: f64,
 }
 
-/// Least-squares fit of a sine of known frequency, an offset and a drift. The record need not hold whole
+/// Least-squares fit of a sine of known frequency, an offset and a drift. The record need not have whole
 /// periods.
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] below five samples; [`LtiError::OutOfRange`] for a frequency not between zero
-/// and half the sample rate; [`LtiError::NotFinite`]; [`LtiError::NotExcited`] where the record is so short
-/// that sine and drift are the same.
+/// and half the sample rate; [`LtiError::NotFinite`]; [`LtiError::NotExcited`] if the record is too short to
+/// separate sine and drift.
 pub fn fit_sine(record: &[f64], period_s: f64, frequency_hz: f64) -> Result<SineFit, LtiError> {
     require_positive("sample time (s)", period_s)?;
     require_finite("record", record)?;
@@ -79,11 +79,11 @@ pub struct SteppedSinePoint<'a> {
     pub output: &'a [f64],
 }
 
-/// Response at each frequency of a stepped sine, in the order given.
+/// Response at each frequency of a stepped sine, in the given order.
 ///
 /// # Errors
-/// Those of [`fit_sine`]; [`LtiError::RecordLengths`]; [`LtiError::NotExcited`] where the input has no sine
-/// at the frequency.
+/// Those of [`fit_sine`]; [`LtiError::RecordLengths`]; [`LtiError::NotExcited`] if the input has no sine at
+/// the frequency.
 pub fn stepped_sine(points: &[SteppedSinePoint<'_>], period_s: f64) -> Result<ResponseEstimate, LtiError> {
     let mut estimate = ResponseEstimate::default();
     for &SteppedSinePoint { frequency_hz, input, output } in points {

@@ -1,9 +1,9 @@
-//! Sines of any frequencies in one record: found, fitted together, and the response at each of them.
+//! Sines of any frequencies in one record: search, joint fit, and the response at each of them.
 //!
-//! The sines need not share a period, nor the record hold whole ones. All of them are fitted together by
-//! least squares, weighted with a Hann window: it lets the transient at the start count for little, and
-//! neighbours need to lie no farther apart than about two over the record's length. Source of the fit: Stoica
-//! and Moses, Spectral Analysis of Signals (Prentice Hall, 2005), section 4.3.
+//! The sines need not have a common period, nor the record whole periods. All are fitted together by weighted
+//! least squares with a Hann window. The window reduces the weight of the transient at the start, and
+//! neighbours may be as close as about two lines of the record. Source of the fit: Stoica and Moses, Spectral
+//! Analysis of Signals (Prentice Hall, 2005), section 4.3.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,44 +14,44 @@ use super::fft::{require_pair, require_samples, transform};
 use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
-/// Sines that are found are at least this far apart and from zero, in lines of the record (one over its
+/// Smallest distance between sines, and of a sine from zero, in lines of the record (the inverse of its
 /// length).
 const LEAST_SPACING: f64 = 1.7;
-/// Sines sought at most; more of them are no longer a sum of sines that somebody chose.
+/// Largest number of sines in the search; a record with more is not a designed sum of sines.
 const MOST_SINES: usize = 400;
-/// Rounds of the search, each for what is at least [`SHARE_OF_ROUND`] of the largest that is left.
+/// Number of search rounds; each finds sines of at least [`SHARE_OF_ROUND`] of the largest that remains.
 const ROUNDS: usize = 8;
 const SHARE_OF_ROUND: f64 = 0.3;
-/// A sine has at least this share of the strongest amplitude within an octave of it, and of all: what is
-/// weaker is noise or feedback.
+/// Smallest amplitude of a sine relative to the strongest within an octave, and to the strongest of all;
+/// weaker ones are noise or feedback.
 const LEAST_NEARBY: f64 = 0.1;
 const LEAST_OF_ALL: f64 = 0.01;
-/// Search ends where the sines leave less than this share of the power.
+/// The search ends when the unexplained share of the power is below this.
 const ALL_EXPLAINED: f64 = 1e-6;
-/// Steps that refine the frequencies after each round, in each no farther than this many lines.
+/// Refinements of the frequencies after each round, each by at most this number of lines.
 const REFINEMENTS: usize = 4;
 const LONGEST_STEP: f64 = 0.3;
-/// Lines on each side of a sine from which the noise there is known, and the fewest of them that must remain.
+/// Lines on each side of a sine that give the noise there, and the smallest number of them that must remain.
 const NOISE_LINES: usize = 8;
 const LEAST_NOISE_LINES: f64 = 6.0;
-/// Lines of noise that the fit of one sine takes away under a Hann window: 2 (1 + 2/3) - (1 + 1/2), from the
+/// Lines of noise that the fit of one sine removes under a Hann window: 2 (1 + 2/3) - (1 + 1/2), from the
 /// transforms of window and square.
 const LINES_TAKEN: f64 = 11.0 / 6.0;
-/// Lines that amount to one independent one under a Hann window: 1 + 2 (4/9 + 1/36).
+/// Lines per independent line under a Hann window: 1 + 2 (4/9 + 1/36).
 const LINES_PER_INDEPENDENT: f64 = 35.0 / 18.0;
 
-/// Sines that a record is made of.
+/// The sines of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SineSum {
     /// Frequencies, Hz, rising.
     pub frequencies_hz: Vec<f64>,
     /// Amplitudes, unit of the record.
     pub amplitudes: Vec<f64>,
-    /// Share of the record's power, Hann-weighted and about a straight line, that they make up.
+    /// Share of the record's power that they explain, Hann-weighted and without a straight line.
     pub explained: f64,
 }
 
-/// Finds the sines of a record, the weakest a tenth of the strongest within an octave. Of noise it finds many
+/// Finds the sines of a record, down to a tenth of the strongest within an octave. In noise it finds many
 /// that explain little.
 ///
 /// # Errors
@@ -95,15 +95,15 @@ pub fn find_sines(record: &[f64], period_s: f64) -> Result<SineSum, LtiError> {
     Ok(SineSum { frequencies_hz, amplitudes: fit.amplitudes.iter().map(|a| a.norm()).collect(), explained })
 }
 
-/// Response at the frequencies of the sines that a machine is excited with, from input and output fitted with
-/// all of them together. The variance is that of what the fit leaves beside each frequency: noise and
-/// nonlinear distortion, which one record of this kind does not tell apart. The coherence is the sine's share
-/// of the output's power in its own line.
+/// Response at the frequencies of the exciting sines, from input and output fitted with all of them together.
+/// The variance comes from the residual beside each frequency: noise and nonlinear distortion, which one
+/// record of this kind cannot separate. The coherence is the sine's share of the output's power in its own
+/// line.
 ///
 /// # Errors
 /// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
 /// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate;
-/// [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be told apart.
+/// [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be separated.
 pub fn response_at_sines(
     input: &[f64],
     output: &[f64],
@@ -133,7 +133,7 @@ pub fn response_at_sines(
         }
         let response = y.amplitudes[k] / u.amplitudes[k];
         let (lines, free) = noise_lines(&angles, angles[k], n);
-        // What the input's own rest makes of the output is no noise.
+        // The output due to the residual of the input is not noise.
         let left: f64 = lines.map(|i| (left_y[i] - response * left_u[i]).norm_sqr()).sum();
         let variance = scale * scale * left / free / power;
         estimate.frequencies_hz.push(frequency_hz);
@@ -146,7 +146,7 @@ pub fn response_at_sines(
     Ok(estimate)
 }
 
-/// Lines about a frequency, and how many of them the fit has left to the noise.
+/// Lines about a frequency, and the number of them that the fit leaves to the noise.
 fn noise_lines(angles: &[f64], angle: f64, n: usize) -> (std::ops::RangeInclusive<usize>, f64) {
     let place = |w: f64| w * n as f64 / TAU;
     let (middle, last) = (place(angle).round() as usize, (n - 1) / 2);
@@ -166,7 +166,7 @@ fn noise_lines(angles: &[f64], angle: f64, n: usize) -> (std::ops::RangeInclusiv
     }
 }
 
-/// Where the rest of a fit has peaks that may be sines, rad per sample.
+/// Peaks of the residual of a fit that may be sines, rad per sample.
 fn candidates(fit: &Fit, line: f64) -> Vec<f64> {
     let scale = 2.0 / hann(fit.rest.len()).iter().sum::<f64>();
     let spectrum: Vec<f64> = transform(&fit.weighted_rest()).iter().map(|v| scale * v.norm()).collect();
@@ -184,7 +184,8 @@ fn candidates(fit: &Fit, line: f64) -> Vec<f64> {
         if peak < before || peak <= after || peak < enough {
             continue;
         }
-        // Of a Hann window: the larger neighbour's share of the peak says how far off its line the sine is.
+        // For a Hann window, the ratio of the larger neighbour to the peak gives the distance of the sine
+        // from its line.
         let (toward, neighbour) = if after > before { (1.0, after) } else { (-1.0, before) };
         let off = ((2.0 * neighbour - peak) / (neighbour + peak)).clamp(0.0, 0.5);
         let angle = line * (i as f64 + toward * off);
@@ -223,8 +224,8 @@ impl Fit {
         let kernel = |angle: f64| window_transform(angle, n);
         let sums: Vec<C64> = angles.iter().map(|&w| against(&weighted, w)).collect();
         let leans: Vec<f64> = angles.iter().map(|&w| -against(&ramp, w).im).collect();
-        // About the middle, cosines and the mean are even, sines and the slope odd: two systems half as
-        // large.
+        // About the middle, cosines and the mean are even, sines and the slope are odd: two systems of half
+        // the size.
         let count = angles.len() + 1;
         let even = DMatrix::from_fn(count, count, |i, j| match (i, j) {
             (0, 0) => kernel(0.0),
@@ -267,8 +268,7 @@ impl Fit {
         self.rest.iter().zip(hann(self.rest.len())).map(|(v, w)| v * v * w).sum()
     }
 
-    /// Angles after a step of Gauss and Newton for each sine by itself; neighbours hardly matter at this
-    /// spacing.
+    /// Angles after one Gauss-Newton step for each sine separately; neighbours hardly matter at this spacing.
     fn refined(&self, line: f64) -> Vec<f64> {
         let n = self.rest.len();
         let weights = hann(n);
@@ -288,7 +288,7 @@ impl Fit {
             (angle + step.clamp(-LONGEST_STEP * line, LONGEST_STEP * line)).clamp(line, PI - line)
         };
         let moved: Vec<f64> = self.angles.iter().zip(&self.amplitudes).map(stepped).collect();
-        // A step that would bring two sines together is not taken.
+        // A step that would merge two sines is rejected.
         let apart = |i: usize, j: Option<usize>| {
             j.and_then(|j| moved.get(j)).is_none_or(|w| (w - moved[i]).abs() > 0.7 * LEAST_SPACING * line)
         };
@@ -306,7 +306,7 @@ impl Fit {
     }
 }
 
-/// Place of a sample from -1/2 to 1/2.
+/// Position of a sample from -1/2 to 1/2.
 fn place(i: usize, n: usize) -> f64 {
     (i as f64 - 0.5 * (n - 1) as f64) / n as f64
 }

@@ -9,7 +9,7 @@ use super::window::Window;
 use crate::domain::C64;
 use crate::error::LtiError;
 
-/// How a record is cut into segments.
+/// Segments of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WelchSettings {
     /// Samples in each segment.
@@ -38,14 +38,14 @@ pub struct CrossSpectra {
     pub output: Vec<f64>,
     /// Density of conj(input) times output, unit^2 / Hz.
     pub cross: Vec<C64>,
-    /// Number of independent averages to which the segments amount.
+    /// Equivalent number of independent averages of the segments.
     pub averages: f64,
 }
 
-/// From which spectra a response is formed.
+/// The spectra from which a response is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Estimator {
-    /// cross / input: unbiased by noise on the output; the choice where the input is known.
+    /// cross / input: unbiased by noise on the output; the choice if the input is known exactly.
     #[default]
     H1,
     /// output / conj(cross): unbiased by noise on the input.
@@ -106,12 +106,12 @@ pub fn cross_spectra(
     Ok(sums)
 }
 
-/// Spectra of whole records, averaged over `2 half_width + 1` neighbouring lines instead of segments: for
-/// chirps, bursts and other transients that begin and end at rest, which therefore have no leakage. Lines are
-/// those of whole averages, without the zeroth.
+/// Spectra of whole records, averaged over `2 half_width + 1` neighbouring lines instead of segments. They
+/// suit chirps, bursts and other transients that begin and end at rest, and therefore have no leakage. Lines
+/// are those of whole averages, without the zeroth.
 ///
 /// # Errors
-/// As [`cross_spectra`]; [`LtiError::RecordTooShort`] where the record has not even one whole average.
+/// As [`cross_spectra`]; [`LtiError::RecordTooShort`] if the record has not even one whole average.
 pub fn smoothed_spectra(
     input: &[f64],
     output: &[f64],
@@ -123,7 +123,7 @@ pub fn smoothed_spectra(
     let width = 2 * half_width + 1;
     require_samples(2 * width + 2, n)?;
     let (u, y) = (transform(input), transform(output));
-    // Line 0 holds the offset; line n / 2 of an even record is real, and left out as well.
+    // Line 0 contains the offset; line n / 2 of an even record is real, and omitted too.
     let bands = ((n - 1) / 2) / width;
     let mut sums = CrossSpectra {
         frequencies_hz: (0..bands)
@@ -160,10 +160,10 @@ fn effective_averages(weights: &[f64], hop: usize, segments: usize) -> f64 {
 }
 
 impl CrossSpectra {
-    /// Spectra of several records with the same lines, each weighing as its averages.
+    /// Spectra of several records with the same lines, each weighted by its number of averages.
     ///
     /// # Errors
-    /// [`LtiError::RecordTooShort`] for none; [`LtiError::RecordLengths`] where numbers of lines differ.
+    /// [`LtiError::RecordTooShort`] for none; [`LtiError::RecordLengths`] if numbers of lines differ.
     pub fn averaged(parts: &[Self]) -> Result<Self, LtiError> {
         let Some((first, others)) = parts.split_first() else {
             return Err(LtiError::RecordTooShort { needed: 1, found: 0 });
@@ -203,7 +203,7 @@ impl CrossSpectra {
         }
     }
 
-    /// Ordinary coherence in [0, 1] at each frequency; 0 where a record has no power. Meaningless (1) for a
+    /// Ordinary coherence in [0, 1] at each frequency; 0 if a record has no power. Not meaningful (1) for a
     /// single average.
     pub fn coherence(&self) -> Vec<f64> {
         (0..self.input.len())
@@ -214,12 +214,11 @@ impl CrossSpectra {
             .collect()
     }
 
-    /// The response by one of the estimators, at the frequencies between two ends where input and cross
+    /// The response by one of the estimators, at the frequencies between two ends at which input and cross
     /// spectrum have power.
     ///
     /// # Errors
-    /// [`LtiError::RecordTooShort`] for fewer than two averages, from which nothing can be said about the
-    /// variance.
+    /// [`LtiError::RecordTooShort`] for fewer than two averages, which do not give a variance.
     pub fn response(
         &self,
         estimator: Estimator,

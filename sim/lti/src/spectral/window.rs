@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// A data window, in its periodic form (that of n + 1 points without the last), which is the one for spectra.
+/// A data window in its periodic form (n + 1 points without the last), as required for spectra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Window {
     /// No window.
@@ -30,7 +30,7 @@ impl Window {
         };
         let cosine = |k: usize, i: usize| if k == 0 { 1.0 } else { (TAU * (k * i) as f64 / n as f64).cos() };
         let weight = |i: usize| cosines.iter().enumerate().map(|(k, a)| a * cosine(k, i)).sum();
-        // The second half is the first one in the mirror.
+        // The second half mirrors the first one.
         let half: Vec<f64> = (0..=n / 2).map(weight).collect();
         (0..n).map(|i| half[i.min(n - i)]).collect()
     }

@@ -1,4 +1,4 @@
-//! A mode to measure, and noise to measure it in.
+//! A mode for measurements, and noise.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! Machines of springs and masses, written out by hand as matrices.
+//! Machines of springs and masses, written out as matrices.
 
 use feeler_lti::StateSpace;
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +14,7 @@ pub(crate) enum Drive {
     VelocitySource(f64, f64),
 }
 
-/// One machine: motor mass on its guide, and what hangs on it. SI units throughout.
+/// One machine: motor mass on its guide, and the bodies attached to it. SI units throughout.
 pub(crate) struct Axis {
     pub(crate) masses: (f64, f64),
     pub(crate) guide_damping: f64,

@@ -1,4 +1,4 @@
-//! Closed forms of force control, checked at their stated numbers.
+//! Closed forms of force control, checked against their printed numbers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, dmatrix};
 
 use crate::axis::{Axis, Drive};
 
-/// Edges are bisected to 1e-14; the eigenvalues that decide are good to some hundred roundings of the
+/// Edges are bisected to 1e-14; the deciding eigenvalues are accurate to some hundred roundings of the
 /// fastest.
 const EDGE: f64 = 1e-9;
 
@@ -72,8 +72,8 @@ fn truth_b_undamped_two_mass_axis() {
         total_force: false,
     };
     let family = AffineLoop::negative_feedback(&axis.system()).unwrap();
-    // Below K* nothing decays or grows; beyond it growth rises as a square root, so that 1e-4 1/s moves the
-    // edge by 1e-12 or so.
+    // Below K* no motion decays or grows; beyond it growth rises as a square root, so 1e-4 1/s moves the edge
+    // by about 1e-12.
     let search = GainSearch { growth_limit_per_s: 1e-4, ..GainSearch::non_negative(1.0).unwrap() };
     let stable = stable_gains(Continuous, |gain| family.at(gain), &search).unwrap();
     let edge = stable.intervals[0].upper.as_ref().unwrap();
@@ -152,8 +152,8 @@ fn truth_e_hold_destabilises_an_undamped_axis() {
     }
 }
 
-/// A rigid axis with damping under PI control of fixed integral gain: `m s^3 + b s^2 + k (1 + K) s + k k_i`
-/// is stable from where `b (1 + K) > m k_i` on, without end, though its slowest pole creeps to the border as
+/// A rigid axis with damping under PI control of fixed integral gain: `m s^3 + b s^2 + k (1 + K) s + k k_i`.
+/// It is stable for all gains with `b (1 + K) > m k_i`, though its slowest pole approaches the border as
 /// `-k_i / K`.
 #[test]
 fn regress_a_pole_that_creeps_to_the_border_is_no_edge() {

@@ -1,5 +1,4 @@
-//! Poles, zeros and critical gains of a second axis, held against figures computed outside the project
-//! (`critical-gains.json`).
+//! Poles, zeros and critical gains of a second axis, against external figures (`critical-gains.json`).
 
 use std::f64::consts::TAU;
 use std::io::Write as _;
@@ -10,7 +9,7 @@ use feeler_lti::{AffineLoop, C64, DiscreteStateSpace, StateSpace, TimeDomain};
 use nalgebra::dmatrix;
 use serde_json::Value;
 
-/// The reference gives gains from a root search; it is trusted to 1e-6 of them.
+/// The reference gains come from a root search; they are trusted to 1e-6 relative.
 const GAIN: f64 = 1e-6;
 /// Poles and zeros are printed to nine digits.
 const POINT: f64 = 1e-8;
@@ -22,20 +21,19 @@ fn reference() -> Option<Value> {
     match std::fs::read_to_string(&path) {
         Ok(text) => Some(serde_json::from_str(&text).unwrap()),
         Err(error) => {
-            // Not by the macro for errors, whose words a passing test keeps to itself.
+            // Not by the error macro, whose output a passing test hides.
             let _ = writeln!(std::io::stderr(), "skipped: {}: {error}", path.display());
             None
         }
     }
 }
 
-/// The axis that a case such as `transmission/lag30Hz` names.
+/// The axis of a case such as `transmission/lag30Hz`.
 fn axis(params: &Value, case: &str) -> Axis {
     let p = |name: &str| params[name].as_f64().unwrap();
     let (structure, drive) = case.split_once('/').unwrap();
     let (wb, ww) = (TAU * p("fb"), TAU * p("fw"));
-    // The base's 12 Hz and 2 % are those of base and robot moving as one, which is where the reference has
-    // its zeros.
+    // The base's 12 Hz and 2 % belong to base and robot moving as one, as in the reference's zeros.
     let on_base = p("mb") + p("mr");
     Axis {
         masses: (p("m1"), p("m2")),

@@ -1,4 +1,4 @@
-//! Linear theory of robot axes in contact, held against printed figures and closed forms.
+//! Linear theory of robot axes in contact, against printed figures and closed forms.
 #![cfg(test)]
 
 mod axis;

@@ -7,7 +7,7 @@ use nalgebra::dmatrix;
 
 use crate::paper_models::ROWS;
 
-/// Crossings are bisected to rounding; what remains is that of the response.
+/// Crossings are bisected to rounding; the remaining error is that of the response.
 const CROSSING: f64 = 1e-10;
 
 fn integrator(gain: f64) -> StateSpace {
@@ -67,7 +67,7 @@ fn truth_unstable_plant_has_a_lower_margin() {
     assert_eq!(transfer.closed_loop_unstable_poles(0.2).unwrap(), 1);
 }
 
-/// The response and the eigenvalues are two roads to the same edges: for each machine, continuous and
+/// The response and the eigenvalues are two methods for the same edges: for each machine, continuous and
 /// sampled.
 #[test]
 fn truth_nyquist_agrees_with_eigenvalues() {

@@ -1,15 +1,15 @@
-//! The machines of the paper (Eppinger and Seering 1992) with the numbers of the reference axis: poles, zeros
-//! and stable gains, to every printed digit of figures computed independently (with `SciPy`).
+//! The machines of the paper (Eppinger and Seering 1992) with the numbers of the reference axis. Poles, zeros
+//! and stable gains agree with independent figures (from `SciPy`) to every printed digit.
 
 use std::f64::consts::TAU;
 
 use crate::axis::{Axis, Drive};
 use feeler_lti::{AffineLoop, Continuous, StateSpace, TimeDomain, frequencies_hz};
 
-/// Half a unit of the third decimal, the last that is printed for frequencies, plus the rounding of the
-/// number itself.
+/// Half a unit of the third decimal, the last printed for frequencies, plus the rounding of the number
+/// itself.
 const FREQUENCY_HZ: f64 = 0.5e-3 + 1e-9;
-/// Half a unit of the fourth decimal, the last that is printed for gains.
+/// Half a unit of the fourth decimal, the last printed for gains.
 const GAIN: f64 = 0.5e-4 + 1e-9;
 
 #[expect(clippy::struct_excessive_bools, reason = "a model is named by which parts it has")]
@@ -116,7 +116,7 @@ fn assert_close(name: &str, found: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// The largest stable gain, `None` where there is none; gain zero must be stable.
+/// The largest stable gain, `None` if there is none; gain zero must be stable.
 fn largest_gain<T: TimeDomain>(system: &StateSpace<T>) -> Option<f64> {
     let stable = AffineLoop::negative_feedback(system).unwrap().stable_gains().unwrap();
     assert!(stable.intervals[0].lower.is_none());
@@ -173,8 +173,8 @@ fn truth_zeros_vanish_by_substitution() {
         for zero in system.zeros().unwrap() {
             let near = zero * 1.01;
             let ratio = system.at(zero).unwrap()[(0, 0)].norm() / system.at(near).unwrap()[(0, 0)].norm();
-            // One part in a hundred away the response is of order 0.01; at the zero, of order its relative
-            // error times as much.
+            // At a distance of one per cent the response is of order 0.01; at the zero it is of the order of
+            // its relative error times that.
             assert!(ratio < 1e-10, "{}: {zero}: {ratio:e}", row.name);
         }
     }
@@ -189,7 +189,7 @@ fn truth_zero_pole_gain_reproduces_the_response() {
         for f in [0.1, 5.0, 20.0, 111.0, 900.0] {
             let point = Continuous.boundary_point(TAU * f);
             let (direct, factored) = (system.at(point).unwrap()[(0, 0)], form.at(point));
-            // Zeros and poles are exact to some tens of roundings, more where the response is small between
+            // Zeros and poles are exact to some tens of roundings, more if the response is small between
             // large terms.
             assert!(
                 (direct - factored).norm() < 1e-10 * direct.norm(),
@@ -200,9 +200,9 @@ fn truth_zero_pole_gain_reproduces_the_response() {
     }
 }
 
-/// The stable gains of the continuous workpiece model have no upper end, as printed, but they have a gap,
-/// which a search for the largest stable gain does not see. Hurwitz's determinant of the characteristic
-/// polynomial, written out by hand, vanishes at both its ends.
+/// The stable gains of the continuous workpiece model have no upper end, as printed, but they have a gap. A
+/// search for the largest stable gain misses it. Hurwitz's determinant of the characteristic polynomial,
+/// written out by hand, is zero at both of its ends.
 #[test]
 fn truth_workpiece_model_has_a_gap_of_unstable_gains() {
     let hurwitz = |gain: f64| {

@@ -1,4 +1,4 @@
-//! How effects reach the element they sit under, and how they split bodies and bring in new ones.
+//! Access of effects to their elements, and how they split bodies and add new ones.
 
 use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source};
 use crate::description::Quantity;
@@ -6,8 +6,8 @@ use crate::effects::{Definition, EffectError, Host, HostKind};
 use crate::motion::StopSide;
 
 impl Assembly {
-    /// What kind of element an effect sits under, as the machine stands: a rigid spring that another effect
-    /// made flexible is no longer rigid.
+    /// Kind of the element with an effect, in the present machine: a rigid spring that another effect made
+    /// flexible is no longer rigid.
     pub fn host_kind(&self, host: Host) -> HostKind {
         match host {
             Host::Body(_) => HostKind::Body,
@@ -19,10 +19,10 @@ impl Assembly {
         }
     }
 
-    /// The node an effect sits under.
+    /// The node with an effect.
     ///
     /// # Errors
-    /// [`EffectError::WrongHost`] where the host is no body.
+    /// [`EffectError::WrongHost`] if the host is not a body.
     pub fn node_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Node, EffectError> {
         match host {
             Host::Body(i) => Ok(&mut self.nodes[i]),
@@ -30,10 +30,10 @@ impl Assembly {
         }
     }
 
-    /// The link an effect sits under.
+    /// The link with an effect.
     ///
     /// # Errors
-    /// [`EffectError::WrongHost`] where the host is no spring.
+    /// [`EffectError::WrongHost`] if the host is not a spring.
     pub fn link_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Link, EffectError> {
         match host {
             Host::Spring(i) => Ok(&mut self.links[i]),
@@ -41,10 +41,10 @@ impl Assembly {
         }
     }
 
-    /// The contact an effect sits under.
+    /// The contact with an effect.
     ///
     /// # Errors
-    /// [`EffectError::WrongHost`] where the host is no contact.
+    /// [`EffectError::WrongHost`] if the host is not a contact.
     pub fn contact_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut ContactPart, EffectError> {
         match host {
             Host::Contact(i) => Ok(&mut self.contacts[i]),
@@ -52,10 +52,10 @@ impl Assembly {
         }
     }
 
-    /// The drive an effect sits under.
+    /// The drive with an effect.
     ///
     /// # Errors
-    /// [`EffectError::WrongHost`] where the host is no actuator.
+    /// [`EffectError::WrongHost`] if the host is not an actuator.
     pub fn drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
         match host {
             Host::Actuator(i) => Ok(&mut self.drives[i]),
@@ -63,10 +63,10 @@ impl Assembly {
         }
     }
 
-    /// The sensor an effect sits under.
+    /// The sensor with an effect.
     ///
     /// # Errors
-    /// [`EffectError::WrongHost`] where the host is no sensor.
+    /// [`EffectError::WrongHost`] if the host is not a sensor.
     pub fn sensor_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut SensorPart, EffectError> {
         match host {
             Host::Sensor(i) => Ok(&mut self.sensors[i]),
@@ -74,12 +74,12 @@ impl Assembly {
         }
     }
 
-    /// The error that says where this effect goes.
+    /// The error that names the elements for this effect.
     pub fn wrong_host(&self, host: Host, effect: &Definition) -> EffectError {
         EffectError::WrongHost { kind: effect.kind, found: self.host_kind(host), expected: effect.hosts }
     }
 
-    /// Adds a body that stands and moves where `at` does, and gives its node.
+    /// Adds a body with the position and velocity of `at`, and returns its node.
     pub fn add_node(&mut self, name: String, mass_kg: f64, at: NodeId) -> NodeId {
         let position_m = self.nodes[at].position_m;
         let velocity_m_per_s = self.nodes[at].velocity_m_per_s;
@@ -87,7 +87,7 @@ impl Assembly {
         self.nodes.len() - 1
     }
 
-    /// Adds a spring and damper between two nodes and gives its index.
+    /// Adds a spring and damper between two nodes and returns its index.
     pub fn add_link(
         &mut self,
         name: String,
@@ -104,7 +104,7 @@ impl Assembly {
         self.links.len() - 1
     }
 
-    /// Hands every contact of one node to another.
+    /// Moves every contact from one node to another.
     pub fn move_contacts(&mut self, from: NodeId, to: NodeId) {
         for contact in &mut self.contacts {
             for end in [&mut contact.a, &mut contact.b] {
@@ -115,7 +115,7 @@ impl Assembly {
         }
     }
 
-    /// Hands all that holds on to one node (links, contacts, drives, weights) to another; sensors stay where they are.
+    /// Moves links, contacts, drives and weights from one node to another; sensors stay.
     pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
@@ -128,7 +128,7 @@ impl Assembly {
         }
     }
 
-    /// Nodes that links of some kind lead to from `members`, these included and first; `stops` are not entered.
+    /// Nodes that links of some kind connect to `members`, these included and first; `stops` are not entered.
     pub fn reached(
         &self,
         mut members: Vec<NodeId>,
@@ -149,15 +149,15 @@ impl Assembly {
         members
     }
 
-    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it
-    /// is fixed.
+    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite if it is
+    /// fixed.
     pub fn rigid_mass_kg(&self, node: NodeId) -> f64 {
         let members = self.reached(vec![node], &[], |link| link.rigid);
         members.iter().map(|&i| self.nodes[i].mass_kg).sum()
     }
 
-    /// The node that a signal of a node or of its sensor reads, the node that it is relative to, and what it
-    /// reads of it; `None` for other signals.
+    /// The node of a node's or sensor's signal, the node that it is relative to, and the quantity; `None` for
+    /// other signals.
     pub fn node_read(&self, source: Source) -> Option<(NodeId, NodeId, Quantity)> {
         let of = |source: Source, relative_to: NodeId| match source {
             Source::Node(node, quantity) => Some((node, relative_to, quantity)),
@@ -176,7 +176,7 @@ impl Assembly {
 }
 
 impl Source {
-    /// What kind of element a sensor of this signal is.
+    /// Kind of a sensor of this signal, as an element.
     pub fn host_kind(self) -> HostKind {
         match self {
             Self::Contact(_, Quantity::Force | Quantity::SpringForce)
@@ -193,7 +193,7 @@ impl Source {
 }
 
 impl Link {
-    /// A link that does nothing yet.
+    /// A link without any force.
     pub fn between(name: String, a: NodeId, b: NodeId) -> Self {
         Self {
             name,
@@ -213,20 +213,19 @@ impl Link {
         }
     }
 
-    /// The sides on which it has a stop, each with the elongation where it begins; `None` if the link acts
-    /// everywhere.
+    /// The sides with a stop, each with the elongation at which it begins; empty if the link acts everywhere.
     pub fn stops(&self) -> impl Iterator<Item = (StopSide, f64)> + use<> {
         let half = 0.5 * self.play;
         let play = (self.play > 0.0).then_some([(StopSide::Upper, half), (StopSide::Lower, -half)]);
         play.into_iter().flatten().chain(self.stop)
     }
 
-    /// Whether anything of it depends on the direction in which it moves.
+    /// Whether any property of the link depends on its direction of motion.
     pub fn feels_direction(&self) -> bool {
         self.asymmetry != 0.0 || self.drag != 0.0 || self.bristle.is_some()
     }
 
-    /// Lets the two ends move against each other on this spring and damper.
+    /// Replaces the rigid joint by this spring and damper.
     pub fn set_flexible(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) {
         self.rigid = false;
         self.stiffness = stiffness_n_per_m;

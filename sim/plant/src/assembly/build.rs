@@ -17,8 +17,8 @@ use crate::problem::{Problem, Remedy};
 /// actuators, sensors.
 ///
 /// # Errors
-/// Every mistake of the machine at once: dangling names, elements that join a body to itself, effects that
-/// cannot sit where they stand.
+/// Every mistake of the machine at once: dangling names, elements that join a body to itself, and effects on
+/// the wrong elements.
 pub fn assemble(machine: &Machine) -> Result<Assembly, Vec<Problem>> {
     let mut build = Build::new(machine);
     build.weights();
@@ -64,8 +64,8 @@ impl<'a> Build<'a> {
         Self { machine, node_of, assembly, problems: Vec::new() }
     }
 
-    /// The node of a body; a dangling name is noted and gives ground so that the rest of the file is still
-    /// checked.
+    /// The node of a body. A dangling name is recorded and gives ground, so that the rest of the file is
+    /// still checked.
     fn node(&mut self, key: &str, name: &str) -> NodeId {
         if let Some(&node) = self.node_of.get(name) {
             return node;
@@ -227,7 +227,7 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// The encoders of sampled servos, which read the stroke of their drive as effects have left it.
+    /// The encoders of sampled servos, which read the stroke of their drive after its effects.
     fn encoders(&mut self) {
         let Assembly { drives, sensors, .. } = &mut self.assembly;
         for drive in drives {
@@ -333,14 +333,14 @@ impl<'a> Build<'a> {
     }
 }
 
-/// The signal of a machine's plant under this name.
+/// The signal of a machine's plant with this name.
 ///
 /// # Errors
-/// A [`Problem`] with an empty key where the element does not exist or has no such quantity.
+/// A [`Problem`] with an empty key if the element does not exist or does not have that quantity.
 pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem> {
     let name = signal.element.as_str();
     let quantity = signal.quantity;
-    // Elements of different kinds may share a name; the quantity says which is meant.
+    // Elements of different kinds may share a name; the quantity selects one.
     let candidates = [
         (
             machine.bodies.get_index_of(name).map(|i| i + 1),
@@ -378,7 +378,7 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
             format!("it has {}", has.join(", ")),
         ));
     }
-    // Only what has the quantity can be meant.
+    // Only elements with this quantity qualify.
     let kinds: [(Vec<&String>, &[Quantity]); 5] = [
         (machine.bodies.keys().collect(), BODY),
         (machine.contacts.keys().collect(), CONTACT),
@@ -400,7 +400,7 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
     Err(Problem::new("", format!("there is no element `{name}`"), remedy))
 }
 
-/// What only some kinds of actuators have: their command under its own name, and the current of a motor.
+/// Quantities of some kinds of actuators only: their command under its own name, and the current of a motor.
 fn of_kind(i: usize, actuator: &Actuator, quantity: Quantity) -> Option<Source> {
     let is_motor = matches!(actuator.kind, ActuatorKind::DcMotor(_));
     if quantity == Quantity::Current && is_motor {

@@ -1,16 +1,16 @@
-//! Drives as numbers: from a command to a force.
+//! Drives in numbers: from a command to a force.
 
 use std::sync::Arc;
 
 use super::{NodeId, Ripple};
 use crate::description::{Actuator, ActuatorKind, DcMotor, Knot, MotorInput, PositionServo, Profile};
 
-/// A drive. A command gets its noise and goes through delay, deadband, gain, limit and rate limit (all exact
-/// on held commands), then the lags.
+/// A drive. A command gets its noise, then passes delay, deadband, gain, limit and rate limit (all exact on
+/// held commands), then the lags.
 ///
-/// Of a continuous servo the command is a target: the deadband is one of its error, the limit one of its
-/// force, and the lags follow the force. Of a sampled servo all that happens to a target is kept apart
-/// ([`TargetChain`]), and what remains is a drive whose held command is the force.
+/// The command of a continuous servo is a target: the deadband applies to its error, the limit to its force,
+/// and the lags follow the force. For a sampled servo, everything that acts on a target is stored separately
+/// ([`TargetChain`]). The rest is a drive whose held command is the force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Name of the actuator.
@@ -19,38 +19,38 @@ pub struct Drive {
     pub on: NodeId,
     /// Reacting node.
     pub reacts_on: NodeId,
-    /// What builds up a force against the speed; absent for a drive whose command is the force.
+    /// A force with its own dynamics against the speed; `None` if the command is the force.
     pub velocity_source: Option<VelocitySource>,
     /// The position loop of a servo.
     pub servo: Option<Servo>,
     /// The motor, whose current is a signal.
     pub motor: Option<Motor>,
-    /// How the driven body moves, whatever acts on it, where that is imposed.
+    /// The motion of the driven body, whatever forces act on it, if it is imposed.
     pub imposed: Option<Arc<Profile>>,
-    /// The command arrives this much later, s.
+    /// Delay of the command, s.
     pub delay: f64,
-    /// Half-width in which commands (of a servo: errors) do nothing; beyond, it is lost.
+    /// Half-width of the deadband of commands (for a servo: of errors). Beyond it the width is subtracted.
     pub deadband: f64,
     /// Scale on the command.
     pub gain: f64,
-    /// Largest effort, N; infinite where absent.
+    /// Largest effort, N; infinite without a limit.
     pub limit: f64,
-    /// Largest command after its gain, where the limit is one of the force; infinite where absent.
+    /// Largest command after its gain, if the limit applies to the force; infinite without a limit.
     pub command_limit: f64,
-    /// Largest rate of the (scaled, limited) command per second; infinite where absent.
+    /// Largest rate of the (scaled, limited) command per second; infinite without a limit.
     pub rate_limit: f64,
     /// First-order lags in series, s, each > 0.
     pub lags: Vec<f64>,
-    /// One sigma of what is added to every command.
+    /// Standard deviation of the noise on every command.
     pub noise: f64,
-    /// What bounds the force by the speed.
+    /// Bound on the force that depends on the speed.
     pub line: Option<SpeedLine>,
     /// Cogging forces added to the drive force.
     pub ripples: Vec<Ripple>,
 }
 
 /// `tau df/dt + f = gain u - damping v`: the paper's Fig. 2, where `gain` is the damping, and the winding of
-/// a motor. Without a time constant the force follows at once.
+/// a motor. Without a time constant the force follows immediately.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocitySource {
     /// N per unit of the command.
@@ -61,7 +61,7 @@ pub struct VelocitySource {
     pub time_constant: f64,
 }
 
-/// `f = kp e + ki int(e) - kd v`, `e` the target less the stroke.
+/// `f = kp e + ki int(e) - kd v`, where `e` is the target less the stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Servo {
     /// N/m, > 0.
@@ -70,7 +70,7 @@ pub struct Servo {
     pub ki: f64,
     /// N s/m.
     pub kd: f64,
-    /// How it samples; `None` where it is continuous.
+    /// Its sampling; `None` if it is continuous.
     pub sampling: Option<ServoSampling>,
 }
 
@@ -79,28 +79,28 @@ pub struct Servo {
 pub struct ServoSampling {
     /// Time between samples, s.
     pub period: f64,
-    /// From a sample to its output, s.
+    /// Time from a sample to its output, s.
     pub delay: f64,
-    /// Step of the position read, m.
+    /// Resolution of the position reading, m.
     pub resolution: Option<f64>,
     /// Step of the output, N.
     pub output_resolution: Option<f64>,
-    /// Which sensor of the assembly it reads.
+    /// Index of the sensor that it reads.
     pub encoder: usize,
-    /// From the command to the target that the loop follows.
+    /// From the command to the target of the loop.
     pub target: TargetChain,
 }
 
-/// What happens to a target on its way to a sampled loop.
+/// Processing of a target on its way to a sampled loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetChain {
     /// How late it arrives, s.
     pub delay: f64,
     /// Scale.
     pub gain: f64,
-    /// Half-width of the error that the loop does not see, m.
+    /// Half-width of the deadband of the error, m.
     pub error_deadband: f64,
-    /// Largest speed at which what the loop follows moves, m/s; infinite where absent.
+    /// Largest speed of the target within the loop, m/s; infinite without a limit.
     pub rate_limit: f64,
 }
 
@@ -116,18 +116,18 @@ pub struct Motor {
     pub force_per_current: f64,
 }
 
-/// A force is held between `-force - slope v` and `force - slope v`: what the supply voltage leaves over at a
+/// Bounds on a force, `-force - slope v` and `force - slope v`: the force that the supply voltage allows at a
 /// speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedLine {
     /// Largest force at rest, N.
     pub force: f64,
-    /// How much less it is for each m/s, N s/m.
+    /// Reduction of the force for each m/s, N s/m.
     pub slope: f64,
 }
 
 impl Drive {
-    /// The drive of an actuator between two nodes, whose stroke is `stroke_m` at the start.
+    /// The drive of an actuator between two nodes, with the initial stroke `stroke_m`.
     pub(super) fn new(name: &str, actuator: &Actuator, [on, reacts_on]: [NodeId; 2]) -> Self {
         let plain = Self {
             name: name.into(),
@@ -205,23 +205,23 @@ impl Drive {
         }
     }
 
-    /// Holds the driven body at a position until it is said how it moves.
+    /// Holds the driven body at a position until its motion is known.
     pub(super) fn impose(&mut self, position_m: f64) {
         let knot = Knot { t_s: 0.0, offset_m: position_m, rate_m_per_s: 0.0 };
         self.imposed = Profile::new(&[knot]).ok().map(Arc::new);
     }
 
-    /// The loop of a servo that is continuous.
+    /// The loop of a servo, if it is continuous.
     pub fn continuous_servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|servo| servo.sampling.is_none())
     }
 
-    /// How a servo that is sampled samples.
+    /// The sampling of a servo, if it is sampled.
     pub fn sampling(&self) -> Option<&ServoSampling> {
         self.servo.as_ref()?.sampling.as_ref()
     }
 
-    /// Sets apart what happens to the target of a sampled servo, which reads the sensor `encoder`. From then
+    /// Separates the processing of the target of a sampled servo, which reads the sensor `encoder`. From then
     /// on the command of the drive is its force.
     pub(super) fn sample_by(&mut self, encoder: usize) {
         let Self { delay, gain, deadband, rate_limit, .. } = *self;
@@ -239,7 +239,7 @@ impl Drive {
         (self.deadband, self.rate_limit) = (error_deadband, rate_limit);
     }
 
-    /// Whether the limit is one of the force that builds up, and not of the held command.
+    /// Whether the limit applies to a force with its own dynamics, and not to the held command.
     pub fn limits_force(&self) -> bool {
         self.velocity_source.is_some() || self.continuous_servo().is_some()
     }
@@ -257,19 +257,19 @@ impl Drive {
         if self.limits_force() { self.command_limit } else { self.limit }
     }
 
-    /// Half-width in which held commands do nothing.
+    /// Half-width of the deadband of held commands.
     pub fn held_deadband(&self) -> f64 {
         if self.continuous_servo().is_some() { 0.0 } else { self.deadband }
     }
 
-    /// What a held command is after deadband, gain and limit.
+    /// A held command after deadband, gain and limit.
     pub fn held(&self, command: f64) -> f64 {
         let (deadband, limit) = (self.held_deadband(), self.held_limit());
         let beyond = command - command.clamp(-deadband, deadband);
         (beyond * self.gain).clamp(-limit, limit)
     }
 
-    /// What arrives of a command: of a sampled servo its target, of any other drive [`Self::held`].
+    /// A command as received: for a sampled servo its target, for any other drive [`Self::held`].
     pub fn received(&self, command: f64) -> f64 {
         self.sampling().map_or_else(|| self.held(command), |sampling| sampling.target.gain * command)
     }

@@ -2,17 +2,16 @@
 
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
-/// While sliding forward its size is
-/// `forward + (static_forward - forward) exp(-(v/velocity)^2) + load_ratio |F_contact|`, likewise backward;
-/// at rest it takes any value up to the static level of the side it holds. `F_contact` is the sum over all
-/// contacts of the machine.
+/// While sliding forward its magnitude is `forward + (static_forward - forward) exp(-(v/velocity)^2) +
+/// load_ratio |F_contact|`; backward is analogous. At rest it takes any value up to the static level of its
+/// direction. `F_contact` is the sum over all contacts of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Level for `v > 0`, N.
     pub forward: f64,
     /// Level for `v < 0`, N.
     pub backward: f64,
-    /// Excess of the static over the kinetic level (Stribeck), N; zero where the level does not fall.
+    /// Excess of the static over the kinetic level (Stribeck), N; zero for a constant level.
     pub stribeck_excess: f64,
     /// Stribeck speed, m/s.
     pub stribeck_velocity: f64,

@@ -1,4 +1,4 @@
-//! Laws of position and speed that are not linear.
+//! Nonlinear laws of position and speed.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ pub struct Ripple {
     pub phase: f64,
 }
 
-/// A pull on one node and its opposite on another, by the position of the first against the second.
+/// A force on one node and its opposite on another, as a function of their relative position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weight {
     /// Name of the body or of the effect's host.
@@ -28,7 +28,7 @@ pub struct Weight {
     pub pull: Pull,
 }
 
-/// A force `-amplitude * sin(2 pi x / period + phase)`: of a weight on a lever that turns once per period.
+/// A force `-amplitude * sin(2 pi x / period + phase)`: a weight on a lever that turns once per period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pull {
     /// N.
@@ -49,7 +49,7 @@ impl Pull {
         -self.amplitude * self.angle(x).sin()
     }
 
-    /// Growth of the force with position, N/m.
+    /// Derivative of the force by position, N/m.
     pub fn slope(&self, x: f64) -> f64 {
         -self.stiffness() * self.angle(x).cos()
     }
@@ -65,9 +65,9 @@ impl Pull {
     }
 }
 
-/// Bristles that bend by `z` under a sliding speed `v` (LuGre): `z' = v - stiffness |v| / g(v) z` and the
-/// force against the motion `stiffness z + damping z'`, with
-/// `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`.
+/// Bristles that bend by `z` under a sliding speed `v` (LuGre): `z' = v - stiffness |v| / g(v) z`. The
+/// friction force is `stiffness z + damping z'`, with `g(v) = coulomb + (static - coulomb) exp(-(v /
+/// velocity)^2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bristle {
     /// N/m.
@@ -76,7 +76,7 @@ pub struct Bristle {
     pub damping: f64,
     /// Level far above the Stribeck speed, N.
     pub coulomb: f64,
-    /// Level at rest less that, N.
+    /// Level at rest less `coulomb`, N.
     pub excess: f64,
     /// Stribeck speed, m/s.
     pub velocity: f64,
@@ -88,12 +88,12 @@ impl Bristle {
         self.coulomb + self.falling(v)
     }
 
-    /// What rest adds to the level, N.
+    /// Excess of the level over `coulomb` at a speed, N.
     fn falling(&self, v: f64) -> f64 {
         self.excess * (-(v / self.velocity).powi(2)).exp()
     }
 
-    /// Bristles that bend by `z` at a speed `v > 0` straighten at this rate, m/s: `stiffness v z / g(v)`.
+    /// Rate at which bristles with deflection `z` straighten at a speed `v > 0`, m/s: `stiffness v z / g(v)`.
     pub fn slip(&self, v: f64, z: f64) -> f64 {
         self.stiffness * v * z / self.level(v)
     }

@@ -1,7 +1,7 @@
-//! The machine with names resolved and effects applied: nodes, links, contacts, drives and sensors as
+//! The machine with names resolved and effects applied: nodes, links, contacts, drives and sensors in
 //! numbers.
 //!
-//! This is what effects change, and all that the equations of motion know.
+//! Effects change this description, and the equations of motion use nothing else.
 
 mod access;
 mod build;
@@ -33,7 +33,7 @@ pub struct Assembly {
     pub nodes: Vec<Node>,
     /// One per spring, then those that effects add.
     pub links: Vec<Link>,
-    /// One per contact.
+    /// Position-dependent forces that do not belong to a spring.
     pub contacts: Vec<ContactPart>,
     /// Forces over position that belong to no spring.
     pub weights: Vec<Weight>,
@@ -56,9 +56,9 @@ pub struct Node {
     pub velocity_m_per_s: f64,
 }
 
-/// A spring, guide or joint between two nodes. Elongation `e = x_b - x_a`; the force on `b` is
-/// `-(k e + cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + load` less friction, and its opposite on
-/// `a`.
+/// A spring, guide or joint between two nodes with elongation `e = x_b - x_a`. The force on `b` is `-(k e +
+/// cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + load` less friction; the force on `a` is its
+/// opposite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name of the spring, or of the effect's host for an added one.
@@ -73,16 +73,16 @@ pub struct Link {
     pub stiffness: f64,
     /// `c`, N s/m.
     pub damping: f64,
-    /// Share of `c` that is added while `e` grows and taken off while it falls.
+    /// Share of `c` that is added while `e` grows and subtracted while it falls.
     pub asymmetry: f64,
-    /// Growth of the damping with speed, N s²/m².
+    /// Increase of the damping with speed, N s²/m².
     pub drag: f64,
     /// Hardening, N/m³.
     pub cubic: f64,
-    /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts, and beyond it the
-    /// two sides only push.
+    /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts. Beyond it the two
+    /// sides only push.
     pub play: f64,
-    /// One side only: beyond this elongation `k` and `c` act and only push; within it, nothing does.
+    /// One side only: beyond this elongation `k` and `c` act and only push; within it, no force acts.
     pub stop: Option<(StopSide, f64)>,
     /// A constant force on `b`, N.
     pub load: f64,
@@ -101,11 +101,11 @@ pub struct ContactPart {
     pub a: NodeId,
     /// Workpiece.
     pub b: NodeId,
-    /// How they hold on to each other.
+    /// How tool and workpiece are engaged.
     pub engagement: Engagement,
-    /// Distance to close at zero positions, m.
+    /// Gap at zero positions, m.
     pub gap: f64,
-    /// What is added to the gap over time.
+    /// Time-dependent addition to the gap.
     pub profile: Option<Arc<Profile>>,
     /// `F = k d^exponent (1 + alpha d') + c d' + cubic d^3`.
     pub law: ForceLaw,
@@ -129,7 +129,7 @@ pub struct ForceLaw {
 impl ForceLaw {
     /// Whether the force is linear in compression and rate.
     pub fn is_linear(&self) -> bool {
-        // Bit comparisons: these are exactly the values for which the other terms vanish.
+        // Bit comparisons: the other terms vanish at exactly these values.
         self.exponent.to_bits() == 1.0_f64.to_bits() && self.alpha == 0.0 && self.cubic == 0.0
     }
 }
@@ -141,9 +141,10 @@ pub struct SensorPart {
     pub name: String,
     /// What it reads.
     pub source: Source,
-    /// Node it rides on; ground for an absolute reading.
+    /// Node on which it is mounted; ground for an absolute reading.
     pub relative_to: NodeId,
-    /// Mass beyond the sensor times the acceleration of the node, added to the reading: `(mass, node)`.
+    /// Mass beyond the sensor and its node `(mass, node)`: mass times acceleration of the node is added to
+    /// the reading.
     pub tool_inertia: (f64, NodeId),
     /// Scale.
     pub gain: f64,
@@ -160,7 +161,7 @@ pub struct SensorPart {
 }
 
 impl SensorPart {
-    /// Rounds readings to multiples of a step, after whatever rounding there is; a step of zero leaves them.
+    /// Rounds readings to multiples of a step, after any previous rounding; a step of zero has no effect.
     pub(crate) fn round_to(&mut self, step: f64) {
         if step > 0.0 {
             self.resolutions.push(step);

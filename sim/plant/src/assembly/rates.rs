@@ -1,4 +1,4 @@
-//! How fast anything in a machine can move by itself.
+//! Bound on the fastest motion of a machine.
 
 use std::f64::consts::TAU;
 
@@ -6,12 +6,12 @@ use super::{Assembly, Drive, GROUND_NODE, NodeId};
 use crate::description::{Engagement, LowPass};
 
 impl Assembly {
-    /// A bound on the modulus of every eigenvalue of the machine, whatever touches, 1/s; infinite where a
+    /// A bound on the modulus of every eigenvalue of the machine in any state of contact, 1/s; infinite if a
     /// stiffness has no limit.
     ///
     /// Gershgorin's circles bound `M^-1 K` by twice the largest sum of stiffnesses at a body over its mass,
-    /// and `M^-1 C` alike; a motion of `s^2 = -C s - K` then has `|s|^2 <= |C| |s| + |K|`. Drives and filters
-    /// only follow or are followed, so that their own rates stand beside these.
+    /// and `M^-1 C` in the same way. A motion of `s^2 = -C s - K` then has `|s|^2 <= |C| |s| + |K|`. Drives
+    /// and filters are in series with the bodies, so their own rates are separate bounds.
     pub fn fastest_rate_per_s(&self) -> f64 {
         let lags = self.drives.iter().flat_map(|drive| &drive.lags).map(|lag| 1.0 / lag);
         let sources =

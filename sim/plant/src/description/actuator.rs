@@ -15,9 +15,9 @@ pub struct Actuator {
     pub on: String,
     /// The body that carries the reaction.
     pub reacts_on: String,
-    /// How a command becomes a force.
+    /// The law from command to force.
     pub kind: ActuatorKind,
-    /// Effort limit, > 0; none where absent.
+    /// Effort limit, > 0; `None` without a limit.
     pub limit_n: Option<f64>,
     /// Largest rate of the effort, > 0 (N/s; of the commanded velocity, m/s², for a velocity source).
     pub rate_limit_per_s: Option<f64>,
@@ -26,7 +26,7 @@ pub struct Actuator {
 }
 
 impl Actuator {
-    /// A drive whose force is its command, at once and without limit.
+    /// A drive whose force is its command, immediately and without limit.
     pub fn ideal(on: impl Into<String>, reacts_on: impl Into<String>) -> Self {
         Self {
             on: on.into(),
@@ -39,12 +39,12 @@ impl Actuator {
     }
 }
 
-/// How a command becomes a force.
+/// The law from command to force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ActuatorKind {
     /// A high-bandwidth current amplifier: the command is the force (N).
     Force {
-        /// First-order bandwidth of the current loop, where it matters.
+        /// First-order bandwidth of the current loop; `None` for an ideal one.
         bandwidth_hz: Option<f64>,
     },
     /// The paper's Fig. 2, a voltage amplifier: the command is a velocity `v_c`, and
@@ -55,11 +55,11 @@ pub enum ActuatorKind {
         /// `tau`, > 0.
         time_constant_s: f64,
     },
-    /// A servo with a position loop of its own: the command is the target of the position (m).
+    /// A servo with its own position loop: the command is the target of the position (m).
     PositionServo(PositionServo),
     /// A motor of direct current with its gear: the command is a voltage, a duty cycle or a current.
     DcMotor(DcMotor),
-    /// The body moves as commanded, whatever acts on it: the command is its position (m).
+    /// The body moves as commanded, whatever forces act on it: the command is its position (m).
     Imposed,
 }
 
@@ -74,7 +74,7 @@ impl ActuatorKind {
         }
     }
 
-    /// The quantity by which a record names the command: `servo.target`, `motor.voltage`.
+    /// The quantity that names the command in a record: `servo.target`, `motor.voltage`.
     pub fn input(&self) -> Quantity {
         match self {
             Self::PositionServo(_) => Quantity::Target,
@@ -85,8 +85,8 @@ impl ActuatorKind {
     }
 }
 
-/// The loop of a position servo: `f = kp e + ki int(e) - kd v`, `e` the target less the position of the driven
-/// body against the reacting one, `v` its speed, `f` held within the actuator's limit.
+/// The loop of a position servo: `f = kp e + ki int(e) - kd v`. `e` is the target less the position of the
+/// driven body against the reacting one, `v` is its speed, and the actuator's limit bounds `f`.
 ///
 /// Without a period the loop is continuous; with one it is sampled and its output held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,25 +95,26 @@ pub struct PositionServo {
     pub kp: f64,
     /// Force per speed, N s/m.
     pub kd: f64,
-    /// Rate of the force per error, N/(m s); driven back at the limit with the time constant `kp / ki`.
+    /// Rate of the force per error, N/(m s). At the limit the integral decays with the time constant `kp /
+    /// ki`.
     pub ki: f64,
-    /// Largest speed at which the target that the loop follows moves, m/s.
+    /// Largest speed of the target within the loop, m/s.
     pub velocity_limit_m_per_s: Option<f64>,
-    /// How late a target arrives, s.
+    /// Delay of the target, s.
     pub delay_s: f64,
-    /// Half-width of the error that the proportional and integral part do not see, m.
+    /// Half-width of the deadband of the error in the proportional and integral part, m.
     pub error_deadband_m: f64,
-    /// Time between samples, s; continuous where absent.
+    /// Time between samples, s; `None` for a continuous loop.
     pub period_s: Option<f64>,
-    /// From a sample to the instant at which its output acts, s; of a sampled loop.
+    /// Time from a sample until its output acts, s; for a sampled loop.
     pub compute_delay_s: f64,
-    /// Step of the position that a sampled loop reads, m.
+    /// Resolution of the position that a sampled loop reads, m.
     pub resolution_m: Option<f64>,
-    /// Step of the output of a sampled loop, N.
+    /// Resolution of the output of a sampled loop, N.
     pub output_resolution_n: Option<f64>,
 }
 
-/// A motor of direct current with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
+/// A DC motor with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DcMotor {
     /// What the command is.
@@ -122,22 +123,23 @@ pub struct DcMotor {
     pub resistance_ohm: f64,
     /// `K_t`, > 0, N m/A.
     pub torque_constant: f64,
-    /// `K_e`, V s/rad; that of the torque where absent.
+    /// `K_e`, V s/rad; equal to `K_t` by default.
     pub back_emf_constant: Option<f64>,
-    /// `N`, turns of the motor for each of the driven body.
+    /// `N`, turns of the motor per turn of the driven body.
     pub gear_ratio: f64,
-    /// Largest voltage; no limit where absent. What a duty cycle is a share of.
+    /// Largest voltage, of which a duty cycle is a share; `None` without a limit.
     pub supply_voltage_v: Option<f64>,
     /// Largest current, A.
     pub current_limit_a: Option<f64>,
-    /// Inertia of the rotor on the motor's side of the gear, added to the driven body times `N^2`, kg m^2.
+    /// Inertia of the rotor on the motor's side of the gear, kg m^2. Times `N^2` it is added to the driven
+    /// body.
     pub rotor_inertia: f64,
     /// `L`, H.
     pub inductance_h: f64,
 }
 
 impl DcMotor {
-    /// `K_e`, that of the torque unless given.
+    /// `K_e`, by default equal to `K_t`.
     pub fn back_emf(&self) -> f64 {
         self.back_emf_constant.unwrap_or(self.torque_constant)
     }
@@ -159,15 +161,15 @@ impl Default for DcMotor {
     }
 }
 
-/// What the command of a motor is.
+/// The quantity that commands a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotorInput {
     /// The voltage at the winding.
     #[default]
     Voltage,
-    /// The share of the supply voltage at the winding, from -1 to 1.
+    /// The voltage at the winding as a share of the supply voltage, from -1 to 1.
     Duty,
-    /// The current, which an amplifier keeps as far as the supply voltage allows.
+    /// The current, which an amplifier holds within the limits of the supply voltage.
     Current,
 }
 
@@ -242,7 +244,7 @@ impl Actuator {
     );
 }
 
-/// A number of a servo under its own name.
+/// A parameter of a servo with its own name.
 macro_rules! servo {
     ($member:ident, $key:expr) => {
         servo!($member, $key, Role::Structure)
@@ -345,7 +347,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
     ),
 ];
 
-/// A number of a motor under its own name.
+/// A parameter of a motor with its own name.
 macro_rules! motor {
     ($member:ident, $key:expr) => {
         motor!($member, $key, Role::Structure)

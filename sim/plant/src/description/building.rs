@@ -1,4 +1,4 @@
-//! Machines put together in a program, element by element.
+//! Builders for machines in programs.
 
 use super::{Actuator, Body, Contact, Machine, Sensor, Spring};
 
@@ -8,14 +8,14 @@ impl Machine {
         Self { name: name.into(), ..Self::default() }
     }
 
-    /// With a body; another of this name is replaced, here as in the following.
+    /// Adds a body; replaces one of the same name, as the following methods do.
     #[must_use]
     pub fn with_body(mut self, name: impl Into<String>, body: Body) -> Self {
         self.bodies.insert(name.into(), body);
         self
     }
 
-    /// With a spring, a guide or a rigid joint.
+    /// Adds a spring, a guide or a rigid joint.
     #[must_use]
     pub fn with_spring(mut self, name: impl Into<String>, spring: Spring) -> Self {
         self.springs.insert(name.into(), spring);
@@ -50,7 +50,7 @@ impl Body {
         Self { mass_kg, ..Self::default() }
     }
 
-    /// The same, starting at a position in m.
+    /// Sets the initial position, m.
     #[must_use]
     pub fn at(self, position_m: f64) -> Self {
         Self { position_m, ..self }

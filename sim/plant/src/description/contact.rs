@@ -7,13 +7,13 @@ use feeler_catalogue::{
 
 use crate::effects::EffectUse;
 
-/// The force sensor as the paper draws it (Fig. 1): a spring `k_s`, `b_s` between tip and workpiece,
-/// compressed by `d = x_tip - x_work - gap`.
+/// The force sensor as in the paper (Fig. 1): a spring `k_s`, `b_s` between tip and workpiece, compressed by
+/// `d = x_tip - x_work - gap`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Tip and workpiece (or ground).
     pub between: [String; 2],
-    /// Whether the two are attached, push only, or never meet.
+    /// Whether the two are attached, only push, or never touch.
     pub engagement: Engagement,
     /// Force against compression and its rate.
     pub law: ContactLaw,
@@ -21,14 +21,14 @@ pub struct Contact {
     pub stiffness: f64,
     /// Linear damping `c`, N s/m.
     pub damping_n_s_per_m: f64,
-    /// Distance to close before tip and workpiece touch, at zero positions.
+    /// Gap between tip and workpiece at zero positions.
     pub gap_m: f64,
     /// Departures from the ideal contact.
     pub effects: Vec<EffectUse>,
 }
 
 impl Contact {
-    /// A linear contact that pushes only and whose tip and workpiece touch at zero positions.
+    /// A linear contact that only pushes; tip and workpiece touch at zero positions.
     pub fn kelvin_voigt(
         tip: impl Into<String>,
         workpiece: impl Into<String>,
@@ -47,10 +47,10 @@ impl Contact {
     }
 }
 
-/// How tip and workpiece hold on to each other.
+/// How tip and workpiece are engaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Engagement {
-    /// Bilateral, attached where the bodies stand at the start; the gap counts as zero.
+    /// Bilateral: attached at the initial positions; the gap counts as zero.
     Clamped,
     /// Pushes only.
     #[default]

@@ -1,7 +1,7 @@
-//! What the user wrote of a machine, in SI units and by name; nothing is resolved or checked yet.
+//! A machine as the user describes it, in SI units and by name. Nothing is resolved or checked yet.
 //!
-//! One axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg m², N m
-//! and rad for kg, N and m.
+//! It has one axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg
+//! m², N m and rad for kg, N and m.
 
 mod actuator;
 mod building;
@@ -27,13 +27,13 @@ use indexmap::IndexMap;
 
 use crate::effects::EffectUse;
 
-/// Elements of one kind under their names, in the order of the file.
+/// Elements of one kind by name, in the order of the file.
 pub type Elements<T> = IndexMap<String, T>;
 
 /// The name of the fixed body.
 pub const GROUND: &str = "ground";
 
-/// Whether coordinates are lengths or angles; it changes units only.
+/// Whether coordinates are lengths or angles; only units change.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// kg, N, m.
@@ -53,7 +53,7 @@ words!(Axis {
 pub struct Machine {
     /// Short name.
     pub name: String,
-    /// What the machine is for, one or two sentences.
+    /// Purpose of the machine, in one or two sentences.
     pub about: String,
     /// Units of its coordinate.
     pub axis: Axis,
@@ -61,10 +61,9 @@ pub struct Machine {
     pub bodies: Elements<Body>,
     /// Springs, dampers, guides and rigid joints.
     pub springs: Elements<Spring>,
-    /// Places where the tool meets the workpiece.
+    /// Contacts between tool and workpiece.
     pub contacts: Elements<Contact>,
-    /// How gaps move by themselves, by the names of their contacts: the surface under a tool that travels
-    /// sideways.
+    /// Motions of gaps, by the names of their contacts: the surface under a tool that travels sideways.
     pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,
@@ -81,15 +80,15 @@ pub struct Body {
     pub position_m: f64,
     /// Initial velocity.
     pub velocity_m_per_s: f64,
-    /// Largest torque of gravity, `-gravity sin(x + gravity_phase)`; only where the axis turns.
+    /// Largest torque of gravity, `-gravity sin(x + gravity_phase)`; only on a rotational axis.
     pub gravity_n: f64,
-    /// Angle of the body over that at which it hangs, where its position is zero.
+    /// Angle of the body from its hanging position, at zero position.
     pub gravity_phase_rad: f64,
     /// Departures from the ideal body.
     pub effects: Vec<EffectUse>,
 }
 
-/// A linear spring and damper between two bodies; with zero stiffness a viscous guide; or a rigid joint.
+/// A linear spring and damper between two bodies, a viscous guide (zero stiffness), or a rigid joint.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Spring {
     /// The two bodies; elongation is the position of the second minus that of the first.

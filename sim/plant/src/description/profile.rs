@@ -1,20 +1,20 @@
-//! A gap that moves by itself: what a surface does to a tip that travels over it.
+//! The motion of a gap: the effect of a surface on a tip that travels over it.
 
 use crate::problem::Problem;
 
 /// An offset of the gap over time: cubics between knots, each with its values and rates, so that both are
 /// continuous where neighbours agree.
 ///
-/// Before the first knot its offset holds, after the last one that of the last.
+/// Before the first knot the first offset holds, after the last knot the last one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     knots: Vec<Knot>,
     pieces: Vec<Piece>,
-    /// Where shapes touch at the knots; empty where the gap is not one between shapes.
+    /// Touching points of shapes at the knots; empty if the gap is not between shapes.
     touches: Vec<Touched>,
 }
 
-/// Where shapes touch: the point of the workpiece, m, and the unit vector from the tip into it.
+/// Touching point of shapes: the point on the workpiece, m, and the unit vector from the tip into it.
 pub type Touched = [f64; 6];
 
 /// Offset and rate at an instant.
@@ -71,7 +71,8 @@ impl Profile {
     /// The profile through knots.
     ///
     /// # Errors
-    /// A [`Problem`] with an empty key for no knots, times that do not rise, and numbers that are not finite.
+    /// A [`Problem`] with an empty key for no knots, times that do not increase, and numbers that are not
+    /// finite.
     pub fn new(knots: &[Knot]) -> Result<Self, Problem> {
         if knots.is_empty() {
             return Err(Problem::new(
@@ -101,10 +102,10 @@ impl Profile {
         })
     }
 
-    /// The same profile with the places where shapes touch at its knots, one each.
+    /// The same profile with the touching points at its knots, one each.
     ///
     /// # Panics
-    /// Where there are not as many as knots.
+    /// If their number is not that of the knots.
     #[must_use]
     pub fn with_touches(mut self, touches: Vec<Touched>) -> Self {
         assert_eq!(touches.len(), self.knots.len(), "one touch for every knot");
@@ -112,12 +113,12 @@ impl Profile {
         self
     }
 
-    /// Whether it knows where shapes touch.
+    /// Whether the profile has touching points.
     pub fn has_touches(&self) -> bool {
         !self.touches.is_empty()
     }
 
-    /// Where shapes touch at an instant, straight between knots; `None` if the profile does not know.
+    /// The touching point at an instant, linear between knots; `None` if the profile has none.
     pub fn touch_at(&self, t_s: f64) -> Option<Touched> {
         let (first, last) = (self.touches.first()?, self.touches.last()?);
         let next = self.knots.partition_point(|knot| knot.t_s <= t_s);
@@ -133,8 +134,8 @@ impl Profile {
         Some(found)
     }
 
-    /// A smooth profile through points `(time in s, offset in m)`: the rate at each is that from the one
-    /// before to the one after, and zero at both ends.
+    /// A smooth profile through points `(time in s, offset in m)`. The rate at each point is that from the
+    /// previous to the next, and zero at both ends.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -167,7 +168,7 @@ impl Profile {
         Piece::hermite(a, b).at(t_s)
     }
 
-    /// What holds from `t_s` on, as a piece that begins there.
+    /// The motion from `t_s` on, as a piece that begins there.
     pub fn piece_from(&self, t_s: f64) -> Piece {
         match self.pieces.partition_point(|piece| piece.start_s <= t_s).checked_sub(1) {
             Some(i) => {

@@ -8,13 +8,13 @@ use feeler_catalogue::{
 use super::{Quantity, SignalName};
 use crate::effects::EffectUse;
 
-/// What a sensor reads and how it departs from the truth:
-/// `reading = round_to(resolution, gain * low_pass(signal(t - delay)) + bias + noise)`.
+/// The signal of a sensor and its errors: `reading = round_to(resolution, gain * low_pass(signal(t - delay))
+/// + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// The signal it reads.
     pub reads: SignalName,
-    /// The body it rides on, for motion sensors; absolute where absent.
+    /// The body on which it is mounted, for motion sensors; `None` for an absolute reading.
     pub relative_to: Option<String>,
     /// Scale factor.
     pub gain: f64,
@@ -26,14 +26,14 @@ pub struct Sensor {
     pub delay_s: f64,
     /// Quantisation step, > 0.
     pub resolution: Option<f64>,
-    /// One sigma of white Gaussian noise per reading.
+    /// Standard deviation of white Gaussian noise per reading.
     pub noise: f64,
     /// Departures from the ideal sensor.
     pub effects: Vec<EffectUse>,
 }
 
 impl Sensor {
-    /// A sensor that reads the signal as it is.
+    /// A sensor without errors.
     pub fn ideal(reads: SignalName) -> Self {
         Self {
             reads,
@@ -123,7 +123,7 @@ impl Slot for SignalName {
     }
 }
 
-/// A damping ratio makes it one of second order.
+/// A filter with a damping ratio is of second order.
 impl Record for LowPass {
     const FIELDS: &'static [Field<Self>] = &[
         Field {

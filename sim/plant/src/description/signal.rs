@@ -23,12 +23,12 @@ pub enum Quantity {
     SpringForce,
     /// Of a contact: `d`.
     Compression,
-    /// Of a contact: how far the two are apart along the axis, `-d`.
+    /// Of a contact: the distance of the two bodies along the axis, `-d`.
     Gap,
     /// Of a contact: its rate.
     GapRate,
-    /// Of a contact between shapes: where on the workpiece the tip touches when it is sent along the axis, in
-    /// the frame of the shapes.
+    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way along the
+    /// axis, in the frame of the shapes.
     PointX,
     /// See [`Self::PointX`].
     PointY,
@@ -48,7 +48,7 @@ pub enum Quantity {
     Target,
     /// Of a motor whose command is a voltage: that voltage as issued.
     Voltage,
-    /// Of a motor: the current that flows.
+    /// Of a motor: the actual current.
     Current,
     /// Of a sensor.
     Reading,
@@ -85,15 +85,15 @@ impl Quantity {
         (Self::Reference, "reference"),
     ];
 
-    /// Which of the six numbers of a [`super::Touched`] it is, if any.
+    /// Its index among the six numbers of a [`super::Touched`], if it is one of them.
     pub fn of_touch(self) -> Option<usize> {
         [Self::PointX, Self::PointY, Self::PointZ, Self::NormalX, Self::NormalY, Self::NormalZ]
             .iter()
             .position(|one| *one == self)
     }
 
-    /// Its dimension; `None` where that is another element's to say: of a command its drive's, of a reading
-    /// its signal's, of a controller's output and reference its law's.
+    /// Its dimension. `None` if another element determines it: the drive for a command, the signal for a
+    /// reading, the law for a controller's output and reference.
     pub fn dimension(self) -> Option<Dimension> {
         match self {
             Self::Position
@@ -113,7 +113,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it is a force, in all or its elastic part.
+    /// Whether it is a force, total or elastic.
     pub fn is_force(self) -> bool {
         matches!(self, Self::Force | Self::SpringForce)
     }
@@ -146,7 +146,7 @@ impl fmt::Display for SignalName {
     }
 }
 
-/// Why a text is no signal name.
+/// Why a text is not a signal name.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ParseSignalError {
@@ -156,12 +156,12 @@ pub enum ParseSignalError {
         /// What was written.
         text: String,
     },
-    /// The part after the dot is no quantity.
+    /// The part after the dot is not a quantity.
     #[error("`{quantity}` is no quantity of a signal")]
     UnknownQuantity {
         /// What was written.
         quantity: String,
-        /// The nearest that exists, or all.
+        /// The nearest existing name, or all of them.
         remedy: String,
     },
 }

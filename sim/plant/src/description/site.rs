@@ -1,4 +1,4 @@
-//! Elements of a machine, whatever table they are in.
+//! Elements of a machine, independent of their table.
 
 use feeler_catalogue::{Dimension, Field, Key, Kind, Record, Role, Unit};
 
@@ -33,7 +33,7 @@ impl Table {
     }
 }
 
-/// Where an element is in its machine.
+/// Position of an element in its machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Site {
     /// Its table.
@@ -43,25 +43,25 @@ pub struct Site {
 }
 
 impl Site {
-    /// `springs.guide`, as in a file.
+    /// Key of the element as in a file, `springs.guide`.
     pub fn key(self, machine: &Machine) -> String {
         format!("{}.{}", self.table.name(), machine.element(self).map_or("", |(name, _)| name))
     }
 }
 
-/// A number that is believed of an element.
+/// A believed parameter of an element.
 #[derive(Clone, Copy, Debug)]
 pub struct Believed {
-    /// Its place among the element's keys.
+    /// Its index among the element's keys.
     pub index: usize,
     /// Its key.
     pub key: &'static Key,
-    /// What it is believed to be, SI.
+    /// The believed value, SI.
     pub value: f64,
 }
 
 impl Believed {
-    /// Its dimension; that of a power law's stiffness is taken as N/m.
+    /// Its dimension; N/m for the stiffness of a power law.
     pub fn dimension(&self) -> Dimension {
         match self.key.kind {
             Kind::Quantity(Unit::Of(dimension), _) => dimension,
@@ -77,9 +77,9 @@ pub trait Element {
     fn effects(&self) -> &[EffectUse];
     /// Departures from the ideal.
     fn effects_mut(&mut self) -> &mut Vec<EffectUse>;
-    /// The numbers that are believed of it, in the order of its keys.
+    /// Its believed parameters, in the order of its keys.
     fn believed(&self) -> Vec<Believed>;
-    /// Sets a believed number, by its place among the keys.
+    /// Sets a believed parameter, by its index among the keys.
     fn believe(&mut self, index: usize, value: f64);
 }
 

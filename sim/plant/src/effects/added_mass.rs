@@ -1,4 +1,4 @@
-//! `added-mass`: payload or inertia error.
+//! `added-mass`: payload or error of the inertia.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

@@ -1,4 +1,4 @@
-//! `asymmetric-friction`: dry friction of two levels, one for each direction.
+//! `asymmetric-friction`: dry friction with one level per direction.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

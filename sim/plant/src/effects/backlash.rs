@@ -1,4 +1,4 @@
-//! `backlash`: free play in a spring, with a stiff transmission where there was none.
+//! `backlash`: free play in a spring; a rigid joint becomes a stiff spring.
 
 use std::f64::consts::TAU;
 
@@ -6,10 +6,10 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-/// A stiffness or damping that the effect chooses itself.
+/// Selects a derived stiffness or damping.
 const DERIVED: f64 = 0.0;
-/// Frequency of the two bodies on derived flanks: well above what a force loop excites, low enough to be
-/// simulated with steps of 0.1 ms.
+/// Frequency of the two bodies on derived flanks: well above the excitation of a force loop, low enough for
+/// steps of 0.1 ms.
 const FLANK_FREQUENCY_HZ: f64 = 1000.0;
 const FLANK_DAMPING_RATIO: f64 = 0.1;
 
@@ -110,7 +110,7 @@ fn set_flanks(
     damping: f64,
 ) -> Result<(), EffectError> {
     let (a, b) = (machine.links[spring].a, machine.links[spring].b);
-    // Each side moves with all that is rigidly joined to it, but no longer with the other side.
+    // Each side moves with everything rigidly joined to it, but no longer with the other side.
     machine.links[spring].rigid = false;
     let mu = 1.0 / (1.0 / machine.rigid_mass_kg(a) + 1.0 / machine.rigid_mass_kg(b));
     if !mu.is_finite() {

@@ -1,4 +1,4 @@
-//! `base-flexibility`: guide, actuator reaction and workpiece ride on a base that moves.
+//! `base-flexibility`: guide, actuator reaction and workpiece are mounted on a base that moves.
 
 use super::{
     ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,

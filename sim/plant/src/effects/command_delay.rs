@@ -1,4 +1,4 @@
-//! `command-delay`: the command arrives late, by any real number of seconds.
+//! `command-delay`: a delay of the command, by any real number of seconds.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

@@ -1,4 +1,4 @@
-//! `contact-damping`: the contact's damping is another.
+//! `contact-damping`: another damping of the contact.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;

@@ -1,4 +1,4 @@
-//! `contact-stiffness`: the contact's stiffness is another.
+//! `contact-stiffness`: another stiffness of the contact.
 
 use super::{ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;

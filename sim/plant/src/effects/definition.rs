@@ -1,4 +1,4 @@
-//! What the library says of each effect.
+//! The definition of an effect in the library.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use super::Kind;
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-/// Where on the machine an effect lives: the places a diagnosis names.
+/// Place of an effect on the machine, as a diagnosis names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Place {
     /// Between command and drive force.
@@ -18,7 +18,7 @@ pub enum Place {
     Guide,
     /// Between motor and tip.
     Transmission,
-    /// What guide, reaction and workpiece stand on.
+    /// The support of guide, reaction and workpiece.
     Base,
     /// Where tool and workpiece meet.
     Contact,
@@ -33,7 +33,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// Every place with its name in files.
+    /// Every place, with its name in files.
     pub const ALL: [(Self, &'static str); 9] = [
         (Self::Drive, "drive"),
         (Self::Guide, "guide"),
@@ -52,7 +52,7 @@ impl Place {
     }
 }
 
-/// Which kind of element carries an effect in the file.
+/// Kind of the element that carries an effect in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum HostKind {
     /// `[bodies.*]`.
@@ -69,7 +69,7 @@ pub enum HostKind {
     ForceSensor,
     /// `[sensors.*]` that reads a motion.
     MotionSensor,
-    /// `[sensors.*]` that reads neither: a command, or whether there is contact.
+    /// `[sensors.*]` that reads neither: it reads a command, or whether there is contact.
     OtherSensor,
     /// `[controllers.*]`.
     Controller,
@@ -92,7 +92,7 @@ impl HostKind {
     }
 }
 
-/// The element an effect sits under, as an index into the assembly (nodes for bodies, links for springs).
+/// The element with an effect, as an index into the assembly (nodes for bodies, links for springs).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Host {
     /// A node.
@@ -107,16 +107,16 @@ pub enum Host {
     Sensor(usize),
 }
 
-/// How a fit should walk along a parameter.
+/// How a fit steps along a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// By addition, in units of the typical value.
+    /// Additive steps, in units of the typical value.
     Linear,
     /// By multiplication.
     Log,
 }
 
-/// The lower bound of what must be greater than zero.
+/// The lower bound of a parameter that must be positive.
 pub const ABOVE_ZERO: f64 = f64::MIN_POSITIVE;
 
 /// A parameter of an effect.
@@ -126,25 +126,25 @@ pub struct Parameter {
     pub name: &'static str,
     /// Dimension on a translational axis.
     pub dimension: Dimension,
-    /// The value of the ideal machine (may be infinite): with every parameter that has one at it, the effect
-    /// is absent. `None` if no value of this parameter matters to that, or where the value of the element
-    /// itself is the ideal one.
+    /// The value of the ideal machine (may be infinite): the effect is absent if every parameter that has a
+    /// null is at it. `None` if the parameter does not matter for that, or if the element's own value is the
+    /// ideal one.
     pub null: Option<f64>,
     /// A typical value, for templates and as a starting point of fits.
     pub typical: f64,
-    /// Smallest and largest value a file may hold; [`ABOVE_ZERO`] where zero itself is excluded.
+    /// Smallest and largest value in a file; [`ABOVE_ZERO`] if zero itself is excluded.
     pub bounds: (f64, f64),
-    /// How a fit walks along it.
+    /// How a fit steps along it.
     pub scale: Scale,
-    /// Used where a file leaves the key out; such a parameter is a choice of the model and is not fitted.
-    /// `None` if it must be given.
+    /// Value if a file omits the key; such a parameter is a choice of the model and is not fitted. `None` if
+    /// the key is required.
     pub default: Option<f64>,
     /// One line of text.
     pub text: &'static str,
 }
 
 impl Parameter {
-    /// A parameter that must be given and that a fit walks by multiplication.
+    /// A required parameter with multiplicative steps in a fit.
     pub const fn log(
         name: &'static str,
         dimension: Dimension,
@@ -156,7 +156,7 @@ impl Parameter {
         Self { name, dimension, null, typical, bounds, scale: Scale::Log, default: None, text }
     }
 
-    /// A parameter that must be given and that a fit walks by addition.
+    /// A required parameter with additive steps in a fit.
     pub const fn linear(
         name: &'static str,
         dimension: Dimension,
@@ -168,7 +168,7 @@ impl Parameter {
         Self { scale: Scale::Linear, ..Self::log(name, dimension, null, typical, bounds, text) }
     }
 
-    /// The same, but a file may leave it out.
+    /// The same, but optional in a file.
     #[must_use]
     pub const fn or(self, default: f64) -> Self {
         Self { default: Some(default), ..self }
@@ -179,13 +179,13 @@ impl Parameter {
 pub trait Parameters: Copy {
     /// The kind that has them.
     const KIND: Kind;
-    /// What is known of each, in order.
+    /// Definition of each parameter, in order.
     const PARAMETERS: &'static [Parameter];
 
-    /// Of values in the order of the definition.
+    /// From values in the order of the definition.
     ///
     /// # Panics
-    /// Where there are fewer than parameters.
+    /// If there are fewer values than parameters.
     fn of(values: &[f64]) -> Self;
 
     /// Values in the order of the definition.
@@ -199,13 +199,13 @@ pub trait Parameters: Copy {
 
 /// The parameters of an effect that changes the plant.
 pub(super) trait ChangesPlant: Parameters {
-    /// Changes the machine as the effect under `host` does.
+    /// Changes the machine as the effect on `host` does.
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError>;
 }
 
-/// Declares the parameters of an effect, its kind first and then one line each:
-/// `name: scale(dimension, null, typical, bounds, text)`, with `as "key"` where files have another name and
-/// `or default` where a file may leave it out.
+/// Declares the parameters of an effect: its kind first, then one line each: `name: scale(dimension, null,
+/// typical, bounds, text)`. `as "key"` gives another name in files, and `or default` makes the parameter
+/// optional.
 macro_rules! parameters {
     (@key $name:ident) => { stringify!($name) };
     (@key $name:ident $key:literal) => { $key };
@@ -239,13 +239,13 @@ macro_rules! parameters {
         }
     };
 }
-/// What an effect does to a machine.
+/// The change that an effect makes to a machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Change {
-    /// It changes the plant. Arguments: the machine, the element under which the effect sits, the parameters
-    /// in the order of the definition.
+    /// Changes the plant. Arguments: the machine, the element with the effect, the parameters in the order of
+    /// the definition.
     Plant(fn(&mut Assembly, Host, &[f64]) -> Result<(), EffectError>),
-    /// It takes the samples of the controller off the grid by so much, one sigma, s. Argument: the
+    /// Shifts the samples of the controller off the grid, by a standard deviation in s. Argument: the
     /// parameters.
     SampleJitter(fn(&[f64]) -> f64),
 }
@@ -257,63 +257,63 @@ impl Change {
     }
 }
 
-/// What kinds of effects have in common, for those who treat them alike.
+/// Common properties of effects, for code that treats them alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trait {
-    /// It can only take energy out of the machine.
+    /// It can only dissipate energy.
     Dissipative,
     /// It holds at rest up to a level: dry friction.
     DryFriction,
-    /// It is a number that the ideal machine has too, and no law: real ones differ from it in nothing.
+    /// It is a parameter that the ideal machine has too, and not a law: only its value differs.
     PlainNumber,
-    /// It is a law of surfaces that meet and part, without effect where a contact is clamped.
+    /// It is a law of surfaces that meet and part, without effect on a clamped contact.
     SurfacesPart,
     /// It rounds readings to steps.
     Quantisation,
-    /// It makes commands or readings late.
+    /// It delays commands or readings.
     Delay,
-    /// It limits what a drive gives.
+    /// It limits the output of a drive.
     Saturation,
-    /// It distorts what a drive gives within its limits.
+    /// It distorts the output of a drive within its limits.
     DriveFlaw,
-    /// It lets parts move against each other that an ideal machine joins.
+    /// It makes a rigid connection of the ideal machine flexible.
     Compliance,
 }
 
-/// All that is known of one effect.
+/// The complete definition of one effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
     /// Which effect.
     pub kind: Kind,
     /// Key in files.
     pub name: &'static str,
-    /// Where it lives; see [`Definition::place_under`].
+    /// Its place; see [`Definition::place_under`].
     pub place: Place,
     /// Elements that take it.
     pub hosts: &'static [HostKind],
-    /// What such an element must be besides; empty where any will do.
+    /// Further requirement on the element; empty if there is none.
     pub site: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// One line.
     pub summary: &'static str,
-    /// What it is, its equation, where it comes from, what it is confused with: Markdown with the sections
+    /// Its documentation: description, equation, causes and look-alikes, as Markdown with the sections
     /// `Model`, `Where it comes from`, `How it shows` and `Source`.
     pub documentation: &'static str,
-    /// What it has in common with others.
+    /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
     /// What it does.
     pub change: Change,
 }
 
 impl Definition {
-    /// The elements that take it, in words: "a rigid spring; a contact (...)".
+    /// The elements that accept it, in words: "a rigid spring; a contact (...)".
     pub fn sits_under(&self) -> String {
         let hosts = self.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>().join("; ");
         if self.site.is_empty() { hosts } else { format!("{hosts} ({})", self.site) }
     }
 
-    /// Whether it has this in common with others.
+    /// Whether it has this property.
     pub fn has(&self, of_its: Trait) -> bool {
         self.traits.contains(&of_its)
     }
@@ -323,8 +323,8 @@ impl Definition {
         self.parameters.iter().position(|parameter| parameter.name == name)
     }
 
-    /// Where it lives when it sits under an element of this kind: an effect of the transmission that sits
-    /// under a contact is one of the contact.
+    /// Its place on an element of this kind: an effect of the transmission that sits under a contact belongs
+    /// to the contact.
     pub fn place_under(&self, host: HostKind) -> Place {
         match (self.place, host) {
             (Place::Transmission, HostKind::Contact) => Place::Contact,
@@ -332,12 +332,11 @@ impl Definition {
         }
     }
 
-    /// Changes the plant as the effect under `host` does, with `parameters` (SI) in the order of the
-    /// definition. What disturbs a controller leaves the plant as it is.
+    /// Changes the plant as the effect on `host` does, with `parameters` (SI) in the order of the definition.
+    /// An effect on a controller leaves the plant unchanged.
     ///
     /// # Errors
-    /// Where the host is of another kind than the effect needs, or a parameter is missing, out of bounds or
-    /// senseless on this host.
+    /// If the host has the wrong kind, or a parameter is missing, out of bounds or invalid on this host.
     pub fn apply(&self, machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
         if parameters.len() != self.parameters.len() {
             return Err(EffectError::Count {
@@ -361,7 +360,7 @@ impl Definition {
     }
 }
 
-/// An effect as used under an element of a machine.
+/// An effect on an element of a machine.
 #[derive(Clone, Debug)]
 pub struct EffectUse {
     /// Which effect.
@@ -388,11 +387,11 @@ impl PartialEq for EffectUse {
     }
 }
 
-/// Why an effect cannot be applied where it stands.
+/// Why an effect cannot be applied to its element.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum EffectError {
-    /// The element is of another kind than the effect needs.
+    /// The element has the wrong kind for the effect.
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost {
         /// The effect.
@@ -402,7 +401,7 @@ pub enum EffectError {
         /// Elements that take it.
         expected: &'static [HostKind],
     },
-    /// The element is of the right kind, but not in the right place.
+    /// The element has the right kind, but is in the wrong place.
     #[error("`{kind}` needs {needs}")]
     WrongSite {
         /// The effect.

@@ -1,4 +1,4 @@
-//! `directional-damping`: viscous friction that differs by direction.
+//! `directional-damping`: viscous friction that depends on the direction.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

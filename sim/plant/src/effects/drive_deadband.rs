@@ -1,4 +1,4 @@
-//! `drive-deadband`: commands within the width do nothing, and beyond it the width is lost.
+//! `drive-deadband`: commands within the width have no effect; beyond it the width is subtracted.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

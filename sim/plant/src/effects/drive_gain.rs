@@ -1,4 +1,4 @@
-//! `drive-gain`: force constant error: the command is scaled.
+//! `drive-gain`: an error of the force constant scales the command.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

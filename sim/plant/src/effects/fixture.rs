@@ -1,4 +1,4 @@
-//! The machine on which the tests of effects try them: motor (7 kg) and tip (5 kg) on a guide, before a wall.
+//! The machine for tests of effects: motor (7 kg) and tip (5 kg) on a guide, in front of a wall.
 
 use super::Host;
 use crate::assembly::{Assembly, assemble};

@@ -1,4 +1,4 @@
-//! `force-delay`: the force reading is late.
+//! `force-delay`: a delay of the force reading.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

@@ -1,4 +1,4 @@
-//! `force-ripple`: cogging: a force periodic in position.
+//! `force-ripple`: cogging, a force that is periodic in position.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! `hard-stop`: an end of travel that nobody believed.
+//! `hard-stop`: an unexpected end of travel.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::{Assembly, Link};

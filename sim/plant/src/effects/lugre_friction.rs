@@ -105,7 +105,7 @@ mod tests {
         let bristle = machine.links[0].bristle.unwrap();
         for v in [1e-4_f64, 1e-3, 0.1] {
             let level = 1.0 + 0.5 * (-(v / 1e-3).powi(2)).exp();
-            // Bent by the level over the stiffness, they straighten as fast as they are bent.
+            // With a deflection of level over stiffness, they straighten as fast as they bend.
             assert!((bristle.slip(v, level / 1e5) / v - 1.0).abs() < 1e-14, "{v}");
         }
     }

@@ -1,8 +1,8 @@
 //! The effects library: departures of a real machine from the ideal one.
 //!
-//! One effect, one file: its parameters (one line each), what it changes, and its documentation.
-//! [`effects!`](crate::effects!) is the one list. From it follow [`Kind`] and [`LIBRARY`], from which file
-//! format, schema, command line, documentation, fitting and contract tests draw.
+//! Each effect has one file: its parameters (one line each), its change of the machine, and its
+//! documentation. [`effects!`](crate::effects!) is the only list of effects. [`Kind`] and [`LIBRARY`] follow
+//! from it; file format, schema, command line, documentation, fitting and contract tests use these.
 
 #[macro_use]
 mod definition;
@@ -16,7 +16,7 @@ pub use definition::{
 
 use definition::ChangesPlant;
 
-/// Hands every effect, in the order of the manual, to a macro: `file Kind,` each.
+/// Passes every effect, in the order of the manual, to a macro: `file Kind,` each.
 #[macro_export]
 macro_rules! effects {
     ($to:ident) => {
@@ -84,7 +84,7 @@ macro_rules! library {
 effects!(library);
 
 impl Kind {
-    /// All that is known of it.
+    /// Its definition.
     pub fn definition(self) -> &'static Definition {
         LIBRARY[self as usize]
     }
@@ -107,7 +107,7 @@ impl serde::Serialize for Kind {
     }
 }
 
-/// The effect of this name in files, if the library has one.
+/// The effect with this name in files, if the library has one.
 pub fn find(name: &str) -> Option<&'static Definition> {
     LIBRARY.iter().copied().find(|definition| definition.name == name)
 }

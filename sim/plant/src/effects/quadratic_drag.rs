@@ -1,4 +1,4 @@
-//! `quadratic-drag`: a resistance that grows with the square of speed.
+//! `quadratic-drag`: a resistance that grows with the square of the speed.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

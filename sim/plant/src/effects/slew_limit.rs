@@ -1,4 +1,4 @@
-//! `slew-limit`: the drive force cannot change faster.
+//! `slew-limit`: a limit on the rate of the drive force.
 
 use super::{
     ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,

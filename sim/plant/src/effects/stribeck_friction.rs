@@ -63,10 +63,10 @@ methods for the control of machines with friction, Automatica 30 (1994).
     change: Change::plant::<StribeckFriction>(),
 };
 
-/// How far the level at rest lies above the level far above the Stribeck speed, N.
+/// Level at rest less the level far above the Stribeck speed, N.
 ///
 /// # Errors
-/// [`EffectError::Value`] where it lies below.
+/// [`EffectError::Value`] if the level at rest is lower.
 pub(super) fn excess(coulomb: f64, static_level: f64) -> Result<f64, EffectError> {
     let excess = static_level - coulomb;
     if excess < 0.0 {

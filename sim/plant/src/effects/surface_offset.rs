@@ -1,4 +1,4 @@
-//! `surface-offset`: the wall is not where it was believed.
+//! `surface-offset`: the wall is not at its believed position.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;

@@ -1,4 +1,4 @@
-//! `timing-jitter`: controller samples are taken off the grid.
+//! `timing-jitter`: controller samples deviate from the grid.
 
 use super::{Change, Definition, HostKind, Parameters, Place};
 use crate::units::Dimension;

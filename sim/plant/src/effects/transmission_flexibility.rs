@@ -1,4 +1,4 @@
-//! `transmission-flexibility`: splits one body into two, with a spring between.
+//! `transmission-flexibility`: splits one body into two with a spring in between.
 
 use super::{
     ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
@@ -101,7 +101,7 @@ fn split_body(
     Ok(())
 }
 
-/// What is left for the motor's side.
+/// Remaining mass on the motor's side.
 fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
     if tip_mass >= total_kg {
         return Err(EffectError::MassExceeded {

@@ -1,4 +1,4 @@
-//! `viscous-friction`: added to the guide's damping.
+//! `viscous-friction`: additional damping of the guide.
 
 use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;

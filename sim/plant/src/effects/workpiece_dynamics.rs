@@ -86,7 +86,8 @@ impl ChangesPlant for WorkpieceDynamics {
     }
 }
 
-/// The end of a fixture that is the workpiece: what a contact touches, or else the second, but never ground.
+/// The end of a fixture that is the workpiece: the one that a contact touches, else the second, but never
+/// ground.
 fn workpiece_end(machine: &Assembly, spring: usize) -> Option<NodeId> {
     let link = &machine.links[spring];
     let bodies = || [link.b, link.a].into_iter().filter(|&end| !Assembly::is_ground(end));
@@ -115,7 +116,7 @@ mod tests {
 
     #[test]
     fn truth_the_touched_end_of_a_fixture_is_the_workpiece() {
-        // Whichever way round the fixture is written, and whether or not its other end is ground.
+        // Whatever the order of the fixture's ends, and whether or not the other end is ground.
         for (other, turned) in [(GROUND_NODE, false), (GROUND_NODE, true), (1, false), (1, true)] {
             let mut ideal = fixture::flexible();
             let workpiece = ideal.add_node("workpiece".into(), 1.0, GROUND_NODE);

@@ -3,12 +3,12 @@
 use crate::assembly::{Assembly, GROUND_NODE, NodeId};
 use crate::problem::Problem;
 
-/// Which coordinate each node moves with.
+/// The coordinate of each node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinates {
-    /// For each node its coordinate; `None` where it is fixed.
+    /// For each node its coordinate; `None` if it is fixed.
     of_node: Vec<Option<usize>>,
-    /// The first node of each coordinate, whose position the coordinate is.
+    /// The first node of each coordinate, whose position is the coordinate.
     leads: Vec<NodeId>,
     /// Mass of each coordinate, kg.
     masses: Vec<f64>,
@@ -19,8 +19,8 @@ pub struct Coordinates {
 impl Coordinates {
     pub(super) fn new(assembly: &Assembly) -> Result<Self, Vec<Problem>> {
         let n = assembly.nodes.len();
-        // The root of a node is the lowest node it is rigidly joined to, so that ground wins and leads keep
-        // the order of the file.
+        // The root of a node is the lowest node rigidly joined to it: ground comes first, and leads keep the
+        // order of the file.
         let mut root: Vec<NodeId> = (0..n).collect();
         let mut changed = true;
         while changed {
@@ -98,12 +98,12 @@ impl Coordinates {
         self.leads.len()
     }
 
-    /// The coordinate a node moves with; `None` where it is fixed.
+    /// The coordinate of a node; `None` if it is fixed.
     pub fn of(&self, node: NodeId) -> Option<usize> {
         self.of_node[node]
     }
 
-    /// The node whose position the coordinate is.
+    /// The node whose position is the coordinate.
     pub fn lead(&self, coordinate: usize) -> NodeId {
         self.leads[coordinate]
     }

@@ -4,17 +4,17 @@ use super::layout::{GAP_TIME_S, add, difference, scaled};
 use super::{LimitState, Mode, Motion, RampState, Row, Switch, SwitchState};
 use crate::assembly::VelocitySource;
 
-/// What a drive makes of its command.
+/// The steps from a command to a force.
 pub(super) struct Path {
     /// The error of a continuous servo, before its deadband.
     error: Row,
     /// The same after it.
     acting: Row,
-    /// The force that is asked for.
+    /// The commanded force.
     wanted: Row,
     /// What the limit lets through.
     limited: Row,
-    /// What the speed lets through, before lags.
+    /// The force within the speed line, before lags.
     pub(super) given: Row,
     /// On the pushed node, before ripples.
     pub(super) force: Row,
@@ -57,7 +57,7 @@ impl Motion {
             (None, Some(source), None) => self.built_up(i, source, v),
             (None, None, _) => self.lagged_command(i),
         };
-        // A force that builds up is held at its limit by its own state.
+        // A force with its own dynamics is held at its limit by its own state.
         let is_held = layout.force(i).is_none();
         let bounded = self.bound(Switch::Limit(i), mode, &wanted).filter(|_| is_held);
         let limited = bounded.unwrap_or_else(|| wanted.clone());
@@ -74,8 +74,8 @@ impl Motion {
         row
     }
 
-    /// What a limit or deadband switch leaves of a row: the row itself within its bound, else the bound;
-    /// `None` where there is no such switch.
+    /// A row after a limit or deadband switch: the row itself within its bound, else the bound. `None` if
+    /// there is no such switch.
     fn bound(&self, switch: Switch, mode: Mode, row: &Row) -> Option<Row> {
         let state = mode.limit(self.number_of(switch)?);
         Some(match state.effort(self.half_width(switch)) {
@@ -105,7 +105,7 @@ impl Motion {
         }
     }
 
-    /// What the states of drive `i` do: pairs of state and derivative.
+    /// Derivatives of the states of drive `i`: pairs of state and derivative.
     pub(super) fn drive_derivatives(&self, i: usize, mode: Mode, stroke: &[Row; 2]) -> Vec<(usize, Row)> {
         let (layout, drive) = (&self.layout, &self.assembly.drives[i]);
         let states = &layout.drives[i];
@@ -127,7 +127,8 @@ impl Motion {
             followed = own;
         }
         if let (Some((servo, path)), Some(integral)) = (path, states.integral) {
-            // What is asked for in excess of what is given drives the integral back in the time kp / ki.
+            // The excess of the commanded over the actual force resets the integral with the time constant kp
+            // / ki.
             let mut row = scaled(servo.ki, &path.acting);
             add(&mut row, servo.ki / servo.kp, &difference(&path.given, &path.wanted));
             derivatives.push((integral, row));
@@ -156,7 +157,7 @@ impl Motion {
         Some(scaled(1.0 / GAP_TIME_S, &self.layout.unit(self.layout.imposed(i)?)))
     }
 
-    /// What the command of drive `i` has left to its target.
+    /// The distance from the command of drive `i` to its target.
     pub(super) fn left_to_ramp(&self, i: usize) -> Row {
         let mut left = self.layout.zero();
         if let Some(ramp) = self.layout.ramp(i) {
@@ -167,7 +168,7 @@ impl Motion {
     }
 
     /// Rows that are positive while a limit, a speed line or a deadband of drive `i` stays in its state, and
-    /// the state that follows.
+    /// the next state.
     pub(super) fn bound_guards(
         &self,
         switch: Switch,
@@ -183,7 +184,7 @@ impl Motion {
             (Switch::Line(_), Some(line)) => (path.limited, line.force, line.slope),
             _ => (path.wanted, drive.limit, 0.0),
         };
-        // How far the row is above `half - slope v`, and above `-half - slope v`.
+        // Distances of the row above `half - slope v`, and above `-half - slope v`.
         let [above_upper, above_lower] = [-half, half].map(|offset| {
             let mut row = row.clone();
             add(&mut row, slope, &stroke[1]);
@@ -198,8 +199,8 @@ impl Motion {
         state.guards(|| [scaled(-1.0, &above_upper), above_lower], rate)
     }
 
-    /// What a bound switch does to the state when it is reached: a force that builds up stays there, as a
-    /// fixed step goes beyond the limit before it is seen to be reached.
+    /// Effect of a bound switch on the state when it is reached: a force with its own dynamics is set to the
+    /// limit, since a fixed step may exceed it.
     pub(super) fn hold_force(&self, i: usize, to: SwitchState, xi: &mut [f64]) {
         if let (SwitchState::Limit(state), Some(force)) = (to, self.layout.force(i))
             && let Some(held) = state.effort(self.assembly.drives[i].limit)

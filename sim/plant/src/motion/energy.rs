@@ -1,4 +1,4 @@
-//! Where energy is stored, and where it comes and goes.
+//! Stored energy, and the flow of energy into and out of the machine.
 
 use super::{ContactState, Equations, Motion, Row, dot};
 
@@ -9,19 +9,19 @@ pub enum MeterKind {
     DriveWork,
     /// Work done on the machine by the constant load of a link.
     LoadWork,
-    /// Work done on the machine by the surface of a contact whose gap moves.
+    /// Work done on the machine by the surface of a contact with a moving gap.
     FeedWork,
     /// Energy that the damping of a link dissipates.
     LinkDamping,
     /// Energy that the dry friction of a link dissipates.
     Friction,
-    /// Energy that a contact dissipates: damping, and what is stored in it when it opens while still
+    /// Energy that a contact dissipates: by damping, and the stored energy if it opens while still
     /// compressed.
     ContactDamping,
 }
 
 impl MeterKind {
-    /// Whether the energy counted enters the machine (else it leaves it).
+    /// Whether the counted energy enters the machine; otherwise it leaves.
     pub fn enters(self) -> bool {
         matches!(self, Self::DriveWork | Self::LoadWork | Self::FeedWork)
     }
@@ -108,7 +108,7 @@ impl Motion {
                 speed: speed.clone(),
             });
             meters.push(Meter { kind: MeterKind::Friction, element, force: negative(friction), speed });
-            // Bristles store a part of the work against them.
+            // Bristles store part of the work done on them.
             if let Some([force, speed]) = equations.bristles[element].clone() {
                 meters.push(Meter { kind: MeterKind::Friction, element, force, speed });
             }
@@ -116,7 +116,7 @@ impl Motion {
         for (element, force) in equations.contact_force.iter().enumerate() {
             let mut surface_speed = self.layout.zero();
             if let Some(offset) = self.layout.moving_gap(element) {
-                // The gap closes: the surface comes towards the tip.
+                // The gap closes: the surface moves towards the tip.
                 surface_speed[offset + 1] = -1.0;
             }
             meters.push(Meter {

@@ -7,19 +7,19 @@ use super::layout::{GAP_TIME_S, add, scaled};
 use super::modes::joined;
 use super::{FrictionState, Guard, Mode, Motion, Row, Switch};
 
-/// All that holds while no switch changes.
+/// Everything that is valid while no switch changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Equations {
-    /// The mode in which they hold.
+    /// The mode in which they are valid.
     pub mode: Mode,
     /// `x' = derivative xi`: one row per state.
     pub derivative: Vec<Row>,
-    /// What ends the mode: every guard is positive while it lasts.
+    /// Ends of the mode: every guard is positive while it lasts.
     pub guards: Vec<Guard>,
-    /// Arguments of the nonlinear terms that act; none in a linear mode.
+    /// Arguments of the nonlinear terms that act; empty in a linear mode.
     pub arguments: Vec<Option<[Row; 2]>>,
-    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is
-    /// none of them.
+    /// Coordinates whose speed equals that of another, or zero, because guides stick. Each appears once, and
+    /// the other one is not in the list.
     pub joined: Vec<(usize, Option<usize>)>,
     /// Compression and its rate, per contact.
     pub compression: Vec<[Row; 2]>,
@@ -106,7 +106,7 @@ impl Motion {
         }
     }
 
-    /// Adds the force of bristles to that of dry friction, and gives its elastic part with the rate of the
+    /// Adds the force of bristles to that of dry friction, and returns its elastic part with the rate of the
     /// bristles.
     fn bristles(&self, forces: &Forces, friction: &mut [Row]) -> Vec<Option<[Row; 2]>> {
         let part = |(i, (found, friction)): (usize, (&Option<[Row; 2]>, &mut Row))| {
@@ -118,7 +118,7 @@ impl Motion {
         forces.bristle.iter().zip(friction).enumerate().map(part).collect()
     }
 
-    /// Sum of the sizes of all contact forces, which loads guides whose friction grows with it.
+    /// Sum of the magnitudes of all contact forces, which load guides with load-dependent friction.
     fn contact_load(&self, forces: &mut Forces) -> Row {
         let mut load = self.layout.zero();
         let mut absolute = vec![false; self.assembly.contacts.len()];
@@ -182,7 +182,7 @@ impl Motion {
         rows
     }
 
-    /// The forces that imposed motions take: what the mass asks for less all else that acts on it.
+    /// The forces of imposed motions: mass times acceleration less all other forces on the mass.
     fn imposing_forces(&self, forces: &mut Forces, friction: &[Row], acceleration: &[Row]) {
         for (g, row) in acceleration.iter().enumerate() {
             let Some(imposing) = self.coordinates.imposing(g) else { continue };
@@ -218,7 +218,7 @@ impl Motion {
     }
 
     /// Makes coordinates that stick to each other move as one, and finds the friction forces `lambda` that
-    /// hold them: `J M^-1 J^T lambda = -J a`, of least size where several guides share the work.
+    /// hold them: `J M^-1 J^T lambda = -J a`, of minimum norm if several guides share the load.
     fn stick(&self, stuck: &[(usize, [Option<usize>; 2])], acceleration: &mut [Row], friction: &mut [Row]) {
         if stuck.is_empty() {
             return;
@@ -245,8 +245,8 @@ impl Motion {
                 friction[*link][column] = lambda[k];
             }
         }
-        // The joint motion is that of the joined masses; written this way, rows of bodies at rest are zero
-        // and rows of joined ones equal, to the bit.
+        // The common motion is that of the joined masses. In this form rows of bodies at rest are exactly
+        // zero, and rows of joined bodies are bitwise equal.
         let mut group: Vec<Option<usize>> = (0..n).map(Some).collect();
         for _ in 0..n {
             for (_, [a, b]) in stuck {

@@ -5,7 +5,7 @@ use super::{ContactState, Mode, Motion, NonlinearLaw, Row, StopSide};
 use crate::assembly::NodeId;
 use crate::description::Engagement;
 
-/// The rows from which everything else in a mode is made.
+/// The rows from which all others of a mode are built.
 pub(super) struct Forces {
     /// Compression and its rate, per contact.
     pub(super) compression: Vec<[Row; 2]>,
@@ -117,7 +117,7 @@ impl Motion {
             let (pushes, pulls) = (state == ContactState::Pushing, state == ContactState::Releasing);
             for (j, term) in self.terms.iter().enumerate() {
                 let (acts, row) = match term.law {
-                    // While the law pulls, its value is still needed to see when it pushes again.
+                    // While the law pulls, its value is still needed to detect when it pushes again.
                     NonlinearLaw::Contact { contact, .. } => {
                         (contact == i && (pushes || (pulls && part.law.damping > 0.0)), Some(&mut force))
                     }
@@ -160,7 +160,8 @@ impl Motion {
                 for (j, term) in self.terms.iter().enumerate() {
                     if matches!(term.law, NonlinearLaw::Cubic { link, side: of, .. } if link == i && of == side)
                     {
-                        // While the side would pull, its value is still needed to see when it pushes again.
+                        // While the side would pull, its value is still needed to detect when it pushes
+                        // again.
                         forces.arguments[j] = Some([d.clone(), layout.zero()]);
                         spring[layout.term(j)] -= if pushes { sign } else { 0.0 };
                     }
@@ -199,7 +200,7 @@ impl Motion {
         }
     }
 
-    /// Bristles of a link at rest only bend; those of one that slides straighten as well.
+    /// Bristles of a link at rest only bend; those of a sliding link also straighten.
     fn bristle_force(&self, mode: Mode, i: usize, forces: &mut Forces) {
         let layout = &self.layout;
         let parts = self.assembly.links[i].bristle.zip(layout.bristle(i));

@@ -1,4 +1,4 @@
-//! Where everything sits in the extended vector `xi = [q, v, z, u, 1, w]`.
+//! Positions in the extended vector `xi = [q, v, z, u, 1, w]`.
 
 use super::Coordinates;
 use crate::assembly::{Assembly, Link, NodeId};
@@ -10,7 +10,7 @@ pub const GAP_TIME_S: f64 = 1e-3;
 /// A linear functional of the extended vector.
 pub type Row = Vec<f64>;
 
-/// The value of a linear functional: of as much of `xi` as `row` reaches over.
+/// The value of a linear functional over as many entries of `xi` as `row` has.
 #[inline]
 pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
     row.iter().zip(xi).map(|(r, x)| r * x).sum()
@@ -19,11 +19,11 @@ pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
 /// States of one drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DriveStates {
-    /// The ramping command, where its rate is limited.
+    /// The ramping command, if its rate is limited.
     pub(super) ramp: Option<usize>,
     /// Lags in series.
     pub(super) lags: Vec<usize>,
-    /// The force of a velocity source that takes time to build up.
+    /// The force of a velocity source with a time constant.
     pub(super) force: Option<usize>,
     /// The force of the integral part of a continuous servo.
     pub(super) integral: Option<usize>,
@@ -43,7 +43,7 @@ pub struct Layout {
     pub(super) filters: Vec<Vec<usize>>,
     /// First of the four states of each contact's moving gap.
     moving_gaps: Vec<Option<usize>>,
-    /// How far the bristles of each link bend.
+    /// Deflection of the bristles of each link.
     bristles: Vec<Option<usize>>,
 }
 
@@ -114,8 +114,8 @@ impl Layout {
         self.states
     }
 
-    /// Number of inputs: one per drive, its command after the static part of its chain (where the rate is
-    /// limited, what the command ramps to).
+    /// Number of inputs: one per drive, its command after the static part of its chain. With a rate limit it
+    /// is the target of the ramp.
     pub fn inputs(&self) -> usize {
         self.inputs
     }
@@ -145,7 +145,7 @@ impl Layout {
         self.linear_width() + self.terms
     }
 
-    /// The state that holds the ramping command of a drive whose rate is limited.
+    /// The state of the ramping command of a drive with a rate limit.
     pub fn ramp(&self, drive: usize) -> Option<usize> {
         self.drives[drive].ramp
     }
@@ -156,19 +156,19 @@ impl Layout {
         self.drives[drive].imposed
     }
 
-    /// The state that holds the force of a velocity source.
+    /// The state of the force of a velocity source.
     pub fn force(&self, drive: usize) -> Option<usize> {
         self.drives[drive].force
     }
 
-    /// The first of the four states of a contact's moving gap: what is added to the gap, its rate, and the
-    /// derivatives of that in [`GAP_TIME_S`], so that all have a size of their own: `offset`, `offset'`,
-    /// `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
+    /// The first of the four states of a contact's moving gap: its offset, its rate, and higher derivatives.
+    /// They are scaled by [`GAP_TIME_S`] to comparable sizes: `offset`, `offset'`, `GAP_TIME_S offset''`,
+    /// `GAP_TIME_S^2 offset'''`.
     pub fn moving_gap(&self, contact: usize) -> Option<usize> {
         self.moving_gaps[contact]
     }
 
-    /// The state that holds how far the bristles of a link bend.
+    /// The state of the deflection of the bristles of a link.
     pub fn bristle(&self, link: usize) -> Option<usize> {
         self.bristles[link]
     }

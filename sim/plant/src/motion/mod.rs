@@ -2,11 +2,11 @@
 //!
 //! Between events and with held inputs a machine of springs, dampers, contacts and dry friction is linear:
 //! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are
-//! coordinates and speeds of the bodies that move on their own, `z` the states of drives, filters and moving
-//! gaps, `u` the held inputs, `w` the values of those laws that are not linear ([`NonlinearTerm`]; none in
-//! most machines). Which contact touches, which guide sticks, is the [`Mode`]; a [`Guard`] that falls below
-//! zero ends it. Every integrator, the linear theory and the second engine draw on these rows; there is no
-//! other definition of the motion.
+//! coordinates and speeds of the independent bodies, `z` the states of drives, filters and moving gaps. `u`
+//! are the held inputs, `w` the values of nonlinear laws ([`NonlinearTerm`]; most machines have none). The
+//! [`Mode`] is the state of all contacts and guides; it ends when a [`Guard`] falls below zero. Every
+//! integrator, the linear theory and the second engine use these rows. There is no other definition of the
+//! motion.
 
 mod coordinates;
 mod drives;
@@ -32,7 +32,7 @@ use crate::assembly::Assembly;
 use crate::description::Piece;
 use crate::problem::Problem;
 
-/// A machine ready to be moved: coordinates chosen, switches and states numbered.
+/// A machine ready to move: coordinates, switches and states are numbered.
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub(crate) assembly: Assembly,
@@ -43,11 +43,11 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Chooses coordinates and numbers everything that moves or switches.
+    /// Chooses coordinates and numbers all states and switches.
     ///
     /// # Errors
-    /// Bodies that move as one but start apart in velocity, a machine in which nothing moves, or more
-    /// switches than a [`Mode`] holds.
+    /// Joined bodies with different initial velocities, a machine in which nothing moves, or more switches
+    /// than a [`Mode`] holds.
     pub fn new(assembly: Assembly) -> Result<Self, Vec<Problem>> {
         let coordinates = Coordinates::new(&assembly)?;
         let switches = modes::switches(&assembly, &coordinates);
@@ -64,7 +64,7 @@ impl Motion {
         Ok(Self { assembly, coordinates, layout, switches, terms })
     }
 
-    /// Writes the values that the nonlinear terms have in a mode into the extended vector.
+    /// Writes the values of the nonlinear terms in a mode into the extended vector.
     #[inline]
     pub fn fill_terms(&self, equations: &Equations, xi: &mut [f64]) {
         for (j, (term, arguments)) in self.terms.iter().zip(&equations.arguments).enumerate() {
@@ -74,7 +74,7 @@ impl Motion {
         }
     }
 
-    /// Writes into `xi` the means that the nonlinear terms have in a mode over a span of `span_s` that ends at
+    /// Writes into `xi` the means of the nonlinear terms in a mode, over a span of `span_s` that ends at
     /// `end`.
     pub fn average_terms(&self, equations: &Equations, xi: &mut [f64], end: &[f64], span_s: f64) {
         let means: Vec<Option<f64>> = (self.terms.iter().zip(&equations.arguments))
@@ -99,7 +99,7 @@ impl Motion {
         &self.coordinates
     }
 
-    /// Where everything sits in the extended vector.
+    /// Positions in the extended vector.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
@@ -114,7 +114,7 @@ impl Motion {
         &self.terms
     }
 
-    /// Puts into a state the pieces of all moving gaps and imposed motions that hold from `t_s` on.
+    /// Writes into a state the pieces of all moving gaps and imposed motions from `t_s` on.
     pub fn set_gaps(&self, t_s: f64, state: &mut [f64]) {
         for (i, drive) in self.assembly.drives.iter().enumerate() {
             if let Some(profile) = &drive.imposed {
@@ -135,7 +135,7 @@ impl Motion {
         }
     }
 
-    /// Puts into a state the beginning of a piece of the motion that drive `i` imposes.
+    /// Writes into a state the beginning of a piece of the motion that drive `i` imposes.
     pub fn impose(&self, i: usize, piece: &Piece, state: &mut [f64]) {
         let on = self.assembly.drives[i].on;
         let (Some(first), Some(g)) = (self.layout.imposed(i), self.coordinates.of(on)) else { return };
@@ -147,7 +147,7 @@ impl Motion {
         state[first + 1] = GAP_TIME_S * GAP_TIME_S * piece.jerk;
     }
 
-    /// The inputs at the start: the target of a servo is where it stands, other commands are zero.
+    /// The initial inputs: the target of a servo is its position, other commands are zero.
     fn initial_inputs(&self) -> impl Iterator<Item = (usize, f64)> {
         let position = |node: usize| self.assembly.nodes[node].position_m;
         let servos = self.assembly.drives.iter().enumerate().filter(|(_, d)| d.continuous_servo().is_some());
@@ -165,8 +165,8 @@ impl Motion {
         xi
     }
 
-    /// The state at the start: positions and velocities as given, drives and filters at rest, gaps as they
-    /// move then.
+    /// The initial state: positions and velocities as given, drives and filters at rest, gaps with their
+    /// initial motion.
     pub fn initial_state(&self) -> Vec<f64> {
         let mut state = vec![0.0; self.layout.states()];
         for g in 0..self.coordinates.count() {

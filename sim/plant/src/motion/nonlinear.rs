@@ -1,4 +1,4 @@
-//! Laws that have no matrix exponential.
+//! Laws without a matrix exponential.
 
 use super::StopSide;
 use super::coordinates::Coordinates;
@@ -8,8 +8,8 @@ use crate::description::Engagement;
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NonlinearLaw {
-    /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` where the contact
-    /// is clamped.
+    /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` if the contact is
+    /// clamped.
     Contact {
         /// The contact.
         contact: usize,
@@ -27,7 +27,7 @@ pub enum NonlinearLaw {
         /// Whether it pushes only.
         unilateral: bool,
     },
-    /// The sign of that law, for an undamped one that only pushes: its force over the power of `d` that
+    /// The sign of that law, for an undamped contact that only pushes: its force over the power of `d` that
     /// vanishes with it.
     Release {
         /// The contact.
@@ -39,7 +39,7 @@ pub enum NonlinearLaw {
     Cubic {
         /// The link.
         link: usize,
-        /// The side of the link that it belongs to; `None` for a link that acts everywhere.
+        /// Its side of the link; `None` for a link that acts everywhere.
         side: Option<StopSide>,
         /// N/m³.
         cubic: f64,
@@ -65,7 +65,7 @@ pub enum NonlinearLaw {
         /// N s²/m².
         drag: f64,
     },
-    /// How fast the bristles of a link that moves forward straighten; see [`Bristle`].
+    /// The rate at which the bristles of a link that moves forward straighten; see [`Bristle`].
     Slip {
         /// The link.
         link: usize,
@@ -92,7 +92,7 @@ pub enum NonlinearLaw {
     },
 }
 
-/// A term of the machine: its law; the arguments are rows of the [`super::Equations`] in which it acts.
+/// A nonlinear term of the machine. Its arguments are rows of the [`super::Equations`] in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearTerm {
     /// The law.
@@ -104,8 +104,7 @@ impl NonlinearTerm {
     pub fn value(&self, a: f64, b: f64) -> f64 {
         match self.law {
             NonlinearLaw::Contact { law, unilateral, .. } => {
-                // The damping that grows with compression opposes the motion on either side of a clamped
-                // contact.
+                // Damping that grows with compression opposes the motion on both sides of a clamped contact.
                 let spring = law.stiffness * power(&law, a, unilateral);
                 let growing = if unilateral { spring } else { spring.abs() };
                 spring + growing * law.alpha * b + law.damping * b + law.cubic * a * a * a
@@ -137,8 +136,8 @@ impl NonlinearTerm {
 }
 
 impl NonlinearTerm {
-    /// The mean over a span between arguments at its ends, of second order. That of bristles follows their
-    /// exponential at the mean speed, so that it holds for spans in which they settle, too.
+    /// The mean over a span between the arguments at its ends, of second order. The mean of bristles follows
+    /// their exponential at the mean speed, so it also holds for spans in which they settle.
     pub fn mean(&self, [a0, b0]: [f64; 2], [a1, b1]: [f64; 2], span_s: f64) -> f64 {
         match self.law {
             NonlinearLaw::Slip { bristle, .. } => {
@@ -152,7 +151,7 @@ impl NonlinearTerm {
         }
     }
 
-    /// Derivatives of the value by `a` and by `b`: what the term does to small motions.
+    /// Derivatives of the value by `a` and by `b`, for small motions.
     pub fn gradient(&self, a: f64, b: f64) -> [f64; 2] {
         match self.law {
             NonlinearLaw::Contact { law, unilateral, .. } => {
@@ -194,18 +193,18 @@ impl NonlinearTerm {
     }
 }
 
-/// `3 - n` and `cubic / k`: the cubic part over the power law is their power law of `d`.
+/// `3 - n` and `cubic / k`: the cubic part over the power law is this power law of `d`.
 fn release(law: &ForceLaw) -> (f64, f64) {
     (3.0 - law.exponent, law.cubic / law.stiffness)
 }
 
-/// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as
+/// `d^n`. It is zero for `d < 0` if the contact only pushes; for a clamped one it is odd, so that it pulls as
 /// it pushes.
 fn power(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
     if unilateral { d.max(0.0).powf(law.exponent) } else { d.abs().powf(law.exponent).copysign(d) }
 }
 
-/// Derivative of [`power`]: even in `d` where the law is clamped.
+/// Derivative of [`power`]: even in `d` if the contact is clamped.
 fn power_slope(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
     let size = if unilateral { d.max(0.0) } else { d.abs() };
     law.exponent * size.powf(law.exponent - 1.0)
@@ -278,8 +277,8 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
 mod tests {
     use super::*;
 
-    /// Error of a central difference whose step is 1e-5 of the scale: 1e-10, and its rounding 1e-11, with
-    /// room.
+    /// Error of a central difference with a step of 1e-5 of the scale: 1e-10, and its rounding 1e-11, with a
+    /// margin.
     const DIFFERENCE: f64 = 1e-8;
 
     #[test]

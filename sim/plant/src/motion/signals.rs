@@ -9,10 +9,10 @@ use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
 
 impl Motion {
-    /// What each state is, in the numbering of [`super::Layout`]: positions and velocities as signals are
-    /// named, `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so on (of a
-    /// second-order filter the output and its rate over its corner's angular frequency), and the four of a
-    /// moving gap.
+    /// Names of the states, in the order of [`super::Layout`]: positions and velocities as signals are named,
+    /// then `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so
+    /// on, and the four states of a moving gap. A second-order filter has its output, and the rate of the
+    /// output over its angular corner frequency.
     pub fn state_names(&self) -> Vec<String> {
         let mut names = vec![String::new(); self.layout.states()];
         for g in 0..self.coordinates.count() {
@@ -54,9 +54,9 @@ impl Motion {
         names
     }
 
-    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a
-    /// contact touches and where, and what a drive was commanded before delay and limits. A sensor's row ends
-    /// with its filters; gain, bias, noise and quantisation come after.
+    /// A signal of the plant as a row of the extended vector. `None` for signals without a row: whether and
+    /// where a contact touches, and the command of a drive before delay and limits. A sensor's row ends with
+    /// its filters; gain, bias, noise and quantisation follow later.
     pub fn signal(&self, equations: &Equations, source: Source) -> Option<Row> {
         Some(match source {
             Source::Node(node, Quantity::Acceleration) => self.acceleration(&equations.derivative, node),
@@ -95,7 +95,7 @@ impl Motion {
         }
     }
 
-    /// What a drive has besides its force: its stroke, and the current of a motor.
+    /// Signals of a drive besides its force: its stroke, and the current of a motor.
     fn of_drive(&self, i: usize, quantity: Quantity, mode: Mode, stroke: &[Row; 2]) -> Option<Row> {
         match quantity {
             Quantity::Position => Some(stroke[0].clone()),
@@ -120,7 +120,7 @@ impl Motion {
         self.coordinates.of(node).map_or_else(|| self.layout.zero(), |g| derivative[self.layout.v(g)].clone())
     }
 
-    /// What the filters of a sensor receive.
+    /// Input of the filters of a sensor.
     fn unfiltered(
         &self,
         sensor: &SensorPart,
@@ -169,7 +169,7 @@ impl Motion {
         }
     }
 
-    /// Writes the derivatives of one filter and gives its output.
+    /// Writes the derivatives of one filter and returns its output.
     fn filter(&self, filter: &LowPass, first: usize, input: &Row, derivative: &mut [Row]) -> Row {
         match *filter {
             LowPass::FirstOrder { corner_hz } => {

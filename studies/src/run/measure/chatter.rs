@@ -1,21 +1,21 @@
-//! What a sustained oscillation looks like.
+//! Figures of a sustained oscillation.
 
 use feeler_lti::spectral::dominant_frequency;
 use serde::Serialize;
 
 use crate::run::measure::contact::Interval;
 
-/// Cycles after which chatter may repeat: 1, or a period doubled (or tripled) once or more.
+/// Largest number of cycles after which chatter may repeat: 1, or a multiple after period doublings.
 const MOST_IMPACTS_PER_PERIOD: usize = 8;
-/// Spread of the period, relative to it, below which chatter repeats.
+/// Largest relative spread of the period of chatter that repeats.
 const REPEATS_WITHIN: f64 = 0.02;
-/// Repeats that must be seen to call it a period.
+/// Smallest number of repetitions of a period.
 const LEAST_REPEATS: usize = 3;
 
 /// A sustained oscillation of a contact force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Oscillation {
-    /// How often it repeats, Hz: from the instants of touch-down where the tool leaves the workpiece and the
+    /// Frequency of repetition, Hz: from the instants of touch-down if the tool leaves the workpiece and the
     /// impacts repeat, else from the spectrum.
     pub frequency_hz: f64,
     /// Half of peak to peak, N.
@@ -28,13 +28,13 @@ pub struct Oscillation {
     pub impacts_per_s: f64,
     /// Share of the time in contact.
     pub contact_share: f64,
-    /// Impacts after which it repeats (1, or more where the period has doubled); `None` if impacts do not
+    /// Number of impacts after which it repeats (1, or more after period doublings); `None` if impacts do not
     /// repeat.
     pub impacts_per_period: Option<usize>,
 }
 
-/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`, of a contact with these touch-downs,
-/// which pushed for these spans.
+/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`, of a contact with these touch-downs
+/// and spans of pushing.
 pub(in crate::run) fn oscillation(
     touches_s: &[f64],
     spans: &[Interval],
@@ -53,7 +53,7 @@ pub(in crate::run) fn oscillation(
     };
     let in_contact: f64 = spans.iter().map(|interval| interval.within_s(tail_s[0], tail_s[1])).sum();
     let impacts_per_period = impacts_per_period(&touches);
-    // Two cycles at least within the tail.
+    // At least two cycles within the tail.
     let band = (2.0 / length_s, 0.5 / period_s);
     let line = dominant_frequency(force_n, period_s, band).ok().flatten();
     let frequency_hz = match impacts_per_period {

@@ -1,4 +1,4 @@
-//! When a contact pushed, and how hard.
+//! Times and forces of a contact.
 
 use feeler_engine::{EventKind, Integrator, Peak, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
@@ -31,9 +31,9 @@ impl Interval {
 pub struct ContactRun {
     /// Its name.
     pub name: String,
-    /// How the two sides hold on to each other, after effects.
+    /// Its engagement, after effects.
     pub engagement: Engagement,
-    /// When it pushed, to the accuracy of the events.
+    /// Its intervals of pushing, to the accuracy of the events.
     pub intervals: Vec<Interval>,
     /// The largest force in each of these, N (see [`Self::peak_force_n`]).
     pub interval_peaks_n: Vec<f64>,
@@ -41,13 +41,13 @@ pub struct ContactRun {
     pub touches_s: Vec<f64>,
     /// Instants of lift-off, s.
     pub lifts_s: Vec<f64>,
-    /// Largest force, N: that of the motion itself where the integrator is the exact one, else of the record,
-    /// and between its rows by a parabola.
+    /// Largest force, N. It is that of the motion itself for the exact integrator, else of the record, with a
+    /// parabola between its rows.
     pub peak_force_n: f64,
     /// When, s.
     pub peak_at_s: f64,
-    /// Where a clamped contact pulls harder than it ever pushes: its largest pull, as a positive force, by
-    /// the record.
+    /// The largest pull of a clamped contact, as a positive force, if it exceeds the largest push; from the
+    /// record.
     pub pull: Option<Peak>,
 }
 
@@ -67,19 +67,19 @@ impl ContactRun {
         self.intervals.first().map(|interval| interval.start_s)
     }
 
-    /// The largest force in size, whether the contact pushes or pulls.
+    /// The largest force in magnitude, push or pull.
     pub fn largest(&self) -> Peak {
         self.pull.unwrap_or(Peak { t_s: self.peak_at_s, force_n: self.peak_force_n })
     }
 
-    /// Whether it pushes when the run ends.
+    /// Whether it pushes at the end of the run.
     pub fn ends_in_contact(&self, end_s: f64) -> bool {
         self.intervals.last().is_some_and(|interval| interval.end_s >= end_s)
     }
 }
 
-/// `found` are the peaks that the engine has found, per contact; where it looks for none, they are taken from
-/// the record. Those at the ends of fixed steps may be lower than what a parabola through the rows tells.
+/// `found` are the engine's peaks, per contact; without them the peaks come from the record. Peaks at the
+/// ends of fixed steps may be lower than those of a parabola through the rows.
 pub(in crate::run) fn contacts(
     scenario: &Scenario,
     assembly: &Assembly,
@@ -120,7 +120,7 @@ fn contact(
     let intervals = intervals(closed_at_start, &touches_s, &lifts_s, end_s);
     let peak_within = |interval: &Interval| {
         let touches = touches_s.binary_search_by(|touch| touch.total_cmp(&interval.start_s)).is_ok();
-        // A row at the very instant of a touch is still one without it.
+        // A row at the exact instant of a touch is still one without contact.
         let first = record
             .t_s
             .partition_point(|&t| if touches { t <= interval.start_s } else { t < interval.start_s });
@@ -155,7 +155,7 @@ fn contact(
     }
 }
 
-/// The largest pull of a contact, where that is more than it pushes.
+/// The largest pull of a contact, if it exceeds the largest push.
 fn pull(t_s: &[f64], force_n: &[f64], push_n: f64) -> Option<Peak> {
     if force_n.iter().all(|&force| force >= -push_n) {
         return None;
@@ -173,8 +173,8 @@ fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f
     starts.zip(ends).map(|(start_s, end_s)| Interval { start_s, end_s }).collect()
 }
 
-/// The force with which a touch begins, where it only falls from there on: a damper is pushed at once. By a
-/// parabola through the first three rows.
+/// The force at the start of a touch, if it only falls from there: a damper acts immediately. From a parabola
+/// through the first three rows.
 fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
     let (&[t1, t2, ..], &[f1, f2, f3, ..]) = (t_s, force_n) else { return None };
     let falls = f1 > f2 && force_n.iter().all(|&force| force <= f1);
@@ -182,7 +182,7 @@ fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
     falls.then_some(f1 + before * (f1 - f2) + 0.5 * before * (before + 1.0) * (f1 - 2.0 * f2 + f3))
 }
 
-/// The largest value of a record and when: the vertex of the parabola through the largest row and its
+/// The largest value of a record and its time: the vertex of the parabola through the largest row and its
 /// neighbours.
 pub(in crate::run) fn peak(t_s: &[f64], values: &[f64]) -> Peak {
     let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {

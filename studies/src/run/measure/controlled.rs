@@ -1,4 +1,4 @@
-//! What a loop controls that touches nothing: the motion that a position law or an impedance holds.
+//! The motion that a position law or an impedance controls without contact.
 
 use feeler_control::Law;
 use feeler_engine::Scenario;
@@ -11,9 +11,9 @@ pub(in crate::run) struct Controlled {
     pub(in crate::run) controller: String,
     /// What it controls.
     pub(in crate::run) signal: SignalName,
-    /// What its sensor reads of one of that.
+    /// Gain from that motion to the sensor's reading.
     gain: f64,
-    /// One sigma of the sensor's noise, in units of the signal.
+    /// Standard deviation of the sensor's noise, in units of the signal.
     pub(in crate::run) noise: f64,
 }
 
@@ -32,7 +32,7 @@ impl Controlled {
         })
     }
 
-    /// The reference over the rows, as the signal would have to be.
+    /// The reference over the rows, in units of the signal.
     pub(in crate::run) fn wanted(&self, reference: &[f64]) -> Vec<f64> {
         reference.iter().map(|value| value / self.gain).collect()
     }

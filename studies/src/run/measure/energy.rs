@@ -16,15 +16,15 @@ pub struct EnergyItem {
     pub joule: f64,
 }
 
-/// Where the energy came from and went.
+/// Supplied, dissipated and stored energy.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct EnergyTable {
     /// Work done on the machine, J.
     pub supplied: Vec<EnergyItem>,
-    /// Energy taken out of it, J.
+    /// Energy dissipated, J.
     pub dissipated: Vec<EnergyItem>,
-    /// Work of each controller's command through its drive, J; part of what the drives supply. Controllers
-    /// that did none, and those of velocity sources, to which none is attributed, are left out.
+    /// Work of each controller's command through its drive, J, as a part of the drives' work. Controllers
+    /// without work, and those of velocity sources, are omitted.
     pub controllers: Vec<EnergyItem>,
     /// Kinetic energy at start and end, J.
     pub kinetic: [f64; 2],
@@ -32,7 +32,7 @@ pub struct EnergyTable {
     pub elastic: [f64; 2],
     /// What does not balance, J.
     pub residual: f64,
-    /// All that was exchanged and stored, in size, J.
+    /// All energy exchanged and stored, in magnitude, J.
     pub exchanged: f64,
     /// The residual over that.
     pub relative_residual: f64,

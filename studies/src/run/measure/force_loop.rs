@@ -1,4 +1,4 @@
-//! Which controller wants which force of which contact.
+//! The controller that controls the force of a contact.
 
 use feeler_control::Law;
 use feeler_engine::Scenario;
@@ -18,8 +18,8 @@ pub struct ForceLoop {
 }
 
 impl ForceLoop {
-    /// The first controller whose reference is a force and whose sensor reads a contact, or another force
-    /// where there is only one contact.
+    /// The first controller with a force reference whose sensor reads a contact, or another force if there is
+    /// only one contact.
     pub fn find(scenario: &Scenario) -> Option<Self> {
         let machine = &scenario.machine;
         scenario.controllers.iter().enumerate().find_map(|(controller, (name, used))| {
@@ -39,21 +39,21 @@ impl ForceLoop {
         SignalName::new(&self.name, Quantity::Reference).to_string()
     }
 
-    /// What the sensor cannot tell apart: what noise hides and half its resolution, N.
+    /// The sensor's uncertainty: its noise and half its resolution, N.
     pub(in crate::run) fn unresolved_n(&self, scenario: &Scenario) -> f64 {
         let sensor = &scenario.machine.sensors[self.sensor];
         self.hidden_by_noise_n(scenario) + 0.5 * sensor.resolution.unwrap_or(0.0) / scale(sensor)
     }
 
-    /// What the sensor's noise hides: four sigma, N.
+    /// The amplitude hidden by the sensor's noise: four standard deviations, N.
     pub(in crate::run) fn hidden_by_noise_n(&self, scenario: &Scenario) -> f64 {
         let sensor = &scenario.machine.sensors[self.sensor];
         4.0 * sensor.noise / scale(sensor)
     }
 }
 
-/// One sigma of the noisiest sensor as a force, N: of a position what the stiffest contact makes of it, of a
-/// velocity or an acceleration what that comes to within the shortest period of a controller.
+/// Standard deviation of the noisiest sensor as a force, N. For a position it is scaled by the stiffest
+/// contact; velocity and acceleration are first integrated over the shortest controller period.
 pub(in crate::run) fn sensor_noise_n(scenario: &Scenario) -> f64 {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
@@ -69,7 +69,7 @@ pub(in crate::run) fn sensor_noise_n(scenario: &Scenario) -> f64 {
     scenario.machine.sensors.values().filter(|sensor| sensor.noise > 0.0).map(force_n).fold(0.0, f64::max)
 }
 
-/// What a sensor reads of one of what it measures.
+/// Gain from the measured quantity to the reading.
 fn scale(sensor: &Sensor) -> f64 {
     if sensor.gain == 0.0 { 1.0 } else { sensor.gain.abs() }
 }

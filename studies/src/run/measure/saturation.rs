@@ -1,4 +1,4 @@
-//! When a drive or controller was at its limit.
+//! Times at which a drive or controller was at its limit.
 
 use feeler_engine::{EventKind, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
@@ -6,18 +6,17 @@ use feeler_plant::description::{Quantity, SignalName};
 
 use crate::run::record::event::EventRecord;
 
-/// A value this close to its limit is at it: limits act on held numbers, so all that separates the two is
-/// rounding.
+/// A value this close to its limit is at it: limits act on held numbers, so only rounding separates the two.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
 /// Where limits were reached.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::run) struct Limits {
-    /// For each row of the record whether some drive or controller was at its limit. Commands and outputs are
-    /// held between controller samples, so the share of rows is the share of samples.
+    /// For each row of the record, whether some drive or controller was at its limit. Commands and outputs
+    /// are held between controller samples, so the share of rows is the share of samples.
     pub(in crate::run) saturated: Vec<bool>,
-    /// When a force drive reached its limit and left it. Its clamp acts on held commands, so nothing within a
-    /// step happens there; the instants are those of the first row that shows it.
+    /// Times at which a force drive reached its limit and left it. Its clamp acts on held commands, so
+    /// nothing changes within a step; the instants are those of the first row that shows it.
     pub(in crate::run) events: Vec<EventRecord>,
 }
 
@@ -25,7 +24,7 @@ impl Limits {
     pub(in crate::run) fn of(scenario: &Scenario, assembly: &Assembly, record: &Trace) -> Self {
         let mut limits = Self { saturated: vec![false; record.t_s.len()], events: Vec::new() };
         for drive in assembly.drives.iter().filter(|drive| drive.limit.is_finite()) {
-            // A force drive clamps its command; others their effort, which the engine locates.
+            // A force drive clamps its command; others clamp their effort, which the engine locates.
             if !drive.commands_force() {
                 limits.mark(record, &drive.name, Quantity::Force, drive.limit);
                 continue;
@@ -47,7 +46,7 @@ impl Limits {
         limits
     }
 
-    /// Marks the rows in which a signal is at its limit, and gives them.
+    /// Marks the rows in which a signal is at its limit, and returns them.
     fn mark(&mut self, record: &Trace, element: &str, quantity: Quantity, limit: f64) -> Vec<bool> {
         let column = record.column(&SignalName::new(element, quantity).to_string()).unwrap_or_default();
         let at_limit: Vec<bool> = column.iter().map(|value| value.abs() >= limit * AT_LIMIT).collect();

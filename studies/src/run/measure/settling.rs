@@ -1,29 +1,29 @@
-//! How a force answers its reference: overshoot, settling time, what is left.
+//! Response of a force to its reference: overshoot, settling time, remaining error.
 
 use serde::Serialize;
 
 use crate::run::measure::contact::peak;
 
-/// Half-width of the band in which a force counts as settled, as a share of the final reference.
+/// Half-width of the settling band, as a share of the final reference.
 pub(in crate::run) const SETTLING_BAND: f64 = 0.02;
-/// A reference that has not moved over this part of the run is at rest.
+/// A reference that is constant over this part of the run is at rest.
 pub(in crate::run) const RESTS_OVER: f64 = 0.2;
-/// A rest before a late step is longer than that by more than a row or a sample may make of it, so that a
-/// staircase whose treads are as long is none.
+/// A rest before a late step must be longer by this factor, more than a row or a sample. A staircase with
+/// equal treads has no such rest.
 const CLEARLY: f64 = 1.02;
-/// So many rests make a staircase ...
+/// Smallest number of rests of a staircase.
 const LEAST_TREADS: usize = 3;
-/// ... where the longest of them is not longer than this times the shortest.
+/// Largest ratio between the longest and the shortest of them.
 const EVEN: f64 = 1.5;
 
-/// What a reference does in the last part of a run.
+/// Behaviour of a reference in the last part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::run) enum Ending {
     /// It is at rest.
     Rests,
-    /// It was at rest and has just moved: what the force makes of that, a longer run tells.
+    /// It was at rest and has just moved; a longer run shows the response of the force.
     JustMoved,
-    /// It moves all the time, in even steps too.
+    /// It moves all the time, possibly in even steps.
     Moves,
 }
 
@@ -45,25 +45,24 @@ impl Ending {
     }
 }
 
-/// The answer of a contact force to its reference.
+/// The response of a contact force to its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Response {
-    /// The reference at the end, N; none where it moves all the time.
+    /// The final reference, N; `None` if it moves all the time.
     pub final_reference_n: Option<f64>,
-    /// The instant from which settling counts: the last change of the reference, or the first touch if that
-    /// is later, s.
+    /// Start of the settling time: the last change of the reference, or the first touch if that is later, s.
     pub starts_at_s: f64,
-    /// Half-width of the settling band, N: 2 % of the final reference (where that is zero, of the largest
-    /// before it, else of the peak force), or what the sensor cannot resolve where that is more.
+    /// Half-width of the settling band, N: 2 % of the final reference. If that is zero, of the largest
+    /// earlier reference, else of the peak force. The sensor's uncertainty is a lower limit.
     pub band_n: f64,
-    /// That without what the sensor cannot resolve, N.
+    /// The same without the sensor's uncertainty, N.
     #[serde(skip)]
     pub(in crate::run) share_n: f64,
-    /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it
-    /// where it came from below.
+    /// Overshoot after [`Self::starts_at_s`] relative to the final reference, above it if the force comes
+    /// from below.
     pub overshoot: Option<f64>,
-    /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay
-    /// there.
+    /// Time from [`Self::starts_at_s`] until the force stays within the band to the end of the run; `None` if
+    /// it does not stay there.
     pub settling_time_s: Option<f64>,
     /// Mean of the last tenth of the run less the reference, N.
     pub steady_error_n: Option<f64>,
@@ -99,16 +98,14 @@ impl Answer<'_> {
         }
     }
 
-    /// What the band is a share of: a reference of zero tells no scale, so that it is that of the references
-    /// before, or of the force.
+    /// The scale of the band: the reference, or for a zero reference the earlier ones, or the force.
     fn scale_n(&self, reference: f64) -> f64 {
         let before_n =
             self.reference_n.iter().filter(|r| r.is_finite()).fold(0.0_f64, |most, r| most.max(r.abs()));
         [reference.abs(), before_n, self.peak_force_n].into_iter().find(|scale| *scale > 0.0).unwrap_or(0.0)
     }
 
-    /// From short of the reference, the farthest force counts; from beyond it, the one that falls short of it
-    /// most.
+    /// For a rise the largest force counts; for a fall the smallest.
     fn overshoot(&self, reference: f64, starts_at_s: f64) -> f64 {
         if starts_at_s <= self.first_contact_s && reference > 0.0 {
             return (self.peak_force_n / reference - 1.0).max(0.0);
@@ -139,13 +136,13 @@ impl Answer<'_> {
     }
 }
 
-/// When a reference last changed, s; zero where it never did.
+/// Time of the last change of a reference, s; zero if it never changed.
 pub(in crate::run) fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
-    // The controller's first sample may come after the first row.
+    // The controller's first sample may follow the first row.
     (1..reference_n.len()).rev().find(|&row| changes(reference_n, row)).map_or(0.0, |row| t_s[row])
 }
 
-/// Whether a reference is another one from a row on. By bits: one that is held repeats exactly.
+/// Whether a reference changes at a row. Bitwise: a held one repeats exactly.
 fn changes(reference_n: &[f64], row: usize) -> bool {
     reference_n[row - 1].to_bits() != reference_n[row].to_bits()
 }
@@ -197,7 +194,7 @@ mod tests {
         let response = answer.response();
         assert!((response.starts_at_s - 0.5).abs() < 1e-12);
         assert!((response.settling_time_s.unwrap() - 0.1).abs() < 1e-12);
-        // What came before the step is no overshoot of it; from above, what falls below the reference is.
+        // Motion before the step is not overshoot; for a fall, the force below the reference is.
         assert_eq!(Answer { peak_force_n: 50.0, ..answer }.response().overshoot, Some(0.0));
         let down_n: Vec<f64> = reference_n.iter().map(|n| 30.0 - n).collect();
         let dips: Vec<f64> =
@@ -208,7 +205,7 @@ mod tests {
         assert_eq!(Answer { reference_n: &moving, ..answer }.response().final_reference_n, None);
     }
 
-    /// Rows 1 ms apart over 1 s, and what changes at these instants.
+    /// Rows 1 ms apart over 1 s, with changes at these instants.
     fn ending(changes_s: &[f64]) -> Ending {
         let t_s: Vec<f64> = (0..=1000).map(|i| f64::from(i) * 1e-3).collect();
         let reference_n: Vec<f64> =
@@ -233,8 +230,7 @@ mod tests {
         }
     }
 
-    /// Treads of a tenth to three tenths of the run, the last of them just begun, and what changes at every
-    /// row.
+    /// Treads of a tenth to three tenths of the run, with the last one just begun, and a change at every row.
     #[test]
     fn truth_staircases_and_lasting_drives_move_to_the_end() {
         for tread in [0.1, 0.2, 0.25, 0.3] {
@@ -249,7 +245,7 @@ mod tests {
 
     #[test]
     fn truth_a_reference_of_zero_has_a_band_all_the_same() {
-        // 20 N, let go to nothing at 1 s: 20 exp(-t / 0.1) is within 2 % of 20 N after 0.1 ln 50.
+        // 20 N, released at 1 s: 20 exp(-t / 0.1) is within 2 % of 20 N after 0.1 ln 50.
         let t_s: Vec<f64> = (0..3000).map(|i| f64::from(i) * 1e-3).collect();
         let reference_n: Vec<f64> = t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 0.0 }).collect();
         let force_n: Vec<f64> =

@@ -1,4 +1,4 @@
-//! What is still under way where a run ends.
+//! Motion that has not ended at the end of a run.
 
 use feeler_engine::{Scenario, Simulation};
 use feeler_lanes::Lane;
@@ -6,12 +6,12 @@ use feeler_plant::description::Engagement;
 
 use crate::run::measure::contact::ContactRun;
 
-/// Where a run stands at its end.
+/// The state of a run at its end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::run) struct Standing {
     /// Whether a controller was in its approach.
     pub(in crate::run) is_approaching: bool,
-    /// Compression of each contact, m, how fast it grew, m/s, and how fast that did, m/s2.
+    /// Compression of each contact, m, its rate, m/s, and its acceleration, m/s2.
     compressions: Vec<[f64; 3]>,
 }
 
@@ -20,8 +20,8 @@ impl Standing {
         Self { is_approaching: simulation.is_approaching(lane), compressions: simulation.compressions(lane) }
     }
 
-    /// Of a whole arm, which has one contact; apart by more than can be measured, only an approach brings it
-    /// near.
+    /// Of a whole arm with its one contact; beyond the measurable distance only an approach can close the
+    /// gap.
     pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::Simulation) -> Self {
         Self {
             is_approaching: simulation.is_approaching() && simulation.has_a_way(),
@@ -29,8 +29,8 @@ impl Standing {
         }
     }
 
-    /// Whether the tool may yet touch: a controller approaches, or some gap closes within `horizon_s` at its
-    /// present rate and acceleration.
+    /// Whether the tool may still touch: a controller approaches, or some gap closes within `horizon_s` at
+    /// its present rate and acceleration.
     pub(in crate::run) fn is_on_its_way(&self, contacts: &[ContactRun], horizon_s: f64) -> bool {
         let arrives =
             |(contact, state): (&ContactRun, &[f64; 3])| can_touch(contact) && closes(*state, horizon_s);
@@ -39,17 +39,17 @@ impl Standing {
     }
 }
 
-/// Whether a compression that is negative now is no longer so within `horizon_s`.
+/// Whether a negative compression becomes positive within `horizon_s`.
 fn closes([compression, rate, acceleration]: [f64; 3], horizon_s: f64) -> bool {
     let after = |t: f64| compression + t * (rate + 0.5 * t * acceleration);
-    // Where it turns back on the way, it comes no nearer.
+    // If it turns back on the way, it comes no nearer.
     let turns_s = if acceleration < 0.0 { -rate / acceleration } else { horizon_s };
     let nearest_s = turns_s.min(horizon_s);
     nearest_s > 0.0 && after(nearest_s) >= 0.0
 }
 
-/// Whether no contact of a scenario ever touches, so that a wall, if there is one, is one that a controller
-/// renders, and `no-contact` is its rest.
+/// Whether no contact of a scenario ever touches. A wall is then one that a controller renders, and
+/// `no-contact` is its rest.
 pub(crate) fn nothing_can_touch(scenario: &Scenario) -> bool {
     scenario.machine.contacts.values().all(|contact| contact.engagement == Engagement::Free)
 }
@@ -72,7 +72,7 @@ mod tests {
             // Thrown off, and pushed back.
             ([-1.0, -0.39, 0.1], true),
             ([-1.0, -1.0, 0.1], false),
-            // On its way, and slowed down: 0.5 m is as far as it gets.
+            // Approaching, and slowed down: it advances by 0.5 m at most.
             ([-0.4, 1.0, -1.0], true),
             ([-0.6, 1.0, -1.0], false),
         ] {

@@ -1,18 +1,18 @@
-//! Where a motion stands once in each cycle.
+//! The state of a motion once in each cycle.
 //!
-//! What is read at a surface that the motion crosses once per cycle is its Poincaré map (M. di Bernardo et
-//! al., "Piecewise-smooth Dynamical Systems", 2008): one value where every cycle is like the last, two where
-//! the period has doubled, many where none repeats. Where the tool leaves the workpiece the surface is
-//! touch-down. The force is nothing yet there, so it is read one sample of the controller later, which is a
-//! map of the same kind and grows with the speed of impact. Where the tool stays in contact the surface is
-//! where the force stops rising: the largest force of each cycle.
+//! Values at a surface that the motion crosses once per cycle form its Poincaré map (M. di Bernardo et al.,
+//! "Piecewise-smooth Dynamical Systems", 2008). There is one value if every cycle repeats the last, two after
+//! a period doubling, and many if no cycle repeats. If the tool leaves the workpiece, the surface is
+//! touch-down. The force is still zero there, so it is read one controller sample later, which gives a map of
+//! the same kind that grows with the speed of impact. If the tool stays in contact, the surface is the
+//! maximum of the force in each cycle.
 
 use crate::run::measure::contact::{ContactRun, Interval, peak};
 
-/// Touch-downs in the tail by which cycles can be counted; with fewer the motion is one in contact.
+/// Smallest number of touch-downs in the tail to count cycles; with fewer the motion is one in contact.
 const LEAST_TOUCHES: usize = 2;
-/// Before the force rises through its mean again it must have been this part of its range below, so that
-/// ripple is no cycle.
+/// Before the force rises through its mean again it must have been below it by this part of its range, so
+/// that ripple does not count as a cycle.
 const HYSTERESIS: f64 = 0.1;
 
 /// A contact's force and its record.
@@ -21,9 +21,9 @@ pub(in crate::run) struct Strobe<'a> {
     pub(in crate::run) t_s: &'a [f64],
     pub(in crate::run) force_n: &'a [f64],
     pub(in crate::run) contact: &'a ContactRun,
-    /// The part of the record that counts.
+    /// The evaluated part of the record.
     pub(in crate::run) tail_s: [f64; 2],
-    /// From touch-down to where the force is read.
+    /// Time from touch-down to the reading of the force.
     pub(in crate::run) delay_s: f64,
 }
 
@@ -72,8 +72,8 @@ impl Strobe<'_> {
             .collect()
     }
 
-    /// The force at an instant: a cubic through the two rows on either side that lie in the same contact, so
-    /// that how rows fall on a cycle does not show, or a line where there are fewer.
+    /// The force at an instant: a cubic through the two rows on either side in the same contact, or a line if
+    /// there are fewer. The position of rows within a cycle then has no effect.
     fn force_at(&self, t_s: f64, contact: Interval) -> f64 {
         let after = self.t_s.partition_point(|&row| row < t_s).clamp(1, self.t_s.len().max(2) - 1);
         let inside =
@@ -125,7 +125,7 @@ mod tests {
         (0..=(seconds * 2e3) as u32).map(|i| f64::from(i) * 0.5e-3).collect()
     }
 
-    /// Impacts of 40 N and 60 N in turn, at intervals that the rows do not divide.
+    /// Impacts of 40 N and 60 N in turn, at intervals that are not multiples of the row spacing.
     #[test]
     fn truth_a_doubled_period_is_two_values() {
         let touches: Vec<f64> = (0..20).map(|i| 0.1 + f64::from(i) * 0.041_237).collect();

@@ -1,16 +1,16 @@
-//! Whether a motion swings to and fro, or only moves on.
+//! Separates oscillation from monotonic motion.
 
-/// Part of its own range by which a value must come back to have turned, so that ripple does not count.
+/// Part of its own range by which a value must return to count as a turn, so that ripple does not count.
 const TURN: f64 = 0.25;
 
-/// How often the values turn back.
+/// Number of turns of the values.
 pub(in crate::run) fn turns(values: &[f64]) -> usize {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
     let least = TURN * (high - low);
     let Some(&first) = values.first() else { return 0 };
     let (mut lowest, mut highest) = (first, first);
-    // Which way it goes; not known before it has gone far enough.
+    // Present direction; unknown before the value has moved far enough.
     let mut rising: Option<bool> = None;
     let mut turns = 0;
     for &value in values {

@@ -1,39 +1,39 @@
-//! Whether an oscillation grows or dies out, however slowly.
+//! Whether an oscillation grows or decays, however slowly.
 //!
-//! The record is cut into windows of whole cycles and more. In each the amplitude is the root of the mean
-//! square about the mean, weighed by a Hann window so that parts of cycles at its ends and how rows fall on a
-//! peak do not show. A line through the logarithms of the amplitudes is the rate of growth; how far they
-//! scatter about it says how well it is known.
+//! The record is divided into windows of several cycles. The amplitude of each is the root mean square about
+//! the mean, weighted by a Hann window. Incomplete cycles at the ends and the position of rows on a peak then
+//! have no effect. A line through the logarithms of the amplitudes gives the rate of growth, and the scatter
+//! about it gives its uncertainty.
 //!
-//! That takes each window to scatter by itself. The swing of a loop that noise keeps moving wanders instead,
-//! from window to window, and a line fits a part of such a way well. How well its rate is known is then told
-//! by how much the rises from each window to the next differ.
+//! This assumes that windows scatter independently. The amplitude of a loop driven by noise wanders instead
+//! from window to window, and a line fits parts of such a path well. The uncertainty of the rate then comes
+//! from the spread of the rises between neighbouring windows.
 
 use std::f64::consts::TAU;
 
 use crate::run::measure::swings::turns;
 
-/// Cycles of a window at least: what is left of the ends is then below 0.2 % of the amplitude.
+/// Smallest number of cycles of a window: the effect of its ends is then below 0.2 % of the amplitude.
 const CYCLES: usize = 3;
-/// Windows, at least and at most.
+/// Smallest and largest number of windows.
 const WINDOWS: [usize; 2] = [4, 24];
-/// A slope beyond this many of its standard errors is one.
+/// A slope is significant beyond this number of standard errors.
 const SIGNIFICANT: f64 = 4.0;
-/// Growth or decay over the whole record that is below this is none.
+/// Smaller growth or decay over the whole record counts as none.
 const LEAST: f64 = 0.005;
-/// Windows at least of a swing that may wander: three rises hardly tell how much they differ.
+/// Smallest number of windows of a wandering amplitude: three rises hardly show their spread.
 const WINDOWS_IN_NOISE: usize = 8;
-/// A trend whose later half is steeper than this share of its earlier one does not come to an end.
+/// A trend continues if its later half is steeper than this share of its earlier one.
 const GOES_ON: f64 = 0.5;
 
-/// How the logarithm of an amplitude changes over a record.
+/// Change of the logarithm of an amplitude over a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::run) struct Trend {
-    /// Over the whole record, by the line that fits best.
+    /// Over the whole record, by the fitted line.
     pub(in crate::run) change: f64,
     /// The standard error of that.
     error: f64,
-    /// The same over the earlier and the later half, each as if it were the whole.
+    /// The same from the earlier and the later half, each extrapolated to the whole.
     halves: [f64; 2],
 }
 
@@ -43,12 +43,12 @@ impl Trend {
         Self::by(values, &|_| 0.0)
     }
 
-    /// The same of values that noise keeps moving: where there are few cycles, with an error without bound.
+    /// The same for values driven by noise; with few cycles the error is unbounded.
     pub(in crate::run) fn in_noise(values: &[f64]) -> Option<Self> {
         Self::by(values, &|logs| if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { wandering(logs) })
     }
 
-    /// With an error of no less than `least_error` makes of the logarithms.
+    /// With at least the error that `least_error` computes from the logarithms.
     fn by(values: &[f64], least_error: &dyn Fn(&[f64]) -> f64) -> Option<Self> {
         let count = (turns(values) / 2 / CYCLES).min(WINDOWS[1]);
         if count < WINDOWS[0] {
@@ -73,12 +73,12 @@ impl Trend {
         self.change > 0.0 && self.is_significant()
     }
 
-    /// Whether it rises as fast in the end as before, so that no bound shows.
+    /// Whether it rises as fast at the end as before, so that no bound appears.
     pub(in crate::run) fn rises_on(self) -> bool {
         self.rises() && self.halves[1] > GOES_ON * self.halves[0]
     }
 
-    /// Whether it falls as fast in the end as before, so that it will come to nothing.
+    /// Whether it falls as fast at the end as before, so that it will vanish.
     pub(in crate::run) fn falls_on(self) -> bool {
         self.falls() && self.halves[1] < GOES_ON * self.halves[0]
     }
@@ -92,7 +92,7 @@ impl Trend {
 fn amplitude(values: &[f64]) -> f64 {
     let weights =
         || (0..values.len()).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / values.len() as f64).cos());
-    // The weights of a whole window come to half as many as there are.
+    // The weights of a whole window add up to half their number.
     let mean_of = |of: &dyn Fn(f64) -> f64| {
         weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64
     };
@@ -100,7 +100,7 @@ fn amplitude(values: &[f64]) -> f64 {
     mean_of(&|v| (v - mean).powi(2)).sqrt()
 }
 
-/// The standard error of the change over all values if each comes from the one before by a random rise.
+/// The standard error of the change over all values, if each follows from the previous one by a random rise.
 fn wandering(values: &[f64]) -> f64 {
     let rises: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let n = rises.len() as f64;
@@ -109,8 +109,8 @@ fn wandering(values: &[f64]) -> f64 {
     (variance / n).sqrt() * values.len() as f64
 }
 
-/// Slope per `whole` values of the line through values at equal distances, and its standard error; `None` if
-/// some value is no number.
+/// Slope per `whole` values of the line through equidistant values, and its standard error; `None` if some
+/// value is NaN.
 fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;

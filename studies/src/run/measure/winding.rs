@@ -1,6 +1,6 @@
-//! Whether a drive's command goes on moving while the force that it should move rests.
+//! Whether a drive's command continues to move while its force rests.
 //!
-//! An integrator in front of a guide that sticks does so until the guide breaks loose: such a run only looks
+//! An integrator before a sticking guide does so until the guide breaks loose: such a run only appears
 //! settled.
 
 use feeler_plant::assembly::Drive;
@@ -9,34 +9,34 @@ use crate::run::measure::settling::SETTLING_BAND;
 
 /// Part of the settling band by which a command must move more than the force does.
 const LEAST: f64 = 0.1;
-/// A command that comes to rest moves less than this share in each piece of what it did in the one before.
+/// A command that comes to rest moves in each piece by less than this share of the previous piece.
 const GOES_ON: f64 = 0.5;
 
 /// The command of a drive as force, and what bounds it.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::run) struct Command<'a> {
-    /// Row by row, N, or what one newton of the drive takes.
+    /// Row by row, N, or the equivalent of one newton of the drive.
     values: &'a [f64],
     /// Newtons for one of them.
     gain: f64,
-    /// What lies beyond is lost, so that moving there means nothing.
+    /// Motion beyond this bound has no effect.
     bound: f64,
 }
 
 impl<'a> Command<'a> {
-    /// What is recorded of a drive: the command of a force drive, the force of any other.
+    /// The recorded signal of a drive: the command of a force drive, the force of any other.
     pub(in crate::run) fn of(drive: &Drive, values: &'a [f64]) -> Self {
         let gain = if drive.commands_force() { drive.gain.abs() } else { 1.0 };
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
     }
 
-    /// A band about what it does over the rows from `first` on, N.
+    /// A band about its motion over the rows from `first` on, N.
     pub(in crate::run) fn band_n(&self, first: usize) -> f64 {
         SETTLING_BAND
             * self.values[first..].iter().fold(0.0_f64, |most, value| most.max((self.gain * value).abs()))
     }
 
-    /// Whether it winds on over the rows from `first` on, where `force_n` stays within a band of half-width
+    /// Whether it winds up over the rows from `first` on, while `force_n` stays within a band of half-width
     /// `band_n`.
     pub(in crate::run) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
         let moves = |of: &dyn Fn(usize) -> f64| {

@@ -5,17 +5,16 @@ use feeler_lanes::Lane;
 
 use crate::run::record::recording;
 
-/// Rows that are taken apart into lanes together, so that each column grows by a piece that is worth the
-/// call.
+/// Number of rows that are split into lanes together, so that each column grows by a large enough piece.
 const ROWS: usize = 32;
 
-/// One trace per lane; of a lane that is closed nothing more is kept. Its memory serves one block of variants
-/// after another.
+/// One trace per lane; a closed lane records nothing further. Its memory serves one block of variants after
+/// another.
 #[derive(Debug)]
 pub(in crate::run) struct Lanes<L> {
     traces: Vec<Trace>,
     open: Vec<bool>,
-    /// Rows of all lanes that are not in the traces yet.
+    /// Rows of all lanes that are not yet in the traces.
     t_s: Vec<f64>,
     rows: Vec<L>,
 }
@@ -30,7 +29,7 @@ impl<L: Lane> Lanes<L> {
         }
     }
 
-    /// Begins anew with other variants, one per lane.
+    /// Restarts with other variants, one per lane.
     pub(in crate::run) fn begin<'a>(&mut self, programs: impl Iterator<Item = &'a Program>) {
         self.open.fill(true);
         self.t_s.clear();
@@ -57,14 +56,14 @@ impl<L: Lane> Lanes<L> {
         self.open[lane] = false;
     }
 
-    /// What a lane has recorded so far, as far as its motion is defined.
+    /// The record of a lane so far, as far as its motion is defined.
     pub(in crate::run) fn trace(&mut self, lane: usize) -> &Trace {
         self.take_apart();
         recording::drop_undefined_rows(&mut self.traces[lane]);
         &self.traces[lane]
     }
 
-    /// Moves the rows that wait into the traces.
+    /// Moves the waiting rows into the traces.
     fn take_apart(&mut self) {
         let signals = (self.rows.len() / self.t_s.len().max(1)).max(1);
         for (l, trace) in self.traces.iter_mut().enumerate().filter(|(l, _)| self.open[*l]) {

@@ -1,4 +1,4 @@
-//! What is recorded of a run, and how records are kept and written.
+//! The record of a run, and how records are kept and written.
 
 pub(crate) mod event;
 pub(crate) mod lanes;

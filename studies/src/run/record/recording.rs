@@ -1,4 +1,4 @@
-//! What is recorded so that a run can be measured and shown, whatever its file asks for.
+//! Signals that are recorded to measure and show a run, beyond those in the file.
 
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
@@ -6,14 +6,14 @@ use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 use crate::run::measure::controlled::Controlled;
 use crate::run::measure::standing::nothing_can_touch;
 
-/// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and where
-/// the engine finds none itself a parabola finds the rest.
+/// Smallest rate of the measures: a force peak of 150 Hz is then met within 0.3 %. A parabola finds the rest
+/// if the engine does not find peaks itself.
 const MEASURE_RATE_HZ: f64 = 1e4;
-/// Where only measures are wanted; the engine finds the peaks between rows.
+/// Rate if only measures are needed; the engine finds the peaks between rows.
 const LEAN_RATE_HZ: f64 = 2e3;
-/// Most numbers recorded beyond the file's own rate: 0.4 GB.
+/// Largest number of values recorded beyond the file's own rate: 0.4 GB.
 const MOST_VALUES: f64 = 5e7;
-/// Machines with more bodies than this show only those that are driven or touch something.
+/// With more bodies than this, only driven and touching bodies are shown.
 const MOST_BODIES: usize = 8;
 /// A ratio of spacings this close to a whole number is one.
 const WHOLE: f64 = 1e-9;
@@ -22,15 +22,15 @@ const WHOLE: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub(in crate::run) struct Recording {
     signals: Vec<SignalName>,
-    /// How many of them, the first ones, the file asks for.
+    /// Number of signals requested by the file, which come first.
     wanted: usize,
-    /// Rows for each row that the file asks for.
+    /// Rows for each row of the file's rate.
     multiple: usize,
     pub(in crate::run) rate_hz: f64,
 }
 
 impl Recording {
-    /// All that tells of a run, at [`MEASURE_RATE_HZ`] or more.
+    /// All important signals of a run, at [`MEASURE_RATE_HZ`] or more.
     pub(in crate::run) fn new(scenario: &Scenario) -> Self {
         let run = &scenario.run;
         let mut signals = run.record.clone();
@@ -44,8 +44,8 @@ impl Recording {
         Self { signals, wanted: run.record.len(), multiple, rate_hz: rate_hz * multiple as f64 }
     }
 
-    /// No more than the measures need: a row at every sample of the fastest controller, or a whole number of
-    /// rows between two of them.
+    /// Only the signals for the measures: a row at every sample of the fastest controller, or a whole number
+    /// of rows between two of them.
     pub(in crate::run) fn lean(scenario: &Scenario) -> Self {
         let signals = measured(scenario);
         let run = &scenario.run;
@@ -63,8 +63,8 @@ impl Recording {
         Self { signals, wanted: 0, multiple: 1, rate_hz: rate_hz.min(affordable_hz) }
     }
 
-    /// What the file asks for and all that tells of a run, at the instants of [`Self::lean`]. Readings are
-    /// left out: a delayed one is an instant of its own.
+    /// The signals of the file and all important signals, at the instants of [`Self::lean`]. Readings are
+    /// omitted: a delayed one would add instants.
     pub(in crate::run) fn as_swept(scenario: &Scenario) -> Self {
         let mut signals: Vec<SignalName> = scenario
             .run
@@ -91,7 +91,7 @@ impl Recording {
         }
     }
 
-    /// The part of a record that the file asks for.
+    /// The part of a record that the file requests.
     pub(in crate::run) fn wanted(&self, record: &Trace) -> Trace {
         let thin = |column: &Vec<f64>| column.iter().step_by(self.multiple).copied().collect::<Vec<_>>();
         Trace {
@@ -103,8 +103,7 @@ impl Recording {
     }
 }
 
-/// Rows for each row asked for. A fixed step ends at every row, so there the finer rows must fall on its own
-/// grid.
+/// Rows for each requested row. A fixed step ends at every row, so the finer rows must fall on its own grid.
 fn multiple(run: &RunSettings, rate_hz: f64, most_rows: f64) -> usize {
     let most = most_rows / (run.duration_s * rate_hz).max(1.0);
     let needed = (MEASURE_RATE_HZ / rate_hz).ceil().min(most.floor()).max(1.0);
@@ -119,7 +118,7 @@ fn multiple(run: &RunSettings, rate_hz: f64, most_rows: f64) -> usize {
     (1..=needed as usize).rev().find(|k| steps.is_multiple_of(*k)).unwrap_or(1)
 }
 
-/// What the measures of a run are taken from.
+/// The signals for the measures of a run.
 fn measured(scenario: &Scenario) -> Vec<SignalName> {
     let mut signals = Vec::new();
     for name in scenario.machine.contacts.keys() {
@@ -139,12 +138,12 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
     signals
 }
 
-/// The motion by which a run is judged in which nothing can touch.
+/// The motion that decides the outcome of a run without contact.
 fn controlled(scenario: &Scenario) -> Option<SignalName> {
     nothing_can_touch(scenario).then(|| Controlled::find(scenario)).flatten().map(|found| found.signal)
 }
 
-/// What tells most of a run: contacts, drives, controllers, and bodies.
+/// The most important signals of a run: contacts, drives, controllers, and bodies.
 fn telling(scenario: &Scenario) -> Vec<SignalName> {
     let machine = &scenario.machine;
     let mut signals = Vec::new();
@@ -179,7 +178,7 @@ fn telling_bodies(machine: &Machine) -> impl Iterator<Item = &str> {
     machine.bodies.keys().map(String::as_str).filter(move |name| few || touches(name) || driven(name))
 }
 
-/// After a motion has diverged its signals are no numbers: such rows are cut off.
+/// After a motion has diverged its signals are NaN: such rows are removed.
 pub(in crate::run) fn drop_undefined_rows(record: &mut Trace) {
     let defined = |row: usize| record.columns.iter().all(|column| column[row].is_finite());
     let rows = (0..record.t_s.len()).rev().find(|&row| defined(row)).map_or(0, |row| row + 1);

@@ -24,16 +24,16 @@ const ROWS_PER_GROUP: usize = 1 << 20;
 /// Writes a trace as Parquet: doubles, none missing, Snappy. `about` goes into the file's metadata.
 ///
 /// # Errors
-/// What the system or the format's library says.
+/// Errors of the system or of the format's library.
 pub fn write_parquet(trace: &Trace, about: &[(&str, String)], path: &Path) -> Result<(), RunError> {
     let file = File::create(path).map_err(RunError::write(path))?;
     parquet(trace, about, file).map_err(RunError::parquet(path))
 }
 
-/// What a trace's file says of where it comes from, by its keys.
+/// The metadata of a trace's file, by key.
 ///
 /// # Errors
-/// A file that is not there, or no Parquet.
+/// A file that does not exist, or is not Parquet.
 pub fn about_parquet(path: &Path) -> Result<Vec<(String, String)>, RunError> {
     let file = File::open(path).map_err(RunError::write(path))?;
     let reader = SerializedFileReader::new(file).map_err(RunError::parquet(path))?;
@@ -74,7 +74,7 @@ fn parquet(trace: &Trace, about: &[(&str, String)], file: File) -> Result<(), pa
 /// Writes a trace as CSV: a header, then every number with the fewest digits that give the same double back.
 ///
 /// # Errors
-/// What the system or the format's library says.
+/// Errors of the system or of the format's library.
 pub fn write_csv(trace: &Trace, path: &Path) -> Result<(), RunError> {
     let file = File::create(path).map_err(RunError::write(path))?;
     let mut writer = csv::Writer::from_writer(BufWriter::new(file));

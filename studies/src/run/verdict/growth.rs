@@ -1,34 +1,34 @@
 //! Whether a motion grows, or bouncing dies out.
 //!
-//! In contact it grows where `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows where the force peaks of the
-//! last half of all contacts rise from each to the next and above all before: 6 of them at least, by more
-//! than 2.25 times in all, or 3 of them, each more than 1.5 times the last; and where the last of them falls
-//! into the tail, or the tool is away at the end, so that it has not come to rest since.
+//! In contact it grows if `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows if the force peaks of the last half
+//! of all contacts rise from each to the next and exceed all earlier ones. This needs at least 6 contacts
+//! with a total rise of more than 2.25 times, or 3 of which each exceeds 1.5 times the last. The last of them
+//! must fall into the tail, or the tool must be away at the end, so that it has not come to rest since.
 //!
-//! Noise of a sensor keeps a stable loop moving, the longer each swing lasts the nearer the loop is to its
-//! limit, and then the three amplitudes rise by chance too: in one run of a hundred by 1.5 times each, and in
-//! one of ten so that a line through their logarithms seems certain to four of its standard errors. Where the
-//! motion may be the answer to noise, which is up to 100 sigma, it grows only where the rise from window to
-//! window is certain against how much these rises differ among themselves ([`Trend::in_noise`]).
+//! Sensor noise keeps a stable loop moving; the closer the loop is to its limit, the slower its amplitude
+//! varies. The three amplitudes then also rise by chance: in one run of a hundred by 1.5 times each, and in
+//! one of ten so that a line through their logarithms exceeds four of its standard errors. Up to 100 sigma
+//! the motion may be a response to noise. It then grows only if the rise from window to window is significant
+//! against the spread of these rises ([`Trend::in_noise`]).
 
 use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
 
-/// Growth from one part of the tail to the next, or from impact to impact, that counts as such.
+/// Smallest significant growth from one part of the tail to the next, or from impact to impact.
 const GROWS: f64 = 1.5;
-/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic
-/// ones do so in one run of 720, and above all that came before far more seldom.
+/// Number of contacts at the end of the run whose peaks must rise for unstable bouncing. By chance, aperiodic
+/// ones do so in one run of 720, and far more rarely above all earlier ones.
 const LEAST_RISING: usize = 6;
-/// The same where each is so much harder than the one before that the whole motion grows.
+/// The same if each is so much harder than the previous one that the whole motion grows.
 const LEAST_SOARING: usize = 3;
-/// Fall of bouncing over the whole tail that is more than a cycle's own fluctuation.
+/// Smallest significant fall of bouncing over the whole tail.
 const FADES: f64 = 0.03;
-/// Impacts that become weaker, the last of which may be cut off ...
+/// Number of impacts that become weaker; the end of the run may cut off the last one.
 const LEAST_WEAKER: usize = 4;
-/// ... each by this part of the fading that counts over a tail.
+/// Each falls by this part of the significant fall over a tail.
 const WEAKER_SHARE: f64 = 3.0;
-/// A stable loop of any use oscillates by less than this many sigma of the noise that it reads: with a
-/// damping ratio of 0.01 % by about 50.
+/// A stable loop in practice oscillates by less than this number of standard deviations of its reading noise:
+/// with a damping ratio of 0.01 % by about 50.
 const NOISE_REACH: f64 = 100.0;
 
 /// Whether the amplitudes of the tail's three parts grow clearly from each to the next.
@@ -37,7 +37,7 @@ pub(super) fn soars([a1, a2, a3]: [f64; 3]) -> bool {
 }
 
 impl Evidence<'_> {
-    /// Whether a motion of this amplitude may be what noise makes of a stable loop.
+    /// Whether a motion of this amplitude may be the response of a stable loop to noise.
     pub(super) fn may_be_noise(&self, amplitude_n: f64) -> bool {
         amplitude_n < NOISE_REACH * self.noise_n
     }
@@ -48,7 +48,7 @@ impl Evidence<'_> {
         if self.may_be_noise(amplitude_n) { Trend::in_noise(force_n) } else { Trend::of(force_n) }
     }
 
-    /// Rate at which the peaks of the last contacts rise, where they do.
+    /// Rate at which the peaks of the last contacts rise, if they do.
     pub(super) fn impact_growth_per_s(&self, tail_starts_at_s: f64) -> Option<f64> {
         let rises = |least: usize, step: f64, whole: f64| {
             let last = self.last_impacts(least);
@@ -66,13 +66,13 @@ impl Evidence<'_> {
         rises(LEAST_RISING, 1.0, GROWS * GROWS).or_else(|| rises(LEAST_SOARING, GROWS, GROWS * GROWS))
     }
 
-    /// The last half of all impacts, but `least` where there are that many.
+    /// The last half of all impacts, but at least `least` if there are that many.
     fn last_impacts(&self, least: usize) -> &[(f64, f64)] {
         let all = self.impacts.len();
         &self.impacts[all - all.div_ceil(2).max(least).min(all)..]
     }
 
-    /// Whether each of the last impacts is weaker than the one before: bouncing that dies out.
+    /// Whether each of the last impacts is weaker than the previous one: bouncing that dies out.
     pub(super) fn impacts_weaken(&self) -> bool {
         let last = self.last_impacts(LEAST_WEAKER);
         let weaker = |pair: &[(f64, f64)]| pair[1].1 < pair[0].1 * (1.0 - FADES / WEAKER_SHARE);
@@ -81,8 +81,8 @@ impl Evidence<'_> {
         last.len() >= LEAST_WEAKER && whole.windows(2).all(weaker)
     }
 
-    /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as
-    /// before, where a fall to a cycle comes to an end.
+    /// Whether nearly steady bouncing dies out: it falls as fast at the end as before, while a fall to a
+    /// cycle would end.
     pub(super) fn dies_out(&self, trend: Option<Trend>, [a1, a2, a3]: [f64; 3]) -> bool {
         match trend {
             Some(trend) => trend.falls_on() && trend.change < -FADES,
@@ -120,20 +120,20 @@ mod tests {
         assert_eq!(away(&falling, true).outcome, Outcome::NoContact);
     }
 
-    /// Each bounce is thrown off farther than the last, so that few fit into a run.
+    /// Each bounce throws the tool farther than the last, so only a few fit into a run.
     #[test]
     fn regress_few_bounces_each_much_harder_than_the_last_are_unstable() {
         let bounces = [(0.2, 30.0), (0.3, 120.0), (0.7, 900.0)];
         assert_eq!(of_impacts(&bounces, Some(0.75), true).outcome, Outcome::Unstable);
         assert_eq!(of_impacts(&bounces, Some(0.75), false).undecided, Some(Undecided::StillGrowing));
-        // On the wall ever since: what was hardest was the last.
+        // On the wall ever since: the last bounce was the hardest.
         assert_eq!(of_impacts(&bounces, None, true).outcome, Outcome::BouncesThenSettles);
         let even = [(0.2, 30.0), (0.3, 40.0), (0.7, 50.0)];
         assert_eq!(of_impacts(&even, Some(0.75), true).outcome, Outcome::NoContact);
     }
 
-    /// A swing of 60 Hz in contact whose two quadratures lose or gain `rate_per_s`, kept going by white
-    /// noise, so that it is about `sigma_n` in size.
+    /// An oscillation of 60 Hz in contact whose two quadratures lose or gain `rate_per_s`, driven by white
+    /// noise to an amplitude of about `sigma_n`.
     fn swing(rate_per_s: f64, sigma_n: f64, seed: u64) -> Vec<f64> {
         let stream = Stream::new(seed, "swing");
         let dt = 1e-4;
@@ -155,8 +155,8 @@ mod tests {
         longest.verdict().outcome
     }
 
-    /// From a swing that lasts much longer than the tail of 0.9 s to one that is over in a hundredth of it:
-    /// by what it was made of none of them grows.
+    /// From an oscillation that lasts much longer than the tail of 0.9 s to one that ends in a hundredth of
+    /// it: by construction none of them grows.
     #[test]
     fn truth_what_noise_makes_of_a_stable_loop_does_not_grow() {
         for rate_per_s in [-0.3, -1.0, -3.0, -10.0, -100.0] {

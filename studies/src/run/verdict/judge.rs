@@ -1,4 +1,4 @@
-//! The criteria, in the order in which they are asked.
+//! The criteria, in their order.
 
 use feeler_engine::RunEnd;
 
@@ -9,18 +9,17 @@ use crate::run::verdict::growth::soars;
 use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
 use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 
-/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady
-/// oscillation of too few cycles for a trend.
+/// Growth (or decay) from one part of the tail to the next that exceeds the fluctuation of a steady
+/// oscillation with too few cycles for a trend.
 const CREEPS: f64 = 1.05;
-/// From part to part a swing within the settling band grows by more than this, where it has too few cycles
-/// for a trend.
+/// The same for an oscillation within the settling band.
 const FEW_CYCLES: f64 = 1.01;
-/// Share of the settling band below which growth may be that of rounding and noise.
+/// Share of the settling band below which growth may be rounding and noise.
 const LEAST_GROWTH: f64 = 0.001;
-/// Lift-offs in the tail, and in its last part, that make chatter.
+/// Smallest number of lift-offs of chatter in the tail, and in its last part.
 const LEAST_LIFTS: (usize, usize) = (3, 2);
-/// Changes between sticking and sliding in the tail that make hunting, and of a free play that make a limit
-/// cycle.
+/// Smallest number of changes in the tail: between sticking and sliding for hunting, of a free play for a
+/// limit cycle.
 const LEAST_STICKS: usize = 2;
 
 impl Evidence<'_> {
@@ -36,7 +35,7 @@ impl Evidence<'_> {
             .unwrap_or_else(|| self.swinging(&tail, &motion))
     }
 
-    /// Of a run that stopped, or in which nothing can touch.
+    /// For a run that stopped, or in which nothing can touch.
     fn before_contact(&self, tail: &Tail) -> Option<Verdict> {
         match self.end {
             Some(RunEnd::Diverged { .. }) => Some(Verdict {
@@ -54,7 +53,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// Of bouncing that grows, of a tool that is away, and of a tail too short for more.
+    /// For bouncing that grows, a tool that is away, and a tail too short for more.
     fn without_contact(&self, tail: &Tail) -> Option<Verdict> {
         if let Some(rate_per_s) = self.impact_growth_per_s(tail.span_s[0]) {
             return Some(self.grows(tail, rate_per_s));
@@ -69,8 +68,8 @@ impl Evidence<'_> {
         (self.t_s.len() - tail.first < LEAST_ROWS).then(|| tail.is_undecided(Undecided::TooShort))
     }
 
-    /// Growth by `rate_per_s`. The loss of contact bounds most growth, only later: in contact alone nothing
-    /// but a limit does.
+    /// Growth by `rate_per_s`. Loss of contact bounds most growth eventually; in contact alone only a limit
+    /// does.
     fn grows(&self, tail: &Tail, rate_per_s: f64) -> Verdict {
         let lasts = self.is_longest || (self.lifts_s.is_empty() && self.swings(tail.first));
         Verdict {
@@ -79,7 +78,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// Of a motion that soars, leaves the workpiece again and again, or follows what moves it.
+    /// For a motion that grows strongly, leaves the workpiece repeatedly, or follows its driver.
     pub(super) fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
         let [a1, _, a3] = tail.amplitudes_n;
         let is_certain = !motion.is_noisy || motion.trend.is_some_and(Trend::rises_on);
@@ -100,12 +99,11 @@ impl Evidence<'_> {
         self.driven.then(|| tail.is(Outcome::Driven))
     }
 
-    /// Of a motion within the settling band, and of one with a few lift-offs.
+    /// For a motion within the settling band, and one with a few lift-offs.
     pub(super) fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
         let [a1, a2, a3] = tail.amplitudes_n;
         let band_n = motion.band_n;
-        // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on
-        // to grow.
+        // An unstable loop that has not left the band yet: its growth exceeds noise, and continues.
         if a3 <= band_n && a3 > LEAST_GROWTH * band_n && a3 > a2 && a2 > a1 {
             if let Some(trend) = motion.trend.filter(|trend| trend.rises_on()) {
                 return Some(self.grows(tail, trend.change / tail.length_s()));
@@ -127,13 +125,13 @@ impl Evidence<'_> {
         (motion.lifts.0 > 0).then(|| tail.is_undecided(Undecided::TooFewBounces))
     }
 
-    /// Of a motion in contact beyond the settling band.
+    /// For a motion in contact beyond the settling band.
     pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> Verdict {
         let [a1, a2, a3] = tail.amplitudes_n;
         let (trend, is_noisy) = (motion.trend, motion.is_noisy);
         let saturates = saturation::share(&self.saturated[tail.first..]) > SATURATES;
         let sticks = self.sticks_s.iter().filter(|&&t| t >= tail.span_s[0]).count() >= LEAST_STICKS;
-        // Noise makes of a few cycles what it likes.
+        // In noise a few cycles are not conclusive.
         let falls = trend.map_or(!is_noisy && a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls);
         let lasts = a3 >= LASTS * a1;
         if self.surface_moves && !trend.is_some_and(Trend::rises_on) {
@@ -166,8 +164,8 @@ impl Evidence<'_> {
         if self.is_rendered && self.plays_s.iter().filter(|&&t| t >= tail.span_s[0]).count() >= LEAST_STICKS {
             return tail.is(Outcome::LimitCycle);
         }
-        // In contact, without limits or friction, what neither grows nor dies out is rare, and a few cycles
-        // do not tell it.
+        // In contact, without limits or friction, a motion that neither grows nor decays is rare, and a few
+        // cycles do not prove it.
         if trend.is_none() && !self.is_longest {
             return tail.is_undecided(Undecided::TooShort);
         }
@@ -187,7 +185,7 @@ pub(super) mod tests {
         (0..ROWS).map(|i| i as f64 * 1e-4).collect()
     }
 
-    /// A run in which nothing happens after a touch at 0.2 s.
+    /// A run without motion after a touch at 0.2 s.
     pub(in crate::run::verdict) fn still() -> Evidence<'static> {
         Evidence {
             end: Some(RunEnd::Completed),
@@ -234,7 +232,7 @@ pub(super) mod tests {
         assert_eq!(verdict_of(decays, |e| e.lifts_s = &[0.21, 0.25]).outcome, Outcome::BouncesThenSettles);
     }
 
-    /// 1.1 s to 2 s of a ramp, and of a swing that takes longer.
+    /// 1.1 s to 2 s of a ramp, and of an oscillation with a longer period.
     #[test]
     fn regress_a_slow_move_is_no_oscillation() {
         for force in [|t: f64| 20.0 + 3.0 * t, |t: f64| 20.0 + 5.0 * (TAU * 0.5 * t).sin()] {
@@ -270,7 +268,7 @@ pub(super) mod tests {
         assert_eq!((decays.outcome, decays.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
     }
 
-    /// 3 % from part to part of 0.3 s: by no more than a steady oscillation of few cycles may fluctuate.
+    /// 3 % from part to part of 0.3 s: within the fluctuation of a steady oscillation with few cycles.
     #[test]
     fn regress_slow_growth_and_decay_of_many_cycles_are_no_sustained_oscillation() {
         let swing = |rate: f64| move |t: f64| 20.0 + 5.0 * (rate * t).exp() * (TAU * 60.0 * t).cos();
@@ -314,7 +312,8 @@ pub(super) mod tests {
     fn truth_sustained_oscillation_is_named_after_what_is_in_play() {
         let swings = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
         let sticks: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
-        // Eleven cycles in the tail tell no slow growth or decay; more do, or the end of all extension.
+        // Eleven cycles in the tail do not show slow growth or decay; more cycles do, or the end of all
+        // extension.
         assert_eq!(verdict_of(swings, |_| {}).undecided, Some(Undecided::TooShort));
         assert_eq!(verdict_of(swings, |e| e.is_longest = true).outcome, Outcome::Oscillates);
         assert_eq!(verdict_of(|t| 20.0 + 5.0 * (TAU * 24.0 * t).sin(), |_| {}).outcome, Outcome::Oscillates);

@@ -1,8 +1,8 @@
-//! What becomes of a run, and what it was judged from; [`crate::run::verdict`] tells which it is.
+//! The outcomes of a run and their evidence; [`crate::run::verdict`] decides between them.
 
 use serde::{Serialize, Serializer};
 
-/// A run that does not tell its outcome is extended by doubling, up to this many times its duration.
+/// An undecided run is extended by doubling, up to this many times its duration.
 pub const MOST_EXTENSION: f64 = 8.0;
 
 /// What became of a run.
@@ -11,25 +11,25 @@ pub const MOST_EXTENSION: f64 = 8.0;
 pub enum Outcome {
     /// At rest, and never left the workpiece since the first touch.
     Settled,
-    /// At rest after leaving the workpiece at least once.
+    /// At rest after at least one loss of contact.
     BouncesThenSettles,
-    /// Leaves the workpiece again and again.
+    /// Leaves the workpiece repeatedly.
     Chatter,
     /// Grows.
     Unstable,
-    /// Oscillates between limits of drive or controller, or, where nothing touches, within a free play.
+    /// Oscillates between limits of drive or controller or, without contact, within a free play.
     LimitCycle,
-    /// Sticks and breaks loose again and again.
+    /// Sticks and breaks loose repeatedly.
     Hunting,
-    /// Oscillates in contact with no limit or stiction in play.
+    /// Oscillates in contact without limits or stiction.
     Oscillates,
     /// Follows a reference that moves to the end.
     Driven,
-    /// Keeps contact with a surface that moves to the end, and its force with it.
+    /// Keeps contact with a surface that moves to the end, and the force follows.
     FollowsSurface,
-    /// Does not touch, or no longer.
+    /// Never touches, or no longer.
     NoContact,
-    /// Not to be told from this run.
+    /// This run does not decide it.
     Undecided,
 }
 
@@ -80,16 +80,16 @@ pub enum Undecided {
     TooShort,
     /// Bounces or oscillations die out but have not ended.
     StillDecaying,
-    /// The tool leaves the workpiece too seldom to tell.
+    /// The tool leaves the workpiece too rarely to decide.
     TooFewBounces,
-    /// The tool is still on its way to the workpiece, or pressed upon it by an approach that has not ended.
+    /// The tool is still on its way to the workpiece, or pressed on it by an approach that has not ended.
     StillApproaching,
-    /// The force rests, away from where it should, and a command moves on: something sticks and will break
+    /// The force rests away from its reference, and a command moves on: something sticks and will break
     /// loose.
     StillWinding,
-    /// The oscillation grows, and where to does not show yet.
+    /// The oscillation grows, and its bound is not visible yet.
     StillGrowing,
-    /// The run stopped: more events than can be followed at one instant.
+    /// The run stopped: too many events at one instant.
     EventStorm,
 }
 
@@ -107,29 +107,29 @@ impl Undecided {
         }
     }
 
-    /// Whether a longer run may tell.
+    /// Whether a longer run may decide.
     pub fn may_be_decided(self) -> bool {
         self != Self::EventStorm
     }
 }
 
-/// An outcome and what it was judged from.
+/// An outcome and its evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// What became of the run.
     pub outcome: Outcome,
-    /// From when to when it was judged, s.
+    /// Start and end of the judged time, s.
     pub tail_s: [f64; 2],
     /// Amplitudes of the three parts of the tail, N.
     pub amplitudes_n: [f64; 3],
-    /// Rate at which the amplitude grows, 1/s, where it does.
+    /// Rate at which the amplitude grows, 1/s, if it does.
     pub growth_per_s: Option<f64>,
-    /// Why nothing can be said, where nothing can.
+    /// Why the run is undecided, if it is.
     pub undecided: Option<Undecided>,
 }
 
 impl Verdict {
-    /// Whether a longer run may tell what this one does not.
+    /// Whether a longer run may decide.
     pub(in crate::run) fn may_be_decided(&self) -> bool {
         self.undecided.is_some_and(Undecided::may_be_decided)
     }

@@ -1,5 +1,5 @@
-//! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by
-//! the motion that a controller wants, else by what the drive is commanded.
+//! The verdict without contact, when a wall is one that a controller renders: by the motion under control,
+//! else by the drive's command.
 
 use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;
@@ -11,14 +11,14 @@ use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 /// Growth of a command below this share of the largest one is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A motion this many times farther from where it should be than it ever was by a start or a step, and on its
-/// way out, diverges: a drive at its limit makes growth slower than exponential.
+/// A motion diverges if it moves away and is this many times farther from its reference than after a start or
+/// step. With a drive at its limit the growth is slower than exponential.
 const FAR: f64 = 10.0;
-/// Growth from part to part of the tail that is more than the fluctuation of a steady swing.
+/// Growth from part to part of the tail that exceeds the fluctuation of a steady oscillation.
 const GOES: f64 = 1.05;
 
 impl Evidence<'_> {
-    /// Where nothing can touch: of the motion that a controller wants.
+    /// Without contact: for the motion under control.
     pub(super) fn of_controlled(&self, tail: &Tail) -> Verdict {
         if let Some(rate_per_s) = self.departure_per_s(tail) {
             return Verdict { growth_per_s: Some(rate_per_s), ..tail.is(Outcome::Unstable) };
@@ -32,7 +32,7 @@ impl Evidence<'_> {
             .unwrap_or_else(|| self.swinging(tail, &motion))
     }
 
-    /// Rate at which the controlled motion departs, where it has gone far beyond what it was asked for.
+    /// Rate at which the controlled motion departs, if it is far from its reference.
     fn departure_per_s(&self, tail: &Tail) -> Option<f64> {
         let wanted = self.wanted?;
         let error = |row: usize| (self.force_n[row] - wanted[row]).abs();
@@ -47,18 +47,19 @@ impl Evidence<'_> {
         departs.then(|| (d3 / d1).ln() / (2.0 / 3.0 * tail.length_s())).filter(|rate| rate.is_finite())
     }
 
-    /// Whether a command goes on moving from `first` on while what it should move rests within a band.
+    /// Whether a command moves on from `first` on while its motion rests within a band.
     pub(super) fn winds(&self, first: usize, band_n: f64) -> bool {
         if !self.is_rendered {
             return self.commands.iter().any(|command| command.winds(self.force_n, first, band_n));
         }
-        // A motion is no force: what a command that holds it in place may move by is a share of its own size.
+        // A motion is not a force: the tolerance of a command that holds it in place is a share of its own
+        // size.
         let still = vec![0.0; self.t_s.len()];
         self.commands.iter().any(|command| command.winds(&still, first, command.band_n(first)))
     }
 
-    /// Where nothing can touch: of a command that grows, or swings between limits. `otherwise` is what
-    /// becomes of one that does neither.
+    /// Without contact: for a command that grows, or oscillates between limits. `otherwise` is the outcome of
+    /// any other command.
     pub(super) fn of_rendered(&self, first: usize, otherwise: Verdict, growth_per_s: f64) -> Verdict {
         let command = &self.force_n[first..self.t_s.len()];
         let (tail_s, [a1, a2, a3]) = (otherwise.tail_s, otherwise.amplitudes_n);
@@ -96,7 +97,7 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// The verdict on a motion that should be 1, from 0 on.
+    /// The verdict on a motion whose reference is 1, from 0 on.
     fn of_motion(motion: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Outcome {
         verdict_of(motion, |e| {
             (e.is_rendered, e.starts_at_s, e.wanted) = (true, None, Some(&[1.0; ROWS][..]));
@@ -110,7 +111,7 @@ mod tests {
     fn truth_a_controlled_motion_settles_diverges_hunts_or_cycles() {
         let settles = |t: f64| 1.0 - (-10.0 * t).exp() * (TAU * 5.0 * t).cos();
         assert_eq!(of_motion(settles, |_| {}), Outcome::Settled);
-        // By the square of time, as a drive at its limit makes it: no exponential.
+        // With the square of time, as a drive at its limit moves it: not exponential.
         let winds_up = |t: f64| 20.0 * t * t * (TAU * 20.0 * t).cos();
         assert_eq!(of_motion(winds_up, |e| e.saturated = &[true; ROWS]), Outcome::Unstable);
         let swings = |t: f64| 1.0 + 0.1 * (TAU * 20.0 * t).cos();

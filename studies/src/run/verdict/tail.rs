@@ -1,4 +1,4 @@
-//! The last part of a run, from which it is judged.
+//! The last part of a run, which decides its outcome.
 
 use crate::run::measure::settling::SETTLING_BAND;
 use crate::run::measure::swings::turns;
@@ -6,12 +6,12 @@ use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
 use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
 
-/// The last part's amplitude over the first part's, below which the oscillation dies out.
+/// Ratio of the last part's amplitude to the first part's below which the oscillation decays.
 pub(super) const LASTS: f64 = 0.7;
-/// Share of the tail at a limit that makes an oscillation one of saturation.
+/// Smallest share of the tail at a limit for an oscillation by saturation.
 pub(super) const SATURATES: f64 = 0.01;
-/// Turns of the force in the three parts of the tail together, and in each, that make it an oscillation: two
-/// cycles.
+/// Smallest number of turns of the force in the three parts of the tail together, and in each, for an
+/// oscillation: two cycles.
 const LEAST_TURNS: (usize, usize) = (4, 1);
 /// Fewer rows tell nothing.
 pub(super) const LEAST_ROWS: usize = 30;
@@ -21,14 +21,14 @@ pub(super) const LEAST_ROWS: usize = 30;
 pub(super) struct Tail {
     /// Its first row.
     pub(super) first: usize,
-    /// From when to when it lasts, s.
+    /// Its start and end, s.
     pub(super) span_s: [f64; 2],
     /// Amplitudes of its three parts, N.
     pub(super) amplitudes_n: [f64; 3],
 }
 
 impl Tail {
-    /// From the middle between the last change and the end on.
+    /// From the middle between the last change and the end.
     pub(super) fn of(evidence: &Evidence<'_>) -> Self {
         let end_s = evidence.t_s.last().copied().unwrap_or(0.0);
         let start_s = evidence.starts_at_s.map_or(0.5 * end_s, |start| start + 0.5 * (end_s - start));
@@ -46,7 +46,7 @@ impl Tail {
         (self.amplitudes_n[2] / self.amplitudes_n[0]).ln() / (2.0 / 3.0 * self.length_s())
     }
 
-    /// When its last part begins, s.
+    /// Start of its last part, s.
     pub(super) fn last_part_s(&self) -> f64 {
         self.span_s[1] - self.length_s() / 3.0
     }
@@ -66,14 +66,14 @@ impl Tail {
     }
 }
 
-/// What the force in the tail tells, where there is contact.
+/// Properties of the force in the tail, with contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// Amplitude that counts as rest, N.
     pub(super) band_n: f64,
-    /// Whether the last part may be the answer to noise.
+    /// Whether the last part may be a response to noise.
     pub(super) is_noisy: bool,
-    /// How the amplitudes of its windows change; absent with too few of them.
+    /// Trend of the amplitudes of its windows; `None` with too few windows.
     pub(super) trend: Option<Trend>,
     /// Lift-offs in the tail, and in its last part.
     pub(super) lifts: (usize, usize),
@@ -94,7 +94,8 @@ impl Motion {
 }
 
 impl Evidence<'_> {
-    /// Whether the tail, from row `first` on, has cycles enough to tell a swing from a slow move.
+    /// Whether the tail, from row `first` on, has enough cycles to separate an oscillation from a slow
+    /// motion.
     pub(super) fn swings(&self, first: usize) -> bool {
         let force_n = &self.force_n[first..self.t_s.len()];
         let parts: [usize; 3] =

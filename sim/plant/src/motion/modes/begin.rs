@@ -3,20 +3,20 @@
 use super::{ContactState, DirectionState, FrictionState, GuardValue, Mode, ModeTable, Switch, SwitchState};
 use crate::motion::{Motion, dot};
 
-/// The mode in which a machine begins.
+/// The initial mode of a machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Beginning {
-    /// Index of the mode in which all that is compressed pushes.
+    /// Index of the mode in which everything that is compressed pushes.
     pub pressed: usize,
-    /// Index of the mode in which the machine is: what parts faster than its law pushes is releasing.
+    /// Index of the actual mode: surfaces that part faster than their law pushes are releasing.
     pub index: usize,
-    /// The switches by which these two differ.
+    /// The switches in which these two modes differ.
     pub releasing: Vec<Switch>,
 }
 
 impl Motion {
-    /// The mode that positions and speeds ask for; limits and ramps stay as they are in `held`. Fills in the
-    /// nonlinear terms of `xi`.
+    /// The mode of given positions and speeds; limits and ramps stay as in `held`. Fills in the nonlinear
+    /// terms of `xi`.
     ///
     /// # Errors
     /// Those of `table`.
@@ -44,7 +44,7 @@ impl Motion {
         Ok(Beginning { pressed, index, releasing })
     }
 
-    /// The mode of a state if all that is compressed pushed.
+    /// The mode of a state if everything compressed pushed.
     fn pressed_mode(&self, held: Mode, xi: &[f64]) -> Mode {
         let equations = self.equations(Mode::default());
         let value = |row: &[f64]| dot(row, xi);

@@ -1,38 +1,38 @@
-//! What follows when an input changes or a guard fires.
+//! The next mode after an input changes or a guard fires.
 
 use super::{FrictionState, GuardValue, Mode, RampState, Switch, SwitchState};
 use crate::motion::{Equations, Motion, dot};
 
-/// The modes that a machine has met, with whatever carries its state through each.
+/// The modes that a machine has met, with the means to carry its state through each.
 pub trait ModeTable {
     /// Why a mode cannot be entered.
     type Error;
 
-    /// The index of a mode, which is made at its first use.
+    /// The index of a mode, which is created at its first use.
     ///
     /// # Errors
-    /// Where nothing can carry a state through the mode.
+    /// If no method can carry a state through the mode.
     fn index_of(&mut self, motion: &Motion, mode: Mode) -> Result<usize, Self::Error>;
 
-    /// The equations of the mode of an index.
+    /// The equations of the mode with this index.
     fn equations(&self, index: usize) -> &Equations;
 }
 
 /// A switch that has switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Switched {
-    /// Index of the mode that follows.
+    /// Index of the next mode.
     pub index: usize,
     /// What switched.
     pub switch: Switch,
     /// The state that it left.
     pub from: SwitchState,
-    /// The state that it is in.
+    /// The new state of the switch.
     pub to: SwitchState,
 }
 
 impl Motion {
-    /// Gives drive `i` a new input in a mode: the mode that follows. A drive whose rate is limited starts to
+    /// Gives drive `i` a new input in a mode, and returns the next mode. A drive with limited rate starts to
     /// ramp towards it.
     #[must_use]
     pub fn take_input(&self, mode: Mode, i: usize, value: f64, xi: &mut [f64]) -> Mode {
@@ -43,8 +43,8 @@ impl Motion {
         }
     }
 
-    /// What happens to a machine in the mode `index` when one of its guards fires: the state follows its
-    /// switch exactly, and the mode that comes next is entered.
+    /// Handles a guard of the mode `index` that fires: the state follows its switch exactly, and the next
+    /// mode is entered.
     ///
     /// # Errors
     /// Those of `table`.
@@ -78,7 +78,7 @@ impl Motion {
         Ok(Switched { index, switch, from: mode.state(switch, number), to })
     }
 
-    /// A guide has come to rest: whether it sticks, or slides on the other way.
+    /// A guide has come to rest: it sticks, or slides in the other direction.
     fn after_stop<T: ModeTable>(
         &self,
         table: &mut T,
@@ -98,7 +98,7 @@ impl Motion {
         Ok(FrictionState::after_rest([(); 2].map(|()| room.next().unwrap_or(0.0))))
     }
 
-    /// Makes speeds that stick together equal to the bit.
+    /// Makes the speeds of bodies that stick together bitwise equal.
     #[inline]
     pub fn join(&self, equations: &Equations, xi: &mut [f64]) {
         for &(member, lead) in &equations.joined {
@@ -106,7 +106,7 @@ impl Motion {
         }
     }
 
-    /// Where a step has carried a sliding guide past rest, puts it at rest; momentum is kept.
+    /// Sets a sliding guide to rest if a step has carried it past rest; momentum is conserved.
     pub fn stop_exactly(&self, equations: &Equations, guard: usize, xi: &mut [f64]) {
         let guard = &equations.guards[guard];
         let (GuardValue::Stop, Switch::Friction(link)) = (guard.value, self.switches[guard.switch]) else {
@@ -133,8 +133,8 @@ impl Motion {
     }
 }
 
-/// The groups that pairs of equal speeds make (`None`: ground): each member with the first one, or with
-/// ground, each once. One whose motion is imposed leads its group, and follows nothing.
+/// The groups that follow from pairs of equal speeds (`None`: ground): each member with the first one, or
+/// with ground, once. A coordinate with imposed motion leads its group and never follows.
 pub(in crate::motion) fn joined(
     pairs: &[[Option<usize>; 2]],
     coordinates: usize,
@@ -144,7 +144,7 @@ pub(in crate::motion) fn joined(
     let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
     for &[a, b] in pairs {
         let (a, b) = (lead_of(&lead, a), lead_of(&lead, b));
-        // None, the ground, is less than any coordinate.
+        // `None`, the ground, is less than any coordinate.
         let (low, high) = (a.min(b), a.max(b));
         lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
     }

@@ -1,12 +1,12 @@
-//! The instant at which a guard fires, by looks at the motion (see [`super::Guard`] for the contract).
+//! The instant at which a guard fires, from evaluations along the motion (see [`super::Guard`] for the
+//! rules).
 
-/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has
-/// just happened ...
+/// A guard this close to zero, relative to its terms, may be the trace of the last event.
 pub const AT_ZERO: f64 = 1e-12;
-/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an
-/// event's instant.
+/// So may a guard that was at zero this short a time ago, s: ten thousand times the rounding of an event's
+/// instant.
 pub const AT_ZERO_S: f64 = 1e-13;
-/// Halvings of a span in search of an instant at which a guard has grown from zero.
+/// Bisections of a span in search of an instant at which a guard has grown from zero.
 const HALVINGS: i32 = 50;
 
 /// A guard at an instant.
@@ -20,9 +20,9 @@ pub struct Instant {
     pub slope: f64,
 }
 
-/// A guard along the motion of one mode, which whoever carries the state can look at.
+/// A guard along the motion of one mode, which the integrator can evaluate.
 pub trait Course {
-    /// The guard `s` after the start of the span; `None` where the motion leaves all numbers.
+    /// The guard `s` after the start of the span; `None` if the motion is not finite.
     fn at(&mut self, s: f64) -> Option<Instant>;
 
     /// Its value alone.
@@ -31,14 +31,14 @@ pub trait Course {
     }
 }
 
-/// How far from zero a guard may be and still be the trace of an event.
+/// Largest distance from zero at which a guard may still be the trace of an event.
 pub fn trace(row: &[f64], xi: &[f64], slope: f64) -> f64 {
     let size: f64 = row.iter().zip(xi).map(|(r, x)| (r * x).abs()).sum();
     AT_ZERO * size + AT_ZERO_S * slope.abs()
 }
 
 /// The first instant of a span at which a guard fires, located to `close_s`. `start` and `end` are the guard
-/// at both ends, in between it has one minimum at most; a value within `trace` of zero is the trace of an
+/// at both ends; in between it has at most one minimum. A value within `trace` of zero is the trace of an
 /// event.
 pub fn first_crossing(
     course: &mut impl Course,
@@ -65,7 +65,7 @@ pub fn first_crossing(
 }
 
 /// Whether a guard that is positive at both ends of a span may be negative in between, if it has one minimum
-/// there: both tangents lie below a convex function.
+/// there. Both tangents lie below a convex function.
 #[inline]
 pub fn may_dip(start: &Instant, end: &Instant) -> bool {
     start.slope < 0.0
@@ -75,7 +75,7 @@ pub fn may_dip(start: &Instant, end: &Instant) -> bool {
             <= 0.0
 }
 
-/// An instant between two positive values at which the guard is negative, if its one minimum there is.
+/// An instant between two positive values at which the guard is negative, if its single minimum is negative.
 fn dip(course: &mut impl Course, left: Instant, right: Instant, span: f64, close_s: f64) -> Option<Instant> {
     let (mut a, mut b) = (left, right);
     while b.s - a.s > close_s.max(f64::EPSILON * span) {
@@ -91,7 +91,7 @@ fn dip(course: &mut impl Course, left: Instant, right: Instant, span: f64, close
     None
 }
 
-/// The zero between a positive value and one that is not: regula falsi (Illinois).
+/// The zero between a positive value and one that is not positive: regula falsi (Illinois).
 fn locate(course: &mut impl Course, left: Instant, right: Instant, close_s: f64) -> Option<f64> {
     let (mut a, mut fa, mut b, mut fb) = (left.s, left.value, right.s, right.value);
     while b - a > close_s.max(4.0 * f64::EPSILON * b) {
@@ -114,7 +114,7 @@ fn locate(course: &mut impl Course, left: Instant, right: Instant, close_s: f64)
 mod tests {
     use super::*;
 
-    /// Where a guard is looked for, s.
+    /// Tolerance of a located instant, s.
     const CLOSE_S: f64 = 1e-15;
     /// Rounding of an instant of order one.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(fires([-1e-15, 1.0, 0.0], 1e-12), None);
         assert_eq!(fires([1e-15, -1.0, 0.0], 1e-12), Some(0.0));
         assert_eq!(fires([-1e-3, 1.0, 0.0], 1e-12), Some(0.0));
-        // It grows from the trace of an event, and falls again.
+        // It grows from the trace of an event, then falls again.
         let fired = fires([0.0, 1.0, -2.0], 1e-12).unwrap();
         assert!((fired - 0.5).abs() < ROUNDING, "{fired}");
     }

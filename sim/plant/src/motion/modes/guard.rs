@@ -1,11 +1,11 @@
-//! What ends a mode of a machine, as rows.
+//! The ends of a machine's mode, as rows.
 
 use super::{ContactState, DirectionState, Mode, StopSide, Switch, SwitchState};
 use crate::motion::forces::Forces;
 use crate::motion::layout::{add, scaled};
 use crate::motion::{Motion, NonlinearLaw, Row};
 
-/// A quantity that is positive while a mode lasts, and what happens when it no longer is.
+/// A quantity that is positive while a mode lasts, and the switch that follows when it is not.
 ///
 /// # When a guard fires
 /// Let `g(t)` be the quantity along the motion of the mode, entered or carried to `t0`. Over `(t0, t1]`
@@ -17,10 +17,10 @@ use crate::motion::{Motion, NonlinearLaw, Row};
 /// | within `eps` of zero, and `g` does not grow | at `t0` |
 /// | below zero | at `t0` |
 ///
-/// `eps` is the rounding of the terms that `g` is made of. Of several guards the one that fires first ends the
-/// mode; of those that fire at one instant, the first in the order of [`super::super::Equations::guards`]. A
-/// quantity that only touches zero between two looks and rises again has fired: looks are so close that it has
-/// one minimum between them, and [`super::first_crossing`] finds it.
+/// `eps` is the rounding of the terms of `g`. The guard that fires first ends the mode; among guards that
+/// fire at one instant, the first in the order of [`super::super::Equations::guards`]. A quantity that only
+/// touches zero between two evaluations and rises again has fired. Evaluations are so close that it has one
+/// minimum between them, which [`super::first_crossing`] finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guard {
     /// Index of the switch.
@@ -31,12 +31,12 @@ pub struct Guard {
     pub value: GuardValue,
 }
 
-/// Where a switch goes when a guard fires.
+/// The new state of a switch when a guard fires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuardValue {
     /// To this state.
     To(SwitchState),
-    /// A guide comes to rest: it sticks, or slides the other way, whichever the forces ask for.
+    /// A guide comes to rest: it sticks or slides the other way, depending on the forces.
     Stop,
 }
 
@@ -84,7 +84,7 @@ impl Motion {
         guards
     }
 
-    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is.
+    /// Rows that are all positive while contact `i` pushes, and the next state when one is not.
     fn pushing_rows(&self, i: usize, depth: &Row, rate: &Row) -> Vec<(Row, ContactState)> {
         let law = &self.assembly.contacts[i].law;
         let term_of = |is_it: fn(NonlinearLaw) -> Option<usize>| {
@@ -112,7 +112,7 @@ impl Motion {
         ContactState::while_pushing(law, depth, force, factor)
     }
 
-    /// How deep one side of link `i` is compressed, and what its law pushes.
+    /// Compression of one side of link `i`, and the force of its law.
     fn stop_rows(&self, mode: Mode, i: usize, side: StopSide, forces: &Forces) -> [Row; 2] {
         let link = &self.assembly.links[i];
         let sign = side.sign();
@@ -131,7 +131,7 @@ impl Motion {
         [depth, push]
     }
 
-    /// What friction could still take before a sticking link slides forward and backward.
+    /// Remaining friction before a sticking link slides forward and backward.
     fn friction_room(&self, i: usize, held: &Row, load: &Row) -> [Row; 2] {
         let friction = self.assembly.links[i].friction;
         [(friction.forward, 1.0), (friction.backward, -1.0)].map(|(level, sign)| {
@@ -142,7 +142,7 @@ impl Motion {
         })
     }
 
-    /// How far a speed is from where forward and backward begin.
+    /// Distances of a speed from the start of forward and backward motion.
     fn rest_room(&self, rate: &Row) -> [Row; 2] {
         [-1.0, 1.0].map(|sign| {
             let mut room = scaled(sign, rate);

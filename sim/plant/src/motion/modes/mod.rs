@@ -1,13 +1,11 @@
-//! When a mode begins, what ends it and what follows: the one hybrid semantics of every machine.
+//! Start, end and successor of a mode: the hybrid semantics that every machine shares.
 //!
-//! Each switch has a state of its own type ([`ContactState`], [`FrictionState`],
-//! [`DirectionState`], [`LimitState`], [`RampState`]); their rules stand beside them and hold for numbers and
-//! for rows alike. A [`Guard`] says when a mode ends, [`first_crossing`] at which instant, [`Motion::switch`]
-//! what follows, and [`Motion::begin`] in which mode a machine is that was put somewhere. Whoever moves a
-//! machine carries its state between these, and nothing else.
+//! Each switch has a state of its own type ([`ContactState`], [`FrictionState`], [`DirectionState`],
+//! [`LimitState`], [`RampState`]). Their rules apply to numbers and rows alike. A [`Guard`] gives the end of
+//! a mode, [`first_crossing`] its instant, [`Motion::switch`] the next mode, and [`Motion::begin`] the mode
+//! of a given state. An integrator only carries the state between these.
 //!
-//! [`Motion::switch`]: super::Motion::switch
-//! [`Motion::begin`]: super::Motion::begin
+//! [`Motion::switch`]: super::Motion::switch [`Motion::begin`]: super::Motion::begin
 
 mod begin;
 mod change;

@@ -1,15 +1,15 @@
-//! What each switch does: which quantities are positive while it stays in its state, and where it goes when
-//! one of them no longer is.
+//! Rules of each switch: the quantities that are positive while it stays in its state, and its next state
+//! when one is not.
 //!
-//! A quantity is a number where the motion is integrated as it is (an arm's), and a row of the extended
-//! vector where modes are linear.
+//! A quantity is a number if the motion is integrated directly (an arm's), and a row of the extended vector
+//! if modes are linear.
 
 use super::{ContactState, DirectionState, FrictionState, LimitState, RampState};
 use crate::assembly::ForceLaw;
 use crate::motion::Row;
 use crate::motion::layout::scaled;
 
-/// A quantity of which the opposite can be taken.
+/// A quantity with a sign that can be reversed.
 pub trait Signed {
     /// The quantity times -1.
     #[must_use]
@@ -29,14 +29,14 @@ impl Signed for Row {
 }
 
 impl ContactState {
-    /// The state of surfaces that were put `depth` deep into each other: pushing, until the law is asked.
+    /// The state of surfaces with penetration `depth`: pushing, until the law is evaluated.
     pub fn at(depth: f64) -> Self {
         if depth > 0.0 { Self::Pushing } else { Self::Open }
     }
 
-    /// What is positive while a contact pushes, and what follows: with damping the force vanishes while the
-    /// contact is still compressed; without, it vanishes with the depth, or with the `factor` by which the
-    /// rate changes it.
+    /// The quantities that are positive while a contact pushes, and the next state. With damping the force
+    /// vanishes while the contact is still compressed. Without, it vanishes with the depth, or with the
+    /// `factor` by which the rate changes it.
     pub fn while_pushing<Q: Clone>(
         law: &ForceLaw,
         depth: &Q,
@@ -50,15 +50,15 @@ impl ContactState {
         [(depth.clone(), Self::Open)].into_iter().chain(released).collect()
     }
 
-    /// Where one side of a free play goes when its law no longer pushes: without damping it opens.
+    /// The next state of one side of a free play when its law no longer pushes: without damping it opens.
     pub fn after_flank(damping: f64) -> Self {
         if damping > 0.0 { Self::Releasing } else { Self::Open }
     }
 
-    /// What is positive while surfaces `depth` deep in each other stay in this state, and what follows.
-    /// `pushing`: what is positive while the law pushes, and what follows there.
+    /// The quantities that are positive while surfaces with penetration `depth` stay in this state, and the
+    /// next state. `pushing` gives the same for the law while it pushes.
     ///
-    /// Surfaces meet when their depth is no longer negative. A law that would pull lets go: its surfaces are
+    /// Surfaces meet when their depth is no longer negative. A law that would pull releases: its surfaces are
     /// releasing until it would push again, or until they are apart.
     pub fn guards<Q: Signed + Clone>(
         self,
@@ -69,7 +69,7 @@ impl ContactState {
             Self::Open => vec![(depth.opposite(), Self::Pushing)],
             Self::Pushing => pushing(),
             Self::Releasing => {
-                // Surfaces that release are compressed: only their rate can make them push again.
+                // Releasing surfaces are compressed: only their rate can make them push again.
                 let rate = pushing().into_iter().find(|(_, next)| *next == Self::Releasing);
                 let again = rate.map(|(quantity, _)| (quantity.opposite(), Self::Pushing));
                 again.into_iter().chain([(depth.clone(), Self::Open)]).collect()
@@ -79,7 +79,7 @@ impl ContactState {
 }
 
 impl FrictionState {
-    /// The state of a guide that was given a speed; at rest it sticks, until the forces on it are asked.
+    /// The state of a guide with a given speed; at rest it sticks, until its forces are evaluated.
     pub fn at(speed: f64) -> Self {
         match speed {
             v if v > 0.0 => Self::Forward,
@@ -88,8 +88,8 @@ impl FrictionState {
         }
     }
 
-    /// Where a guide goes that has come to rest: `room` is what friction could still take forward and
-    /// backward if the guide stuck.
+    /// The next state of a guide that has come to rest: `room` is the remaining friction, forward and
+    /// backward, if the guide stuck.
     pub fn after_rest(room: [f64; 2]) -> Self {
         match room {
             [forward, _] if forward < 0.0 => Self::Forward,
@@ -98,8 +98,8 @@ impl FrictionState {
         }
     }
 
-    /// What is positive while a guide of this speed stays in this state, and what follows: `None` where the
-    /// guide comes to rest, and [`Self::after_rest`] decides.
+    /// The quantities that are positive while a guide of this speed stays in this state, and the next state.
+    /// `None` if the guide comes to rest; [`Self::after_rest`] then decides.
     pub fn guards<Q: Signed + Clone>(
         self,
         speed: &Q,
@@ -126,8 +126,8 @@ impl DirectionState {
         }
     }
 
-    /// What is positive while a guide of this speed stays in this state, and what follows. `room`: how far
-    /// the speed is from where forward and backward begin.
+    /// The quantities that are positive while a guide of this speed stays in this state, and the next state.
+    /// `room`: distances of the speed from the start of forward and backward motion.
     pub fn guards<Q: Signed + Clone>(self, speed: &Q, room: impl FnOnce() -> [Q; 2]) -> Vec<(Q, Self)> {
         match self {
             Self::Forward => vec![(speed.clone(), Self::AtRest)],
@@ -141,8 +141,8 @@ impl DirectionState {
 }
 
 impl LimitState {
-    /// What is positive while the effort stays in this state, and what follows. `room`: how far the effort is
-    /// from its upper and lower limit; `rate`: how fast it would rise without one.
+    /// The quantities that are positive while the effort stays in this state, and the next state. `room`:
+    /// distances of the effort from its upper and lower limit; `rate`: its rate without a limit.
     pub fn guards<Q: Signed>(self, room: impl FnOnce() -> [Q; 2], rate: Q) -> Vec<(Q, Self)> {
         match self {
             Self::Within => {
@@ -154,7 +154,7 @@ impl LimitState {
         }
     }
 
-    /// The effort that a limit of this size holds; `None` within it.
+    /// The effort at a limit of this size; `None` within it.
     pub fn effort(self, limit: f64) -> Option<f64> {
         match self {
             Self::Within => None,
@@ -165,7 +165,7 @@ impl LimitState {
 }
 
 impl RampState {
-    /// The state of a command that has `left` to go to its target.
+    /// The state of a command at the distance `left` from its target.
     pub fn towards(left: f64) -> Self {
         match left {
             l if l > 0.0 => Self::Rising,
@@ -174,7 +174,7 @@ impl RampState {
         }
     }
 
-    /// What is positive while the command stays in this state, and what follows.
+    /// The quantities that are positive while the command stays in this state, and the next state.
     pub fn guards<Q: Signed>(self, left: impl FnOnce() -> Q) -> Vec<(Q, Self)> {
         match self {
             Self::AtTarget => Vec::new(),
@@ -183,7 +183,7 @@ impl RampState {
         }
     }
 
-    /// Slope of a command that changes by no more than `rate_limit`.
+    /// Slope of a command with the rate limit `rate_limit`.
     pub fn slope(self, rate_limit: f64) -> f64 {
         match self {
             Self::AtTarget => 0.0,

@@ -1,8 +1,8 @@
-//! The states of switches, and the mode that they make together.
+//! The states of switches, and the mode that they form.
 
 use super::Switch;
 
-/// How two surfaces that only push stand to each other: a contact, or one side of a free play.
+/// State of two surfaces that only push: a contact, or one side of a free play.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum ContactState {
@@ -28,7 +28,7 @@ pub enum FrictionState {
     Backward = 1,
 }
 
-/// Where an effort stands against its limit, or an error against its deadband.
+/// State of an effort at its limit, or of an error at its deadband.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum LimitState {
@@ -41,7 +41,7 @@ pub enum LimitState {
     AtLower = 1,
 }
 
-/// What the command of a drive whose rate is limited does.
+/// State of the command of a drive with limited rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum RampState {
@@ -54,7 +54,7 @@ pub enum RampState {
     Falling = 1,
 }
 
-/// Which way a guide moves whose resistance differs by direction.
+/// Direction of a guide whose resistance depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum DirectionState {
@@ -68,8 +68,8 @@ pub enum DirectionState {
 }
 
 impl DirectionState {
-    /// A guide that is slower is at rest, m/s (rad/s). Its resistance vanishes with its speed, so that what
-    /// this leaves out is rounding.
+    /// A slower guide is at rest, m/s (rad/s). Its resistance vanishes with its speed, so the neglected part
+    /// is rounding.
     pub const REST_M_PER_S: f64 = 1e-12;
 
     /// Sign of the speed.
@@ -139,7 +139,7 @@ impl From<DirectionState> for SwitchState {
     }
 }
 
-/// The states of all switches, two bits each. The default: everything open, stuck, within its limit and at
+/// The states of all switches, two bits each. By default everything is open, stuck, within its limit and at
 /// its target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Mode(u128);

@@ -5,7 +5,7 @@ use super::{ContactState, DirectionState, Mode};
 use crate::assembly::Assembly;
 use crate::description::Engagement;
 
-/// Which side of a free play.
+/// A side of a free play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StopSide {
     /// Reached when the elongation grows.
@@ -23,22 +23,22 @@ pub enum Switch {
     Stop(usize, StopSide),
     /// Dry friction of a link.
     Friction(usize),
-    /// The effort limit of a drive whose force builds up, or answers the motion.
+    /// The effort limit of a drive whose force has dynamics or depends on the motion.
     Limit(usize),
-    /// What the speed leaves of the effort of a drive.
+    /// The bound on the effort of a drive that depends on the speed.
     Line(usize),
     /// The deadband of the error of a continuous servo.
     Deadband(usize),
     /// The rate limit of a drive.
     Ramp(usize),
-    /// The direction in which a link moves whose resistance depends on it.
+    /// The direction of a link whose resistance depends on it.
     Direction(usize),
 }
 
-/// Everything that switches in a machine, in the order of its modes.
+/// All switches of a machine, in the order of its modes.
 pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Switch> {
-    // Two nodes that share a coordinate (or are both fixed) cannot move against each other: nothing there
-    // switches.
+    // Two nodes with the same coordinate (or both fixed) cannot move relative to each other, so nothing
+    // switches between them.
     let apart = |a, b| coordinates.of(a) != coordinates.of(b);
     let contacts = (assembly.contacts.iter().enumerate())
         .filter(|(_, contact)| contact.engagement == Engagement::Unilateral && apart(contact.a, contact.b))
@@ -62,7 +62,7 @@ pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates
 }
 
 impl StopSide {
-    /// Sign of the elongations that press it.
+    /// Sign of the elongations that compress it.
     pub fn sign(self) -> f64 {
         match self {
             Self::Upper => 1.0,
@@ -91,7 +91,7 @@ impl Motion {
         self.state_of(mode, Switch::Stop(link, side))
     }
 
-    /// The direction in which a link moves, where its resistance depends on it.
+    /// The direction of a link, if its resistance depends on it.
     pub(in crate::motion) fn direction(&self, mode: Mode, link: usize) -> DirectionState {
         self.number_of(Switch::Direction(link)).map_or(DirectionState::AtRest, |i| mode.direction(i))
     }

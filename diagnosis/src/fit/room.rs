@@ -10,8 +10,8 @@ const LEAST_NOISE: f64 = 0.97;
 /// A channel that shows less than this share of its noise has less noise than stated.
 const LESS_THAN_STATED: f64 = 0.7;
 
-/// Largest evidence, nats, that a further cause can bring: on the check experiments, and on all. Infinite if a
-/// balance of forces counts too.
+/// Largest evidence, nats, that a further cause can bring: on the check experiments, and on all. Infinite
+/// if a balance of forces counts too.
 pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0) {
         return [f64::INFINITY; 2];

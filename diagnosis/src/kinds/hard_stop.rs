@@ -2,12 +2,15 @@
 
 use feeler_plant::effects::{HardStop, Kind};
 
-use super::{Element, Glance, Known};
+use super::{Element, Glance, Known, Seen};
 
 /// Trial positions of stops, as shares of the way from the middle of the travel to its ends.
 const PLACES: [f64; 4] = [0.3, 0.6, 0.85, 0.97];
 /// Travel over the depth at which a stop holds the largest command.
 const HARDNESS: [f64; 2] = [4.0, 40.0];
+
+/// Share of the travel by which a stop gives way at most under the largest command: a softer one is a spring.
+const SOFT: f64 = 0.15;
 
 impl Known for HardStop {
     const APART: &'static [(Kind, &'static str)] = &[(
@@ -33,5 +36,9 @@ impl Known for HardStop {
         };
         let places = PLACES.into_iter().flat_map(|share| ends.map(|end| middle + share * (end - middle)));
         places.flat_map(at).collect()
+    }
+
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.command_n > SOFT * seen.stroke_m * self.stiffness
     }
 }

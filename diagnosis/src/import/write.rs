@@ -9,6 +9,7 @@ use feeler_logs::{Pick, Run, Series, on_one_grid};
 use feeler_problem::short;
 
 use super::axis::{Beliefs, First, Model};
+use super::load::Arm;
 use super::roles::{Chosen, Guess, Role, UnitGuess};
 use super::{Options, Survey, Written};
 use crate::dataset::quantum;
@@ -16,6 +17,8 @@ use crate::error::DiagnosisError;
 
 /// Rows that a run needs to be an experiment.
 const FEWEST_ROWS: usize = 50;
+/// The column of what gravity and other joints do.
+const LOAD: &str = "load";
 
 /// Datasets that are being written, one for each joint.
 pub(super) struct Writer {
@@ -28,6 +31,8 @@ struct Joint {
     folder: PathBuf,
     experiments: Vec<String>,
     first: First,
+    /// The arm that loads the joint.
+    arm: Option<Arm>,
 }
 
 impl Writer {
@@ -55,9 +60,11 @@ impl Writer {
                 continue;
             }
             let lag_s = guess.follow.map(|follow| follow.lag_s);
+            let arm = beliefs.as_ref().and_then(|beliefs| Arm::around(name, beliefs, &survey.joints));
+            let middle = arm.as_ref().map(|arm| arm.inertia(|column| range(survey, column)));
             let mut first = match &options.model {
                 Some(Model::Machine(path)) => First::given(path)?,
-                _ => First::servo(belief.as_ref().map(|(belief, _)| *belief), lag_s),
+                _ => First::servo(belief.as_ref().map(|(belief, _)| *belief), middle, lag_s),
             };
             match (&belief, &beliefs) {
                 (Some((belief, why)), _) => first
@@ -72,12 +79,17 @@ impl Writer {
                 ),
                 _ => {}
             }
+            let unknown: Vec<&str> = arm.iter().flat_map(Arm::unknown).collect();
+            if !unknown.is_empty() {
+                first.assumptions.push(format!("the log has no {}: taken to be zero", unknown.join(", ")));
+            }
             joints.push(Joint {
                 name: (*name).clone(),
                 guess: (*guess).clone(),
                 folder: out.clone(),
                 experiments: Vec::new(),
                 first,
+                arm,
             });
         }
         if joints.is_empty() {
@@ -158,15 +170,13 @@ impl Joint {
             ));
             return Ok(());
         }
-        let picks: Vec<Pick<'_>> = here
-            .iter()
-            .map(|(role, chosen)| Pick {
-                name: &chosen.column,
-                is_held: matches!(role, Role::Target | Role::Command),
-            })
-            .collect();
+        let own = here.iter().map(|(role, chosen)| Pick {
+            name: &chosen.column,
+            is_held: matches!(role, Role::Target | Role::Command),
+        });
+        let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|arm| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
-        let series = on_one_grid(&file, run, &picks)?;
+        let mut series = on_one_grid(&file, run, &picks)?;
         if series.times_s.len() < FEWEST_ROWS {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
@@ -190,7 +200,13 @@ impl Joint {
             copies += 1;
             name = format!("{}-{copies}.csv", file_name(&run.name));
         }
-        let header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        let mut header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        if let Some(arm) = &self.arm {
+            let load = arm.load(run, &series.times_s, &series.values[here.len()..]);
+            series.values.truncate(here.len());
+            series.values.push(load);
+            header.push(LOAD);
+        }
         table(&self.folder.join(&name), &header, &series)?;
         let at = here.iter().position(|(role, _)| *role == Role::Position);
         let each = self.guess.columns.get(&Role::Position).and_then(|chosen| chosen.unit.as_ref());
@@ -230,6 +246,13 @@ impl Joint {
                 };
             }
         }
+        if let Some(signal) = self.arm.as_ref().and(self.first.load.as_ref()) {
+            let _ = writeln!(
+                text,
+                "\n# What gravity and the other joints' motion do to this one, by the masses of the model.\n\
+                 [columns.{LOAD}]\nsignal = \"{signal}\""
+            );
+        }
         if let Some(follow) = self.guess.follow {
             let _ = writeln!(
                 text,
@@ -243,6 +266,12 @@ impl Joint {
         }
         text
     }
+}
+
+/// Smallest and largest value of a column in the first run.
+fn range(survey: &Survey, column: &str) -> Option<[f64; 2]> {
+    let columns = survey.runs.first()?.tables.iter().flat_map(|table| &table.columns);
+    columns.into_iter().find(|other| other.name == column).map(|found| found.range)
 }
 
 /// A name without what file systems take for something else.

@@ -279,7 +279,8 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         glance.spacing_s = record.spacing_s;
         let mut is_pushed = true;
         for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
-            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. });
+            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+                && !dataset.is_looped(*drive);
             is_pushed &= is_force;
             glance.asked = glance.asked.max(largest(command));
             glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };

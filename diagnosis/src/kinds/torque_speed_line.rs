@@ -19,7 +19,8 @@ impl Known for TorqueSpeedLine {
             return Vec::new();
         }
         let speed = glance.speed.max(ABOVE_ZERO);
-        let of = |share: f64| SPEEDS.map(|times| Self { force: share * glance.command, speed: times * speed });
+        let of =
+            |share: f64| SPEEDS.map(|times| Self { force: share * glance.command, speed: times * speed });
         FORCES.into_iter().flat_map(of).filter(|line| line.force > 0.0).collect()
     }
 }

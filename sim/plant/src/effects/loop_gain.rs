@@ -28,9 +28,9 @@ gain = 0.7
 
 ## Model
 The drive gives `gain` times the force that it would give of the same command at the same motion, before its
-limits. Of a `position-servo` that is `gain` on `kp`, `ki` and `kd`. Of a `velocity-source` or a `dc-motor`
-it is `gain` on what command and speed make of force. Of a drive whose command is its force it is the same
-as `drive-gain`. For a servo `drive-gain` scales the target instead.
+limits. Of a position servo that is `gain` on `kp`, `ki` and `kd`. Of a velocity source or a motor it is
+`gain` on what command and speed make of force. Of a drive whose command is its force it is the same as
+`drive-gain`, which under a servo scales the target instead.
 
 ## Where it comes from
 Gains of a servo in units of its firmware that were converted wrongly, a supply voltage that sags, a torque

@@ -34,7 +34,11 @@ const LAG_OMEGA: f64 = 2.0;
 /// The lag that is assumed where none shows, s.
 const USUAL_LAG_S: f64 = 0.05;
 /// A lag this many times that of the stated loop is none of it: targets come late by a row or two besides.
-const FAR_OFF: f64 = 5.0;
+const FAR_OFF_LAG: f64 = 5.0;
+/// A gain this many times another is in another unit: believed masses are hardly twice the real ones.
+const FAR_OFF_GAIN: f64 = 2.0;
+/// Dry friction shifts where a joint holds its load by up to its level: a load this many times larger shows.
+const LOAD_OVER_FRICTION: f64 = 3.0;
 /// Armature that is assumed of a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
@@ -117,15 +121,27 @@ impl Beliefs {
     }
 }
 
-/// What is taken of the stated gains, and why, where a loop with them could not lag as the position does. A
-/// target that moves steadily is followed `(kd + damping) / kp` later.
-fn believed_share(kp: f64, joint: &JointBelief, lag_s: Option<f64>) -> (f64, String) {
+/// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
+///
+/// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
+/// steadily is followed `(kd + damping) / kp` later: with the damping beside it, a smaller gain lags more.
+fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
     let as_stated = (1.0, ", as the model states".into());
+    if let Some(held) = seen.held.gain(LOAD_OVER_FRICTION * joint.friction) {
+        let share = held / kp;
+        if (1.0 / FAR_OFF_GAIN..FAR_OFF_GAIN).contains(&share) {
+            return as_stated;
+        }
+        let why = format!(
+            ": {} of what the model states, as the errors with which the servo holds its load show",
+            short(share)
+        );
+        return (share, why);
+    }
     let stated_s = (joint.kd + joint.damping) / kp;
-    let Some(lag_s) = lag_s.filter(|lag_s| *lag_s > FAR_OFF * (stated_s + joint.delay_s)) else {
+    let Some(lag_s) = seen.lag_s.filter(|lag_s| *lag_s > FAR_OFF_LAG * (stated_s + joint.delay_s)) else {
         return as_stated;
     };
-    // With the damping of the joint beside it, a smaller gain lags more.
     let share = joint.damping / (kp * (lag_s - joint.delay_s) - joint.kd);
     if share <= 0.0 {
         return as_stated;
@@ -137,6 +153,43 @@ fn believed_share(kp: f64, joint: &JointBelief, lag_s: Option<f64>) -> (f64, Str
         short(1e3 * lag_s)
     );
     (share, why)
+}
+
+/// What the log shows of a joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    /// How much later the position follows, s.
+    pub(super) lag_s: Option<f64>,
+    /// Errors under loads.
+    pub(super) held: Held,
+    /// Step of the encoder.
+    pub(super) step: Option<f64>,
+}
+
+/// Sums over rows of an error under a known load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Held {
+    rows: f64,
+    load_load: f64,
+    load_error: f64,
+}
+
+impl Held {
+    pub(super) fn add(&mut self, load: f64, error: f64) {
+        if load.is_finite() && error.is_finite() {
+            self.rows += 1.0;
+            self.load_load += load * load;
+            self.load_error += load * error;
+        }
+    }
+
+    /// Load over error, by least squares of the error, which friction and motion spoil; `None` where the
+    /// load is no larger than this.
+    fn gain(&self, least: f64) -> Option<f64> {
+        let gain = -self.load_load / self.load_error;
+        let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;
+        (is_loaded && gain.is_finite() && gain > 0.0).then_some(gain)
+    }
 }
 
 fn parsed<T>(
@@ -160,6 +213,7 @@ fn wrong(path: &Path, error: &feeler_arm::ArmError) -> DiagnosisError {
 }
 
 /// A machine file, the names of its signals, and what was assumed.
+#[derive(Clone)]
 pub(super) struct First {
     pub(super) text: String,
     /// Signal of the target or command.
@@ -169,8 +223,6 @@ pub(super) struct First {
     pub(super) assumptions: Vec<String>,
     /// Signal of what gravity and other joints do, where the machine has a place for it.
     pub(super) load: Option<String>,
-    /// Whether the text ends with the encoder of a first machine.
-    is_own: bool,
 }
 
 impl First {
@@ -200,20 +252,13 @@ impl First {
                 path.display()
             )],
             load: None,
-            is_own: false,
         })
-    }
-
-    /// States the step of the encoder of a first machine.
-    pub(super) fn note_step(&mut self, step: Option<f64>) {
-        let Some(step) = step.filter(|_| self.is_own) else { return };
-        let _ = writeln!(self.text, "resolution = {step:?}");
-        self.assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
     }
 
     /// A first machine of one joint with a position servo. `middle` is the inertia of the links where each
     /// joint stands at the middle of the first run, of an arm whose other joints and weight load this one.
-    pub(super) fn servo(belief: Option<&AxisBelief>, middle: Option<f64>, lag_s: Option<f64>) -> Self {
+    pub(super) fn servo(belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
+        let lag_s = seen.lag_s;
         let mut assumptions = Vec::new();
         let given = belief.cloned().unwrap_or_default();
         let joint = &given.joint;
@@ -245,7 +290,7 @@ impl First {
                 .push(format!("the model moves no mass here: the inertia is set to {LEAST_INERTIA} {unit}"));
         }
         let (kp, kd) = if let Some(kp) = joint.kp {
-            let (share, why) = believed_share(kp, joint, lag_s);
+            let (share, why) = believed_share(kp, joint, seen);
             let (kp, kd) = (share * kp, share * joint.kd);
             assumptions.push(format!("kp {} and kd {}{why}", short(kp), short(kd)));
             (kp, kd)
@@ -289,13 +334,16 @@ impl First {
             );
         }
         let _ = writeln!(text, "\n[sensors.{ENCODER}]\nreads = \"{BODY}.position\"");
+        if let Some(step) = seen.step {
+            let _ = writeln!(text, "resolution = {step:?}");
+            assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
+        }
         Self {
             text,
             input: format!("{SERVO}.target"),
             position: format!("{ENCODER}.reading"),
             assumptions,
             load: middle.map(|_| format!("{LOAD}.command")),
-            is_own: true,
         }
     }
 }

@@ -5,7 +5,7 @@ use feeler_logs::{Pick, Run};
 use indexmap::IndexMap;
 
 use super::axis::Beliefs;
-use super::roles::{Guess, Role, UnitGuess};
+use super::roles::{Guess, Role};
 
 /// Half of the time over which a position is smoothed for its speed and acceleration, s: other joints couple
 /// by motions that last longer, and steps of encoders average out.
@@ -35,8 +35,7 @@ impl Arm {
                 beliefs.find(name, &logged).is_some_and(|(found, _)| found.joint.name == joint.name)
             };
             let chosen = joints[logged.iter().find(named)?].columns.get(&Role::Position)?;
-            let each = chosen.unit.as_ref().map_or(1.0, |(unit, _): &(UnitGuess, String)| unit.in_si());
-            Some((chosen.column.clone(), each))
+            Some((chosen.column.clone(), chosen.in_si()))
         };
         let positions = chain.joints.iter().map(position).collect();
         Some(Self { chain, at, positions })

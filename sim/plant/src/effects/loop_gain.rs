@@ -38,11 +38,13 @@ constant that is not that of the data sheet, a P gain that somebody changed in t
 
 ## How it shows
 A servo with too small a gain lags more and hangs lower under a load; one with too large a gain is stiffer
-and swings faster. Friction, loads and inertia keep their sizes.
+and swings faster. Friction, loads and inertia keep their sizes. Without a load, `added-mass` and friction
+that are wrong by one factor look the same; `viscous-friction` alone changes the lag, and not how a load is
+held.
 
 ## How it is recognised
-Hold a known load: the servo's error is the load over `kp`. Without a known load only the ratios of gain to
-inertia and friction show: `added-mass` and a friction that are all wrong by one factor look the same.
+Hold a known load: the servo's error is the load over `kp`. Without one, only the ratios of the gain to
+inertia and friction show.
 
 ## Numerical treatment
 The entries of the servo in the equations of motion are multiplied, which is exact. Linear theory scales the

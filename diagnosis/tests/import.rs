@@ -128,8 +128,9 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     let rows = fs::read_to_string(folder.path().join("elbow/multisine.csv")).expect("written");
     // A header and the 6000 rows of the record.
     assert_eq!(rows.lines().count(), 6001);
-    // By mj_inverse of MuJoCo 4.0.0 on so101.xml without geometry, armature and friction, gravity 9.80665 m/s2,
-    // at the parabolas through rows 2996 to 3004 (numpy.polyfit) with the elbow's own acceleration left out.
+    // By mj_inverse of MuJoCo 4.0.0 on so101.xml without geometry, armature and friction, with a gravity of
+    // 9.80665 m/s2, at the parabolas through rows 2996 to 3004 (numpy.polyfit). The elbow's own acceleration
+    // is left out.
     let load = rows.lines().nth(3001).and_then(|row| row.rsplit(',').next()?.parse::<f64>().ok());
     // Roundings of two ways through the same sums of some ten terms.
     assert!((load.expect("a load") - 0.402_252_322_641_361_2).abs() < 1e-12, "{load:?}");
@@ -146,7 +147,7 @@ fn truth_the_load_on_a_joint_is_its_weight_and_what_the_other_joint_does() {
         <inertial pos="0.5 0 0" mass="2" diaginertia="0.01 0.01 0.01"/>
         <body name="shank" pos="1 0 0"><joint name="knee" axis="0 1 0" damping="1"/>
         <inertial pos="0.3 0 0" mass="1" diaginertia="0.01 0.01 0.01"/></body></body></worldbody></mujoco>"#;
-    let path = folder.path().join("leg.xml");
+    let path = folder.path().join("arm.xml");
     fs::write(&path, model).expect("written");
     // Both joints speed up steadily, so that the parabolas of the import are exact.
     let (mut log, hip, knee) = ("t_s,hip_target,hip_pos,knee_target,knee_pos\n".to_owned(), 0.2, -0.3);

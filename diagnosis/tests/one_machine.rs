@@ -360,7 +360,8 @@ fn truth_controllers_run_in_the_prediction_as_in_the_machine() {
         let text = format!(
             "[bodies.axis]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\ndamping = 50.0\n\
              [springs.guide.effects.coulomb-friction]\nlevel = 0.7\n\
-             [contacts.tool]\nbetween = [\"axis\", \"ground\"]\nstiffness = 2e4\ndamping = 60.0\ngap = 0.001\n\
+             [contacts.tool]\nbetween = [\"axis\", \"ground\"]\nstiffness = 2e4\ndamping = 60.0\n\
+             gap = 0.001\n\
              [actuators.drive]\non = \"axis\"\nkind = \"force\"\n{effects}\
              [sensors.force]\nreads = \"tool.spring_force\"\ndelay = 0.0007\nresolution = 0.01\n\
              [sensors.encoder]\nreads = \"axis.position\"\n\

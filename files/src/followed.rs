@@ -1,4 +1,5 @@
-//! A column of a dataset that is what a controller of the machine's file followed: `controllers.force.reference`.
+//! Columns of a dataset that are what a controller of the machine's file followed, as in
+//! `controllers.force.reference`.
 
 use feeler_catalogue::Dimension;
 use feeler_plant::description::{ActuatorKind, Axis, Quantity, SignalName};
@@ -50,7 +51,10 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
 pub(crate) fn scope(machine: &Document, name: &str) -> Scope {
     let scenario = &machine.scenario;
     let rotational = Scope::new(scenario.machine.axis == Axis::Rotational);
-    let Some(own) = scenario.controllers.get(name) else { return rotational };
+    // That it is absent is said; its unit is then no mistake besides.
+    let Some(own) = scenario.controllers.get(name) else {
+        return Scope { signal: Dimension::UNKNOWN, ..rotational };
+    };
     let output = scenario.machine.actuators.get(&own.drives).map_or(Dimension::NONE, |a| a.kind.command());
     let scope = Scope { output, ..rotational };
     Scope { signal: scope.dim(own.spec.law.follows()), ..scope }

@@ -108,8 +108,7 @@ pub(crate) fn guess(first: f64, step: f64) -> (ClockUnit, String) {
     (unit, format!("rows are {step:.6} apart, which in {} is {rate:.4} Hz", unit.symbol()))
 }
 
-/// Clocks of one name in tables that belong together have one unit: that of the table with the most rows, from
-/// which it is told best.
+/// Clocks of one name in tables that belong together have one unit: that of the table with the most rows.
 pub(crate) fn agree(tables: &mut [Table]) {
     let Some(longest) = tables.iter().filter(|table| table.clock.is_some()).max_by_key(|table| table.rows())
     else {

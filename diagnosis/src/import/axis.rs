@@ -147,7 +147,8 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
         return as_stated;
     }
     let why = format!(
-        ": {} of what the model states, with which a loop lags by {} ms, and not by {} ms as the position does",
+        ": {} of what the model states, with which a loop lags by {} ms, and not by {} ms as the \
+         position does",
         short(share),
         short(1e3 * stated_s),
         short(1e3 * lag_s)
@@ -328,7 +329,7 @@ impl First {
         if middle.is_some() {
             let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
             assumptions.push(
-                "the column `load` is the effort of gravity and of the other joints' motion on this one, by \
+                "the column `load` is what the weight and the other joints' motion do to this one, by \
                  the masses of the model and the positions of the log"
                     .into(),
             );

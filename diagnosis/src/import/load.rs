@@ -101,8 +101,8 @@ fn motion(times_s: &[f64], readings: &[f64], each: f64) -> Vec<[f64; 3]> {
     (0..rows).map(|row| parabola(&around(row))).collect()
 }
 
-/// Value, slope and curvature at zero of the parabola nearest to some points; of a constant where they are too
-/// few.
+/// Value, slope and curvature at zero of the parabola nearest to some points; of a constant where they are
+/// too few.
 fn parabola(points: &[(f64, f64)]) -> [f64; 3] {
     let mean = points.iter().map(|(_, x)| x).sum::<f64>() / points.len() as f64;
     let span = points.iter().map(|(t, _)| t.abs()).fold(0.0, f64::max);

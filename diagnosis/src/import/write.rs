@@ -270,7 +270,7 @@ impl Joint {
         if let Some(signal) = self.arm.as_ref().and(first.load.as_ref()) {
             let _ = writeln!(
                 text,
-                "\n# What gravity and the other joints' motion do to this one, by the masses of the model.\n\
+                "\n# What the weight and the other joints' motion do to this one, by the model's masses.\n\
                  [columns.{LOAD}]\nsignal = \"{signal}\""
             );
         }

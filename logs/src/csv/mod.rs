@@ -30,7 +30,6 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     }
     let clock_at = clock_column(&layout);
     let mut cells = Cells::new(path, &layout, clock_at);
-    cells.reserve(text.rows);
     let mut rows = text.rows(&layout.dialect);
     let mut record = ByteRecord::new();
     let mut number = 0;
@@ -97,13 +96,6 @@ impl<'a> Cells<'a> {
             }
         });
         Self { layout, columns: columns.collect(), clock, whole: Some(Vec::new()) }
-    }
-
-    /// Makes room for rows at once: columns that grow by and by leave their old places behind.
-    fn reserve(&mut self, rows: usize) {
-        // Rows of other lengths than those of the sample may be a tenth more.
-        let room = rows + rows / 10;
-        self.columns.iter_mut().flatten().for_each(|column| column.values.reserve(room));
     }
 
     fn push(&mut self, record: &ByteRecord) {

@@ -16,8 +16,6 @@ const SAMPLE_BYTES: usize = 1 << 17;
 pub(super) struct Text {
     /// The first lines.
     pub(super) sample: Vec<u8>,
-    /// Rows that there are about, by the length of the file and of the rows of the sample.
-    pub(super) rows: usize,
     rest: Box<dyn Read>,
 }
 
@@ -36,7 +34,7 @@ impl Text {
             let text = text.into_bytes();
             let sample = text[..text.len().min(SAMPLE_BYTES)].to_vec();
             let rest = Cursor::new(text[sample.len()..].to_vec());
-            return Ok(Self { rows: lines(&text), sample, rest: Box::new(rest) });
+            return Ok(Self { sample, rest: Box::new(rest) });
         }
         if sample.starts_with(b"\xef\xbb\xbf") {
             sample.drain(..3);
@@ -49,9 +47,7 @@ impl Text {
                 remedy,
             ));
         }
-        let bytes = file.metadata().map_or(0, |state| state.len());
-        let share = bytes as f64 / sample.len().max(1) as f64;
-        Ok(Self { rows: (share * lines(&sample) as f64) as usize, sample, rest: Box::new(file) })
+        Ok(Self { sample, rest: Box::new(file) })
     }
 
     /// The rows, from the first line on.
@@ -59,10 +55,6 @@ impl Text {
         let whole = Cursor::new(self.sample).chain(self.rest);
         Rows::of(Box::new(whole), dialect)
     }
-}
-
-fn lines(text: &[u8]) -> usize {
-    text.iter().filter(|b| **b == b'\n').count()
 }
 
 /// Reads until the buffer is full or the file ends.

@@ -33,8 +33,8 @@ limits. Of a position servo that is `gain` on `kp`, `ki` and `kd`. Of a velocity
 `drive-gain`, which under a servo scales the target instead.
 
 ## Where it comes from
-Gains of a servo in units of its firmware that were converted wrongly, a supply voltage that sags, a torque
-constant that is not that of the data sheet, a P gain that somebody changed in the servo's memory.
+Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
+voltage that sags. A torque constant that is not that of the data sheet.
 
 ## How it shows
 A servo with too small a gain lags more and hangs lower under a load; one with too large a gain is stiffer

@@ -36,8 +36,7 @@ its stroke: what the supply voltage of a motor leaves over for its current. Agai
 `force` is possible. A motor on a voltage has this line by its resistance and takes no second one.
 
 ## Where it comes from
-The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load, wheels and
-legs at speed.
+The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.
 
 ## How it shows
 Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit`

@@ -93,8 +93,8 @@ fn motion(times_s: &[f64], readings: &[f64], each: f64) -> Vec<[f64; 3]> {
     let usual_s = (times_s[rows - 1] - times_s[0]) / (rows.max(2) - 1) as f64;
     let stride = (HALF_SPAN_S / (usual_s * HALF_ROWS as f64)).round().max(1.0) as usize;
     let around = |row: usize| {
-        let steps = -(HALF_ROWS as isize)..=HALF_ROWS as isize;
-        let near = steps.filter_map(move |k| row.checked_add_signed(k * stride as isize));
+        let steps = -HALF_ROWS.cast_signed()..=HALF_ROWS.cast_signed();
+        let near = steps.filter_map(move |k| row.checked_add_signed(k * stride.cast_signed()));
         let points = near.filter(|i| readings.get(*i).is_some_and(|x| x.is_finite()));
         points.map(|i| (times_s[i] - times_s[row], each * readings[i])).collect::<Vec<_>>()
     };

@@ -15,6 +15,8 @@ pub struct Budget {
 /// Stages of a diagnosis that are cut short when their part of the time is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
+    /// Believed values are fitted further.
+    Calibrate,
     /// Further candidates are looked at for a few steps.
     Screen,
     /// Candidates are fitted to the end.
@@ -29,6 +31,7 @@ impl Stage {
     /// over all records, of which there are some dozens in a diagnosis.
     fn ends_at(self) -> f64 {
         match self {
+            Self::Calibrate => 0.15,
             Self::Screen => 0.5,
             Self::Fit => 0.65,
             Self::Compose => 0.8,

@@ -139,8 +139,12 @@ fn choose<'a>(
     notes: &mut Vec<String>,
 ) -> Result<Chosen<'a>, FrfError> {
     let of_column = |column: &str| file.columns.get(column).map(|c| c.signal.to_string()).unwrap_or_default();
-    let commands: Vec<(usize, &str)> =
-        data.drives.iter().map(|(drive, column)| (*drive, column.as_str())).collect();
+    let commands: Vec<(usize, &str)> = data
+        .drives
+        .iter()
+        .filter(|(drive, _)| !data.is_looped(*drive))
+        .map(|(drive, c)| (*drive, c.as_str()))
+        .collect();
     let named = |wanted: &str, column: &str| wanted == column || wanted == of_column(column);
     let input = match &request.input {
         None => commands.first().copied(),

@@ -92,6 +92,7 @@ fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
         machine,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "command".into())],
+        loops: Vec::new(),
         channels: vec![Channel {
             column: "encoder".into(),
             source: Source::Sensor(0),

@@ -11,7 +11,7 @@
 
 use std::path::Path;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Looped, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::replay::replay_record;
 use feeler_engine::{Program, Scenario, Simulation, Trace};
@@ -36,13 +36,18 @@ fn scenario(text: &str) -> Scenario {
 /// What the engine makes of a scenario, as a dataset: positions and speeds of all bodies, forces of all
 /// contacts and drives, and the commands that led to them.
 fn recorded(scenario: &Scenario) -> Dataset {
+    let commands = scenario.machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Command));
+    recorded_with(scenario, commands.collect())
+}
+
+/// The same with other signals in place of the commands of the drives.
+fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
     let machine = &scenario.machine;
     let signals: Vec<SignalName> = (machine.bodies.keys())
         .flat_map(|body| [Quantity::Position, Quantity::Velocity].map(|what| SignalName::new(body, what)))
         .chain(machine.contacts.keys().map(|contact| SignalName::new(contact, Quantity::Force)))
         .chain(machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Force)))
         .collect();
-    let commands = machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Command));
     let mut scenario = scenario.clone();
     scenario.run.record = signals.iter().cloned().chain(commands).collect();
     scenario.run.record_rate_hz = Some(ROWS_PER_S);
@@ -73,6 +78,7 @@ fn recorded(scenario: &Scenario) -> Dataset {
         name: "run".into(),
         tolerance: indexmap::IndexMap::default(),
         drives: (0..commands.len()).map(|i| (i, format!("command-{i}"))).collect(),
+        loops: Vec::new(),
         channels: channels.collect(),
         records: vec![record],
         warnings: Vec::new(),
@@ -338,4 +344,43 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
     dataset.records[0].silent.remove(force);
     let (worst, place) = disagreement(&dataset);
     assert!(worst < 1.0, "imposed: {worst:e} of what it may be, {place}");
+}
+
+/// The loop of a controller as it stands in the file, led by the reference that was recorded.
+#[test]
+fn truth_controllers_run_in_the_prediction_as_in_the_machine() {
+    let force = "law = \"explicit-force\"\nreads = \"force\"\nfeed_forward = 1.0\nkp = 0.3\nki = 10.0\n\
+         damping = 90.0\napproach = { speed = \"20 mm/s\", until = \"2 N\" }\n\
+         reference = [[0.0, 5.0], [0.3, 12.0]]";
+    let position = "law = \"position\"\nreads = \"encoder\"\nkp = 4000.0\nki = 9000.0\ndamping = 150.0\n\
+         output_limit = 40.0\nreference = [[0.0, 0.0], [0.1, 0.0015], [0.3, -0.004]]";
+    let late = "[actuators.drive.effects.command-delay]\ndelay = 0.0013\n\
+         [actuators.drive.effects.drive-gain]\ngain = 0.9\n";
+    for (case, (law, effects)) in [(force, ""), (force, late), (position, late)].into_iter().enumerate() {
+        let text = format!(
+            "[bodies.axis]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\ndamping = 50.0\n\
+             [springs.guide.effects.coulomb-friction]\nlevel = 0.7\n\
+             [contacts.tool]\nbetween = [\"axis\", \"ground\"]\nstiffness = 2e4\ndamping = 60.0\n\
+             gap = 0.001\n\
+             [actuators.drive]\non = \"axis\"\nkind = \"force\"\n{effects}\
+             [sensors.force]\nreads = \"tool.spring_force\"\ndelay = 0.0007\nresolution = 0.01\n\
+             [sensors.encoder]\nreads = \"axis.position\"\n\
+             [controllers.loop]\ndrives = \"drive\"\nperiod = 0.001\ndelay = 0.0004\n{law}\n\
+             [run]\nduration = 0.5\nstep = 1e-4\n"
+        );
+        let scenario = scenario(&text);
+        let mut dataset = recorded_with(&scenario, vec![SignalName::new("loop", Quantity::Reference)]);
+        let used = &scenario.controllers["loop"];
+        let sensor = |name: Option<&str>| name.and_then(|name| scenario.machine.sensors.get_index_of(name));
+        dataset.loops.push(Looped {
+            name: "loop".into(),
+            drive: 0,
+            spec: used.spec.clone(),
+            reading: sensor(used.reads.as_deref()),
+            motion: sensor(used.motion_sensor(&scenario.machine)),
+            motion_is_velocity: false,
+        });
+        let (worst, place) = disagreement(&dataset);
+        assert!(worst < 1.0, "case {case}: {worst:e} of what it may be, {place}");
+    }
 }

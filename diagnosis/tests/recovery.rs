@@ -142,6 +142,7 @@ fn records_on(text: &str, effect: &str) -> Dataset {
         machine: believed,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "command".into())],
+        loops: Vec::new(),
         channels,
         records: records.collect(),
         warnings: Vec::new(),

@@ -104,6 +104,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
         machine: believed,
         tolerance,
         drives,
+        loops: Vec::new(),
         channels,
         records,
         warnings: Vec::new(),

@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 use super::build::Builder;
 use super::document::Document;
 use super::draft::{Draft, Sheet, load};
+use super::followed::{self, followed_by};
 use super::keys::dataset::{
     ABOUT, CLOCK, Column, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL, UNIT,
 };
@@ -121,10 +122,18 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let signal = written.and_then(|node| node.as_text()).and_then(|text| text.parse::<SignalName>().ok());
         let mut scope = Scope::new(false);
         if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
-            if let Err(problem) = resolve(&machine.scenario.machine, signal) {
+            let followed = followed_by(signal);
+            let problem = match followed {
+                Some(controller) => followed::problem(machine, controller),
+                None => resolve(&machine.scenario.machine, signal).err(),
+            };
+            if let Some(problem) = problem {
                 problems.add(&node.origin, join(&path, "signal"), problem.message, problem.remedy);
             }
-            scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
+            scope = followed.map_or_else(
+                || signal_scope(machine.draft(), machine.scenario.machine.axis, signal),
+                |controller| followed::scope(machine, controller),
+            );
         }
         let mut reader = Reader { problems, scope };
         let fields = reader.fields(&COLUMN, &[], table, &entry.node.origin, &path);

@@ -5,7 +5,9 @@ use std::io::Write as _;
 use std::path::Path;
 
 use feeler_control::ReferenceSpec;
-use feeler_files::{Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile};
+use feeler_files::{
+    Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile, followed_by,
+};
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
@@ -346,6 +348,31 @@ fn truth_a_dataset_is_read() {
         ],
         "{error}"
     );
+}
+
+#[test]
+fn truth_a_column_may_be_what_a_controller_followed() {
+    let dataset = "machine = \"machine.toml\"\n[columns.wanted]\nsignal = \"controllers.force.reference\"\n\
+        unit = \"kN\"\n[[experiments]]\nfile = \"a.csv\"\n";
+    let read = |text: &str, machine: &str| {
+        let files = folder(&[("dataset.toml", text), ("machine.toml", machine), ("a.csv", "t_s\n")]);
+        DatasetFile::load(files.path())
+    };
+    let found = read(dataset, COMPLETE).unwrap_or_else(|error| panic!("{error}"));
+    let column = &found.columns["wanted"];
+    assert_eq!((followed_by(&column.signal), column.scale), (Some("force"), 1e3));
+    let second = format!(
+        "{COMPLETE}\n[controllers.second]\nlaw = \"open-loop\"\ndrives = \"drive\"\nperiod = \"1 ms\"\n"
+    );
+    for (text, machine, said) in [
+        (dataset.replace("force.ref", "forse.ref"), COMPLETE, "has no controller `forse`"),
+        (dataset.into(), &*second, "`second` drives `drive` too"),
+        (dataset.replace("kN", "mm"), COMPLETE, "mm"),
+    ] {
+        let error = read(&text, machine).unwrap_err();
+        assert!(error.problems.len() == 1 && error.problems[0].message.contains(said), "{said}: {error}");
+        assert!(!error.problems[0].remedy.is_empty());
+    }
 }
 
 #[test]

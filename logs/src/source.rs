@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::clock::ClockUnit;
+use crate::clock::{self, ClockUnit};
 use crate::error::LogError;
 use crate::kind::{self, Format};
 use crate::table::Run;
@@ -111,6 +111,7 @@ impl Source {
                     run.tables.append(&mut one.tables);
                     run.notes.append(&mut one.notes);
                 }
+                clock::agree(&mut run.tables);
                 Ok(vec![run])
             }
         }

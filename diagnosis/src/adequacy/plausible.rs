@@ -115,5 +115,7 @@ fn beyond(
 fn is_pushed(judge: &Judge<'_>) -> bool {
     let actuators = &judge.dataset.machine.actuators;
     let first = judge.dataset.drives.first();
-    first.is_some_and(|(drive, _)| matches!(actuators[*drive].kind, ActuatorKind::Force { .. }))
+    first.is_some_and(|(drive, _)| {
+        matches!(actuators[*drive].kind, ActuatorKind::Force { .. }) && !judge.dataset.is_looped(*drive)
+    })
 }

@@ -33,7 +33,7 @@ pub(crate) fn next_experiment(
     rival: &Scored,
 ) -> Option<NextExperiment> {
     let dataset = judge.dataset;
-    if dataset.drives.len() != 1 {
+    if dataset.drives.len() != 1 || !dataset.loops.is_empty() {
         return None;
     }
     let spacing_s = dataset.records[0].spacing_s;

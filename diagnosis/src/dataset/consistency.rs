@@ -365,8 +365,9 @@ impl Body<'_> {
     /// The command of the only force drive of a group, its column, and the group's mass.
     fn drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<(&'r Vec<f64>, String, f64)> {
         let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|((drive, _), _)| {
+            let is_looped = self.dataset.is_looped(*drive);
             let drive = &self.assembly.drives[*drive];
-            drive.velocity_source.is_none() && self.groups[drive.on] == group
+            !is_looped && drive.commands_force() && self.groups[drive.on] == group
         });
         let ((drive, column), command) = drives.next().filter(|_| self.dataset.drives.len() == 1)?;
         let mass = self.assembly.rigid_mass_kg(self.assembly.drives[*drive].on);

@@ -6,6 +6,7 @@ mod compare;
 mod consistency;
 pub(crate) mod fault;
 pub(crate) mod laps;
+mod looped;
 mod pieces;
 pub(crate) mod rattle;
 mod read;
@@ -13,12 +14,14 @@ mod scatter;
 mod units;
 
 pub(crate) use check::quantum;
+pub use looped::Looped;
+
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
 pub(crate) use scatter::of_series as scatter;
 
 use std::path::{Path, PathBuf};
 
-use feeler_files::{DatasetFile, Role};
+use feeler_files::{DatasetFile, Role, followed_by};
 use feeler_plant::assembly::{Source, resolve};
 use feeler_plant::description::{Engagement, Machine, Quantity};
 use indexmap::IndexMap;
@@ -111,6 +114,8 @@ pub struct Dataset {
     /// Drives with recorded commands: index of the actuator and its column, in the order of
     /// [`Record::commands`].
     pub drives: Vec<(usize, String)>,
+    /// Drives of which not the command was recorded, but what the controller that commands them followed.
+    pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
     /// The experiments.
@@ -139,6 +144,9 @@ impl Dataset {
     pub fn load_for(path: &Path, machine: &Machine) -> Result<Self, DiagnosisError> {
         let file = DatasetFile::load(path)?;
         for (name, column) in &file.columns {
+            if followed_by(&column.signal).is_some() {
+                continue;
+            }
             resolve(machine, &column.signal).map_err(|reason| DiagnosisError::Signal {
                 column: name.clone(),
                 signal: column.signal.to_string(),
@@ -154,9 +162,23 @@ impl Dataset {
         machine: Machine,
         tolerance: IndexMap<String, f64>,
     ) -> Result<Self, DiagnosisError> {
-        let mut drives = Vec::new();
+        let mut drives: Vec<(usize, String)> = Vec::new();
+        let mut loops = Vec::new();
         let mut channels = Vec::new();
         for (name, column) in &file.columns {
+            if let Some(controller) = followed_by(&column.signal) {
+                let scenario = &file.machine.scenario;
+                let looped = Looped::of(scenario, &machine, controller);
+                let looped = looped.ok_or_else(|| DiagnosisError::Signal {
+                    column: name.clone(),
+                    signal: column.signal.to_string(),
+                    reason: format!("it lacks what `{controller}` reads or drives"),
+                    remedy: "keep the names of sensors and actuators".into(),
+                })?;
+                drives.push((looped.drive, name.clone()));
+                loops.push(looped);
+                continue;
+            }
             let Ok(source) = resolve(&machine, &column.signal) else { continue };
             if let Source::Drive(drive, Quantity::Command) = source {
                 drives.push((drive, name.clone()));
@@ -185,6 +207,7 @@ impl Dataset {
             machine,
             tolerance,
             drives,
+            loops,
             channels,
             records: Vec::new(),
             warnings: Vec::new(),
@@ -237,6 +260,11 @@ impl Dataset {
                 kind: FaultKind::NoiseNotStated { scatter },
             });
         }
+    }
+
+    /// Whether a controller commands a drive, so that what was recorded of it is no command.
+    pub fn is_looped(&self, drive: usize) -> bool {
+        self.loops.iter().any(|looped| looped.drive == drive)
     }
 
     /// Whether the noise of a channel is stated, and not estimated from the scatter of its readings.

@@ -1,8 +1,8 @@
 //! Every effect of the library under every element of the believed machine where it makes sense.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
-use feeler_plant::description::{Axis, Element, Machine, Quantity, Site, Table};
-use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place};
+use feeler_plant::description::{ActuatorKind, Axis, Element, Machine, Quantity, Site, Table};
+use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place, Trait};
 
 use crate::kinds::{dossier, host_of, overlaps};
 
@@ -106,9 +106,19 @@ fn makes_sense(
                 .iter()
                 .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
         }
+        // A force beside a servo is a load that is known: only its size may be off.
+        (Place::Drive, Table::Actuators) => !is_load(machine, i) || definition.has(Trait::PlainNumber),
         (Place::Encoder, Table::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
         _ => true,
     }
+}
+
+/// Whether a drive is a force on a body that a drive of another kind moves.
+fn is_load(machine: &Machine, drive: usize) -> bool {
+    let is_force = |kind: &ActuatorKind| matches!(kind, ActuatorKind::Force { .. });
+    let Some((_, own)) = machine.actuators.get_index(drive) else { return false };
+    is_force(&own.kind)
+        && machine.actuators.values().any(|other| other.on == own.on && !is_force(&other.kind))
 }
 
 fn rigid_together(assembly: &Assembly, a: usize, b: usize) -> bool {

@@ -130,12 +130,15 @@ fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     let balanced = task.inverse.as_ref().map(|inverse| model.start_at(&inverse.believed()));
     let starts: Vec<Vec<f64>> =
         std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start)).collect();
-    let fits = starts.into_par_iter().map(|start| task.fit(model, &start, SCREENING_STEPS));
-    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost));
-    best.map_or_else(
-        || task.fit(model, &model.start(), STEPS),
-        |best| task.fit(model, &best.theta, 2 * STEPS),
-    )
+    // Causes that are never tried cost more than values that are not quite calibrated.
+    let is_late = || task.budget.is_over(Stage::Calibrate);
+    let begun = starts.into_par_iter().enumerate().filter(|(i, _)| *i == 0 || !is_late());
+    let fits = begun.map(|(_, start)| task.fit(model, &start, SCREENING_STEPS));
+    match fits.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+        None => task.fit(model, &model.start(), STEPS),
+        Some(best) if is_late() => best,
+        Some(best) => task.fit(model, &best.theta, 2 * STEPS),
+    }
 }
 
 /// Calibration from where causes beside it ended, where that costs clearly less.
@@ -320,7 +323,8 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         glance.spacing_s = record.spacing_s;
         let mut is_pushed = true;
         for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
-            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. });
+            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+                && !dataset.is_looped(*drive);
             is_pushed &= is_force;
             glance.asked = glance.asked.max(largest(command));
             glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };

@@ -21,7 +21,8 @@ pub(crate) fn command_noise(command: &[f64]) -> f64 {
 fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
     let (drive, _) = dataset.drives.first()?;
     let command = dataset.records[record].commands.first()?;
-    let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. });
+    let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+        && !dataset.is_looped(*drive);
     let assembly = assemble(&dataset.machine).ok().filter(|_| is_force)?;
     let mass = assembly.rigid_mass_kg(assembly.drives[*drive].on);
     (mass.is_finite() && mass > 0.0).then_some((mass, command))

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use feeler_arm::{JointBelief, JointKind, Mjcf, Urdf};
+use feeler_arm::{Chain, JointBelief, JointKind, Mjcf, Urdf};
 use feeler_files::{Document, machine_to_toml};
 use feeler_plant::description::{Axis, Body, GROUND, Machine, Quantity, Spring};
 use feeler_plant::effects::{CoulombFriction, EffectUse};
@@ -27,17 +27,25 @@ pub enum Model {
 const BODY: &str = "joint";
 const BEARING: &str = "bearing";
 const SERVO: &str = "servo";
+const LOAD: &str = "load";
 const ENCODER: &str = "encoder";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
 const LAG_OMEGA: f64 = 2.0;
 /// Lag that is assumed if none is visible, s.
 const USUAL_LAG_S: f64 = 0.05;
+/// A lag this many times that of the stated loop is none of it: targets come late by a row or two besides.
+const FAR_OFF_LAG: f64 = 5.0;
+/// A gain this many times another is in another unit: believed masses are hardly twice the real ones.
+const FAR_OFF_GAIN: f64 = 2.0;
+/// Dry friction shifts where a joint holds its load by up to its level: a load this many times larger shows.
+const LOAD_OVER_FRICTION: f64 = 3.0;
 /// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
 /// Every joint of a model.
 pub(super) struct Beliefs {
     joints: Vec<AxisBelief>,
+    tree: Option<Urdf>,
 }
 
 /// The believed parameters of one joint.
@@ -47,7 +55,7 @@ pub struct AxisBelief {
     pub joint: JointBelief,
     /// Whether it slides.
     pub is_straight: bool,
-    /// Inertia (or mass) of the bodies that it moves, at the pose with all joints at zero.
+    /// Inertia (or mass) of all that it moves, where all joints stand at zero.
     pub inertia: f64,
 }
 
@@ -69,7 +77,7 @@ impl Beliefs {
                 (path, Mjcf { tree, joints })
             }
             Model::Mjcf(path) => (path, parsed(path, Mjcf::parse)?),
-            Model::Machine(_) => return Ok(Self { joints: Vec::new() }),
+            Model::Machine(_) => return Ok(Self { joints: Vec::new(), tree: None }),
         };
         let mut joints = Vec::new();
         for joint in mjcf.joints {
@@ -80,7 +88,18 @@ impl Beliefs {
             let is_straight = at.is_some_and(|i| chain.joints[i].kind == JointKind::Prismatic);
             joints.push(AxisBelief { joint, is_straight, inertia });
         }
-        Ok(Self { joints })
+        Ok(Self { joints, tree: Some(mjcf.tree) })
+    }
+
+    /// The longest chain on which a joint lies, and its place there.
+    pub(super) fn chain_through(&self, joint: &str) -> Option<(Chain, usize)> {
+        let tree = self.tree.as_ref()?;
+        let chains = self.joints.iter().filter_map(|tip| tree.chain(&tip.joint.link).ok());
+        let on_it = |chain: Chain| {
+            let at = chain.joints.iter().position(|other| other.name == joint)?;
+            Some((chain, at))
+        };
+        chains.filter_map(on_it).max_by_key(|(chain, _)| chain.joints())
     }
 
     /// The joint with this name in the log: by its name, else by its index if both have the same number.
@@ -99,6 +118,78 @@ impl Beliefs {
     /// Names of all joints.
     pub(super) fn names(&self) -> Vec<&str> {
         self.joints.iter().map(|belief| belief.joint.name.as_str()).collect()
+    }
+}
+
+/// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
+///
+/// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
+/// steadily is followed `(kd + damping) / kp` later: with the damping beside it, a smaller gain lags more.
+fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
+    let as_stated = (1.0, ", as the model states".into());
+    if let Some(held) = seen.held.gain(LOAD_OVER_FRICTION * joint.friction) {
+        let share = held / kp;
+        if (1.0 / FAR_OFF_GAIN..FAR_OFF_GAIN).contains(&share) {
+            return as_stated;
+        }
+        let why = format!(
+            ": {} of what the model states, as the errors with which the servo holds its load show",
+            short(share)
+        );
+        return (share, why);
+    }
+    let stated_s = (joint.kd + joint.damping) / kp;
+    let Some(lag_s) = seen.lag_s.filter(|lag_s| *lag_s > FAR_OFF_LAG * (stated_s + joint.delay_s)) else {
+        return as_stated;
+    };
+    let share = joint.damping / (kp * (lag_s - joint.delay_s) - joint.kd);
+    if share <= 0.0 {
+        return as_stated;
+    }
+    let why = format!(
+        ": {} of what the model states, with which a loop lags by {} ms, and not by {} ms as the \
+         position does",
+        short(share),
+        short(1e3 * stated_s),
+        short(1e3 * lag_s)
+    );
+    (share, why)
+}
+
+/// What the log shows of a joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    /// How much later the position follows, s.
+    pub(super) lag_s: Option<f64>,
+    /// Errors under loads.
+    pub(super) held: Held,
+    /// Step of the encoder.
+    pub(super) step: Option<f64>,
+}
+
+/// Sums over rows of an error under a known load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Held {
+    rows: f64,
+    load_load: f64,
+    load_error: f64,
+}
+
+impl Held {
+    pub(super) fn add(&mut self, load: f64, error: f64) {
+        if load.is_finite() && error.is_finite() {
+            self.rows += 1.0;
+            self.load_load += load * load;
+            self.load_error += load * error;
+        }
+    }
+
+    /// Load over error, by least squares of the error, which friction and motion spoil; `None` where the
+    /// load is no larger than this.
+    fn gain(&self, least: f64) -> Option<f64> {
+        let gain = -self.load_load / self.load_error;
+        let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;
+        (is_loaded && gain.is_finite() && gain > 0.0).then_some(gain)
     }
 }
 
@@ -123,6 +214,7 @@ fn wrong(path: &Path, error: &feeler_arm::ArmError) -> DiagnosisError {
 }
 
 /// A machine file, the names of its signals, and the assumptions.
+#[derive(Clone)]
 pub(super) struct First {
     pub(super) text: String,
     /// Signal of the target or command.
@@ -130,8 +222,8 @@ pub(super) struct First {
     /// Signal of the position.
     pub(super) position: String,
     pub(super) assumptions: Vec<String>,
-    /// Whether the text ends with the encoder of a first machine.
-    is_own: bool,
+    /// Signal of what gravity and other joints do, where the machine has a place for it.
+    pub(super) load: Option<String>,
 }
 
 impl First {
@@ -160,23 +252,19 @@ impl First {
                 "the target drives `{name}`, the first actuator of {}",
                 path.display()
             )],
-            is_own: false,
+            load: None,
         })
     }
 
-    /// Adds the step of the encoder to a first machine.
-    pub(super) fn note_step(&mut self, step: Option<f64>) {
-        let Some(step) = step.filter(|_| self.is_own) else { return };
-        let _ = writeln!(self.text, "resolution = {step:?}");
-        self.assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
-    }
-
-    /// A first machine of one joint with a position servo.
-    pub(super) fn servo(belief: Option<&AxisBelief>, lag_s: Option<f64>) -> Self {
+    /// A first machine of one joint with a position servo. `middle` is the inertia of the links where each
+    /// joint stands at the middle of the first run, of an arm whose other joints and weight load this one.
+    pub(super) fn servo(belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
+        let lag_s = seen.lag_s;
         let mut assumptions = Vec::new();
         let given = belief.cloned().unwrap_or_default();
         let joint = &given.joint;
-        let mut inertia = given.inertia + joint.armature;
+        let links = middle.unwrap_or(given.inertia);
+        let mut inertia = links + joint.armature;
         let unit = if given.is_straight { "kg" } else { "kg m2" };
         if belief.is_none() {
             inertia = 1.0;
@@ -186,9 +274,14 @@ impl First {
             );
         } else {
             assumptions.push(format!(
-                "inertia {} {unit}: links {} at the pose where all joints are zero, armature {}",
+                "inertia {} {unit}: links {} {}, armature {}",
                 short(inertia),
-                short(given.inertia),
+                short(links),
+                if middle.is_some() {
+                    "where each joint stands at the middle of the first run"
+                } else {
+                    "where all joints are zero"
+                },
                 short(joint.armature)
             ));
         }
@@ -198,8 +291,10 @@ impl First {
                 .push(format!("the model moves no mass here: the inertia is set to {LEAST_INERTIA} {unit}"));
         }
         let (kp, kd) = if let Some(kp) = joint.kp {
-            assumptions.push(format!("kp {} and kd {}, as the model states", short(kp), short(joint.kd)));
-            (kp, joint.kd)
+            let (share, why) = believed_share(kp, joint, seen);
+            let (kp, kd) = (share * kp, share * joint.kd);
+            assumptions.push(format!("kp {} and kd {}{why}", short(kp), short(kd)));
+            (kp, kd)
         } else {
             let lag = lag_s.filter(|lag| *lag > 0.0).unwrap_or(USUAL_LAG_S);
             let omega = LAG_OMEGA / lag;
@@ -231,13 +326,25 @@ impl First {
         if let Some(limit) = joint.effort_limit {
             let _ = writeln!(text, "limit = {limit:?}");
         }
+        if middle.is_some() {
+            let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
+            assumptions.push(
+                "the column `load` is what the weight and the other joints' motion do to this one, by \
+                 the masses of the model and the positions of the log"
+                    .into(),
+            );
+        }
         let _ = writeln!(text, "\n[sensors.{ENCODER}]\nreads = \"{BODY}.position\"");
+        if let Some(step) = seen.step {
+            let _ = writeln!(text, "resolution = {step:?}");
+            assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
+        }
         Self {
             text,
             input: format!("{SERVO}.target"),
             position: format!("{ENCODER}.reading"),
             assumptions,
-            is_own: true,
+            load: middle.map(|_| format!("{LOAD}.command")),
         }
     }
 }

@@ -5,6 +5,7 @@
 
 mod axis;
 mod follow;
+mod load;
 mod roles;
 mod summary;
 mod write;

@@ -44,6 +44,13 @@ pub struct Chosen {
     pub unit: Option<(UnitGuess, String)>,
 }
 
+impl Chosen {
+    /// One of its numbers in SI.
+    pub(super) fn in_si(&self) -> f64 {
+        self.unit.as_ref().map_or(1.0, |(unit, _)| unit.in_si())
+    }
+}
+
 /// A unit other than SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UnitGuess {

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use feeler_logs::{Pick, Run, Series, on_one_grid};
 use feeler_problem::short;
 
-use super::axis::{Beliefs, First, Model};
+use super::axis::{AxisBelief, Beliefs, First, Model, Seen};
+use super::load::Arm;
 use super::roles::{Chosen, Guess, Role, UnitGuess};
 use super::{Options, Survey, Written};
 use crate::dataset::quantum;
@@ -16,6 +17,8 @@ use crate::error::DiagnosisError;
 
 /// Smallest number of rows of an experiment.
 const FEWEST_ROWS: usize = 50;
+/// The column of what gravity and other joints do.
+const LOAD: &str = "load";
 
 /// Datasets in progress, one for each joint.
 pub(super) struct Writer {
@@ -27,7 +30,14 @@ struct Joint {
     guess: Guess,
     folder: PathBuf,
     experiments: Vec<String>,
-    first: First,
+    /// A machine that the user gives.
+    given: Option<First>,
+    belief: Option<AxisBelief>,
+    /// What was assumed of the model.
+    assumptions: Vec<String>,
+    /// The arm that loads the joint, and its inertia there.
+    arm: Option<(Arm, f64)>,
+    seen: Seen,
 }
 
 impl Writer {
@@ -54,30 +64,40 @@ impl Writer {
             if !is_wanted {
                 continue;
             }
-            let lag_s = guess.follow.map(|follow| follow.lag_s);
-            let mut first = match &options.model {
-                Some(Model::Machine(path)) => First::given(path)?,
-                _ => First::servo(belief.as_ref().map(|(belief, _)| *belief), lag_s),
+            let arm = beliefs.as_ref().and_then(|beliefs| Arm::around(name, beliefs, &survey.joints));
+            let arm = arm.filter(|_| belief.is_some());
+            let given = match &options.model {
+                Some(Model::Machine(path)) => Some(First::given(path)?),
+                _ => None,
             };
+            let mut assumptions = Vec::new();
             match (&belief, &beliefs) {
-                (Some((belief, why)), _) => first
-                    .assumptions
-                    .insert(0, format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
-                (None, Some(beliefs)) if !beliefs.names().is_empty() => first.assumptions.insert(
-                    0,
-                    format!(
-                        "the model has no joint `{name}`, only {}: nothing of it is used",
-                        beliefs.names().join(", ")
-                    ),
-                ),
+                (Some((belief, why)), _) => assumptions
+                    .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
+                (None, Some(beliefs)) if !beliefs.names().is_empty() => assumptions.push(format!(
+                    "the model has no joint `{name}`, only {}: nothing of it is used",
+                    beliefs.names().join(", ")
+                )),
                 _ => {}
             }
+            let unknown: Vec<&str> = arm.iter().flat_map(Arm::unknown).collect();
+            if !unknown.is_empty() {
+                assumptions.push(format!("the log has no {}: taken to be zero", unknown.join(", ")));
+            }
+            let middle = arm.map(|arm| {
+                let inertia = arm.inertia(|column| range(survey, column));
+                (arm, inertia)
+            });
             joints.push(Joint {
                 name: (*name).clone(),
                 guess: (*guess).clone(),
                 folder: out.clone(),
                 experiments: Vec::new(),
-                first,
+                given,
+                belief: belief.map(|(belief, _)| belief.clone()),
+                assumptions,
+                arm: middle,
+                seen: Seen { lag_s: guess.follow.map(|follow| follow.lag_s), ..Seen::default() },
             });
         }
         if joints.is_empty() {
@@ -112,18 +132,22 @@ impl Writer {
                     .push(format!("`{}`: no run has enough rows, so that nothing was written", joint.name));
                 continue;
             }
-            save(&joint.folder.join("dataset.toml"), &joint.dataset())?;
+            let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
+            let first = joint.given.clone();
+            let first = first.unwrap_or_else(|| First::servo(joint.belief.as_ref(), middle, &joint.seen));
+            save(&joint.folder.join("dataset.toml"), &joint.dataset(&first))?;
+            let assumptions = [joint.assumptions, first.assumptions].concat();
             let mut machine =
                 String::from("# A first machine, written by `feeler import`. What it rests on:\n");
-            for assumption in &joint.first.assumptions {
+            for assumption in &assumptions {
                 let _ = writeln!(machine, "# - {assumption}");
             }
-            machine.push_str(&joint.first.text);
+            machine.push_str(&first.text);
             save(&joint.folder.join("machine.toml"), &machine)?;
             survey.datasets.push(Written {
                 folder: joint.folder,
                 joint: joint.name,
-                assumptions: joint.first.assumptions,
+                assumptions,
                 experiments: joint.experiments,
             });
         }
@@ -158,15 +182,13 @@ impl Joint {
             ));
             return Ok(());
         }
-        let picks: Vec<Pick<'_>> = here
-            .iter()
-            .map(|(role, chosen)| Pick {
-                name: &chosen.column,
-                is_held: matches!(role, Role::Target | Role::Command),
-            })
-            .collect();
+        let own = here.iter().map(|(role, chosen)| Pick {
+            name: &chosen.column,
+            is_held: matches!(role, Role::Target | Role::Command),
+        });
+        let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
-        let series = on_one_grid(&file, run, &picks)?;
+        let mut series = on_one_grid(&file, run, &picks)?;
         if series.times_s.len() < FEWEST_ROWS {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
@@ -190,18 +212,33 @@ impl Joint {
             copies += 1;
             name = format!("{}-{copies}.csv", file_name(&run.name));
         }
-        let header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        let mut header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        let mut held = self.seen.held;
+        if let Some((arm, _)) = &self.arm {
+            let load = arm.load(run, &series.times_s, &series.values[here.len()..]);
+            series.values.truncate(here.len());
+            let each = |role| self.guess.columns.get(&role).map_or(1.0, Chosen::in_si);
+            let (target, position) = (each(Role::Target), each(Role::Position));
+            if here[0].0 == Role::Target && here[1].0 == Role::Position {
+                for ((load, wanted), is) in load.iter().zip(&series.values[0]).zip(&series.values[1]) {
+                    held.add(*load, target * wanted - position * is);
+                }
+            }
+            series.values.push(load);
+            header.push(LOAD);
+        }
         table(&self.folder.join(&name), &header, &series)?;
         let at = here.iter().position(|(role, _)| *role == Role::Position);
-        let each = self.guess.columns.get(&Role::Position).and_then(|chosen| chosen.unit.as_ref());
-        let each = each.map_or(1.0, |(unit, _)| unit.in_si());
-        let found = at.and_then(|i| quantum(&series.values[i])).map(|step| step * each);
-        self.first.note_step(found.filter(|_| self.experiments.is_empty()));
+        let each = self.guess.columns.get(&Role::Position).map_or(1.0, Chosen::in_si);
+        self.seen.held = held;
+        if self.experiments.is_empty() {
+            self.seen.step = at.and_then(|i| quantum(&series.values[i])).map(|step| step * each);
+        }
         self.experiments.push(name);
         Ok(())
     }
 
-    fn dataset(&self) -> String {
+    fn dataset(&self, first: &First) -> String {
         let mut text = String::from(
             "# Written by `feeler import`. Remarks give the reason of each guess. Change what is wrong,\n\
              # then run `feeler check`.\n",
@@ -209,8 +246,8 @@ impl Joint {
         let _ = writeln!(text, "name = {:?}\nmachine = \"machine.toml\"", file_name(&self.name));
         for (role, chosen) in self.columns() {
             let signal = match role {
-                Role::Target | Role::Command => &self.first.input,
-                Role::Position => &self.first.position,
+                Role::Target | Role::Command => &first.input,
+                Role::Position => &first.position,
                 Role::Velocity | Role::Effort => {
                     let _ = writeln!(
                         text,
@@ -230,6 +267,13 @@ impl Joint {
                 };
             }
         }
+        if let Some(signal) = self.arm.as_ref().and(first.load.as_ref()) {
+            let _ = writeln!(
+                text,
+                "\n# What the weight and the other joints' motion do to this one, by the model's masses.\n\
+                 [columns.{LOAD}]\nsignal = \"{signal}\""
+            );
+        }
         if let Some(follow) = self.guess.follow {
             let _ = writeln!(
                 text,
@@ -243,6 +287,12 @@ impl Joint {
         }
         text
     }
+}
+
+/// Smallest and largest value of a column in the first run.
+fn range(survey: &Survey, column: &str) -> Option<[f64; 2]> {
+    let columns = survey.runs.first()?.tables.iter().flat_map(|table| &table.columns);
+    columns.into_iter().find(|other| other.name == column).map(|found| found.range)
 }
 
 /// A name without characters that are special in file systems.

@@ -57,7 +57,10 @@ impl Base {
         let machine = &dataset.machine;
         let assembly = assemble(machine).ok()?;
         let (drive, _) = dataset.drives.first()?;
-        if !matches!(machine.actuators[*drive].kind, ActuatorKind::Force { .. }) || dataset.drives.len() > 1 {
+        if !matches!(machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+            || dataset.drives.len() > 1
+            || !dataset.loops.is_empty()
+        {
             return None;
         }
         // Gravity that a body states is no part of this balance.

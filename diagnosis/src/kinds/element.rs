@@ -1,7 +1,7 @@
 //! The element for a trial effect, and the visible features of the records.
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Body, Contact, Machine, Site, Spring, Table};
+use feeler_plant::description::{ActuatorKind, Body, Contact, Machine, Site, Spring, Table};
 use feeler_plant::effects::Host;
 use indexmap::IndexMap;
 
@@ -49,6 +49,13 @@ impl<'a> Element<'a> {
     pub(crate) fn contact(&self) -> Option<&Contact> {
         let Host::Contact(i) = self.host else { return None };
         self.machine.contacts.get_index(i).map(|(_, contact)| contact)
+    }
+
+    /// Whether it is a drive with a position loop of its own.
+    pub(crate) fn is_servo(&self) -> bool {
+        let Host::Actuator(i) = self.host else { return false };
+        let drive = self.machine.actuators.get_index(i);
+        drive.is_some_and(|(_, drive)| matches!(drive.kind, ActuatorKind::PositionServo(_)))
     }
 
     /// The machine taken together.

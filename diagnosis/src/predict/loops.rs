@@ -1,30 +1,42 @@
-//! The loops of sampled servos along a record: they run inside the prediction, as they do in the machine.
+//! The loops of sampled servos, and those of controllers whose reference was recorded, along a record: they
+//! run inside the prediction, as they do in the machine.
 
 use std::collections::VecDeque;
 
-use feeler_control::{Controller, Inputs};
+use feeler_control::{Controller, ControllerSpec, Inputs};
 use feeler_engine::servo_spec;
-use feeler_plant::assembly::{Assembly, Source, TargetChain};
+use feeler_plant::assembly::{Assembly, Drive, SensorPart, Source, TargetChain};
 use feeler_plant::description::Quantity;
-use feeler_plant::motion::dot;
 use feeler_problem::{Problem, Remedy};
 
 use super::machine::{Moving, State};
+use crate::dataset::Looped;
 use crate::error::DiagnosisError;
 
 /// Parts of a row at which a fit lets a servo sample. Spans between them recur, so that their exponentials
 /// are computed once. A sample is at most 1/2000 of a row early or late.
 const PARTS: f64 = 1000.0;
 
-/// What never changes of one servo.
+/// What never changes of one loop.
 #[derive(Clone, Debug)]
 pub(super) struct ServoLoop {
     pub(super) drive: usize,
+    /// Whether it is a controller's, whose output goes through the chain of its drive.
+    pub(super) is_controller: bool,
     period_s: f64,
+    offset_s: f64,
     delay_s: f64,
-    resolution: f64,
-    target: TargetChain,
+    reads: Reads,
     start: LoopState,
+}
+
+/// What a loop reads.
+#[derive(Clone, Debug)]
+enum Reads {
+    /// The stroke of its drive, in steps, after a target.
+    Stroke { resolution: f64, target: TargetChain },
+    /// Sensors: what it controls, and the motion that it works with.
+    Sensors { sensors: [Option<usize>; 2], motion_is_velocity: bool },
 }
 
 /// Where one servo is.
@@ -36,6 +48,8 @@ pub(super) struct LoopState {
     samples: u64,
     /// Outputs under way: when they arrive, and what they are.
     pending: VecDeque<(f64, f64)>,
+    /// Of each sensor, signals that were taken for later samples, and how many were ever taken.
+    taken: [(VecDeque<f64>, u64); 2],
 }
 
 impl LoopState {
@@ -45,28 +59,36 @@ impl LoopState {
     }
 }
 
-/// The sampled servos of a machine, whose first targets are where they stand.
-pub(super) fn loops(assembly: &Assembly) -> Result<Vec<ServoLoop>, DiagnosisError> {
-    let mut found = Vec::new();
+/// The sampled servos of a machine, whose first targets are where they stand, and its controllers.
+pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoLoop>, DiagnosisError> {
+    let mut found = looped.iter().map(|own| ServoLoop::of(own, assembly)).collect::<Result<Vec<_>, _>>()?;
     for (drive, part) in assembly.drives.iter().enumerate() {
         let (Some(spec), Some(sampling)) = (servo_spec(part), part.sampling()) else { continue };
         let (period_s, delay_s) = (spec.period_s, spec.delay_s);
-        let controller = Controller::new(&[spec]).map_err(|error| {
-            let key = format!("actuators.{}", part.name);
-            DiagnosisError::Machine { problems: vec![Problem::new(key, error.to_string(), error.remedy())] }
-        })?;
         let stands = assembly.nodes[part.on].position_m - assembly.nodes[part.reacts_on].position_m;
-        let pending = VecDeque::new();
+        let resolution = sampling.resolution.unwrap_or(0.0);
         found.push(ServoLoop {
             drive,
+            is_controller: false,
             period_s,
+            offset_s: 0.0,
             delay_s,
-            resolution: sampling.resolution.unwrap_or(0.0),
-            target: sampling.target,
-            start: LoopState { controller, target: stands, followed: stands, samples: 0, pending },
+            reads: Reads::Stroke { resolution, target: sampling.target },
+            start: LoopState::of(spec, stands, &format!("actuators.{}", part.name))?,
         });
     }
     Ok(found)
+}
+
+impl LoopState {
+    fn of(spec: ControllerSpec, stands: f64, key: &str) -> Result<Self, DiagnosisError> {
+        let controller = Controller::new(&[spec]).map_err(|error| DiagnosisError::Machine {
+            problems: vec![Problem::new(key, error.to_string(), error.remedy())],
+        })?;
+        let pending = VecDeque::new();
+        let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
+        Ok(Self { controller, target: stands, followed: stands, samples: 0, pending, taken })
+    }
 }
 
 /// The servos at the start of a record.
@@ -93,17 +115,19 @@ impl Row {
     }
 }
 
-/// The next instant of a row at which a servo does something, how far into the row it is, s.
-pub(super) fn next_s(loops: &[ServoLoop], state: &State, row: &Row) -> Option<f64> {
+/// The next instant of a row at which a loop does something, how far into the row it is, s.
+pub(super) fn next_s(loops: &[ServoLoop], machine: &Moving, state: &State, row: &Row) -> Option<f64> {
+    let sensors = &machine.motion.assembly().sensors;
     let of = |(servo, held): (&ServoLoop, &LoopState)| {
-        let sample_s = row.part_s(held.samples as f64 * servo.period_s);
+        let sample_s = row.part_s(servo.sample_s(held.samples));
         let arrival_s = held.pending.front().and_then(|(t_s, _)| row.part_s(*t_s));
-        [sample_s, arrival_s].into_iter().flatten().min_by(f64::total_cmp)
+        let takes = (0..2).filter_map(|which| row.part_s(servo.take_s(which, held, sensors)?));
+        [sample_s, arrival_s].into_iter().flatten().chain(takes).min_by(f64::total_cmp)
     };
     loops.iter().zip(&state.loops).filter_map(of).min_by(f64::total_cmp)
 }
 
-/// Everything that the servos do `now_s` into a row: outputs arrive, then samples are taken.
+/// Everything that the loops do `now_s` into a row: outputs arrive, then samples are taken.
 pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State, row: &Row, now_s: f64) {
     let is_due = |t_s: f64| row.part_s(t_s).is_some_and(|part_s| part_s <= now_s);
     for (i, servo) in loops.iter().enumerate() {
@@ -111,10 +135,34 @@ pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State
             state.loops[i].pending.pop_front();
             machine.set_input(state, servo.drive, output);
         }
-        while is_due(state.loops[i].samples as f64 * servo.period_s) {
-            let sample_s = state.loops[i].samples as f64 * servo.period_s;
-            let stroke = machine.signal(state, Source::Drive(servo.drive, Quantity::Position));
-            let output = servo.sample(&mut state.loops[i], sample_s, dot(&stroke, &state.xi));
+        for which in 0..2 {
+            while let Some((sensor, _)) = servo
+                .sensor(which)
+                .zip(servo.take_s(which, &state.loops[i], &machine.motion.assembly().sensors))
+                .filter(|(_, take_s)| is_due(*take_s))
+            {
+                let signal = machine.value(state, Source::Sensor(sensor));
+                let (taken, count) = &mut state.loops[i].taken[which];
+                taken.push_back(signal);
+                *count += 1;
+            }
+        }
+        while is_due(servo.sample_s(state.loops[i].samples)) {
+            let sample_s = servo.sample_s(state.loops[i].samples);
+            let output = match &servo.reads {
+                Reads::Stroke { resolution, target } => {
+                    let stroke = machine.value(state, Source::Drive(servo.drive, Quantity::Position));
+                    servo.follow(&mut state.loops[i], sample_s, stroke, *resolution, target)
+                }
+                Reads::Sensors { motion_is_velocity, .. } => {
+                    let [reading, motion] = [0, 1].map(|which| servo.read(which, i, machine, state));
+                    let inputs = Inputs { reading, motion, motion_is_velocity: *motion_is_velocity };
+                    let held = &mut state.loops[i];
+                    held.samples += 1;
+                    let output = held.controller.sample(sample_s, &inputs, held.target);
+                    machine.motion.assembly().drives[servo.drive].held(output)
+                }
+            };
             if servo.delay_s > 0.0 {
                 state.loops[i].pending.push_back((sample_s + servo.delay_s, output));
             } else {
@@ -124,14 +172,67 @@ pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State
     }
 }
 
+/// What a sensor makes of its (delayed, filtered) signal.
+fn reading(sensor: &SensorPart, signal: f64) -> f64 {
+    let steps = sensor.resolutions.iter().filter(|step| **step > 0.0);
+    steps.fold(sensor.gain * signal + sensor.bias, |reading, step| (reading / step).round() * step)
+}
+
 impl ServoLoop {
-    fn sample(&self, held: &mut LoopState, sample_s: f64, stroke: f64) -> f64 {
-        let step = self.resolution;
+    /// A controller of the machine's file.
+    fn of(looped: &Looped, assembly: &Assembly) -> Result<Self, DiagnosisError> {
+        let Looped { name, drive, spec, motion_is_velocity, .. } = looped;
+        let part: &Drive = &assembly.drives[*drive];
+        let sensors = [looped.reading, looped.motion];
+        Ok(Self {
+            drive: *drive,
+            is_controller: true,
+            period_s: spec.period_s,
+            offset_s: spec.offset_s,
+            delay_s: spec.delay_s + part.received_late(),
+            reads: Reads::Sensors { sensors, motion_is_velocity: *motion_is_velocity },
+            start: LoopState::of(spec.clone(), 0.0, &format!("controllers.{name}"))?,
+        })
+    }
+
+    fn sample_s(&self, sample: u64) -> f64 {
+        self.offset_s + sample as f64 * self.period_s
+    }
+
+    fn sensor(&self, which: usize) -> Option<usize> {
+        match &self.reads {
+            Reads::Stroke { .. } => None,
+            Reads::Sensors { sensors, .. } => sensors[which],
+        }
+    }
+
+    /// When the signal of a sensor that is late is to be taken next; `None` for one that is not.
+    fn take_s(&self, which: usize, held: &LoopState, sensors: &[SensorPart]) -> Option<f64> {
+        let delay_s = sensors[self.sensor(which)?].delay;
+        (delay_s > 0.0).then(|| self.sample_s(held.taken[which].1) - delay_s)
+    }
+
+    /// The reading of a sensor at a sample; zero where there is none.
+    fn read(&self, which: usize, own: usize, machine: &Moving, state: &mut State) -> f64 {
+        let Some(sensor) = self.sensor(which) else { return 0.0 };
+        let part = &machine.motion.assembly().sensors[sensor];
+        let taken = if part.delay > 0.0 { state.loops[own].taken[which].0.pop_front() } else { None };
+        reading(part, taken.unwrap_or_else(|| machine.value(state, Source::Sensor(sensor))))
+    }
+
+    fn follow(
+        &self,
+        held: &mut LoopState,
+        sample_s: f64,
+        stroke: f64,
+        step: f64,
+        target: &TargetChain,
+    ) -> f64 {
         let reading = if step > 0.0 { (stroke / step).round() * step } else { stroke };
-        let most = self.target.rate_limit * self.period_s;
+        let most = target.rate_limit * self.period_s;
         held.followed += (held.target - held.followed).clamp(-most, most);
         let error = held.followed - reading;
-        let unseen = self.target.error_deadband;
+        let unseen = target.error_deadband;
         let reference = reading + (error - error.clamp(-unseen, unseen));
         held.samples += 1;
         let inputs = Inputs { reading, motion: 0.0, motion_is_velocity: false };

@@ -84,6 +84,11 @@ impl Moving {
         self.motion.signal(&self.flows[state.flow].equations, source).unwrap_or_default()
     }
 
+    /// What a signal is in a state.
+    pub(super) fn value(&self, state: &State, source: Source) -> f64 {
+        dot(&self.signal(state, source), &state.xi)
+    }
+
     /// Brings the nonlinear terms up to date.
     pub(super) fn fill(&self, state: &mut State) {
         self.motion.fill_terms(&self.flows[state.flow].equations, &mut state.xi);

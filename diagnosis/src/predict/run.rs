@@ -96,7 +96,7 @@ impl<'a> Predictor<'a> {
         let pace = pace_of(&assembly, &dataset.channels, record);
         place(&mut assembly, &dataset.channels, record, pace);
         impose(&mut assembly, dataset, record);
-        let servos = loops(&assembly)?;
+        let servos = loops(&assembly, &dataset.loops)?;
         let sources = dataset.channels.iter().map(|channel| channel.source).collect();
         Ok(Self {
             record,
@@ -219,9 +219,17 @@ impl<'a> Predictor<'a> {
             .iter()
             .zip(&self.record.commands)
             .map(|((drive, _), commands)| {
-                commands.iter().map(|&command| drives[*drive].received(command)).collect()
+                let is_reference = self.has_controller(*drive);
+                let of =
+                    |&command: &f64| if is_reference { command } else { drives[*drive].received(command) };
+                commands.iter().map(of).collect()
             })
             .collect()
+    }
+
+    /// Whether a controller commands a drive, whose recorded command is the reference of that.
+    fn has_controller(&self, drive: usize) -> bool {
+        self.servos.iter().any(|servo| servo.is_controller && servo.drive == drive)
     }
 
     /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive
@@ -274,7 +282,8 @@ impl<'a> Predictor<'a> {
             Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision == Precision::Rows };
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
-            let late = self.machine.motion.assembly().drives[*drive].received_late() / dt;
+            let part = &self.machine.motion.assembly().drives[*drive];
+            let late = if self.has_controller(*drive) { 0.0 } else { part.received_late() / dt };
             let whole = late.floor();
             let part_s = row.part_s(row.start_s + (late - whole) * dt);
             let back = whole as usize + usize::from(part_s.is_none_or(|part_s| part_s > 0.0));
@@ -298,7 +307,7 @@ impl<'a> Predictor<'a> {
             arrivals.retain(|(at_s, ..)| *at_s > now_s);
             serve(&self.servos, &mut self.machine, state, &row, now_s);
             let arrival_s = arrivals.iter().map(|(at_s, ..)| *at_s).min_by(f64::total_cmp);
-            let next = [next_s(&self.servos, state, &row), arrival_s];
+            let next = [next_s(&self.servos, &self.machine, state, &row), arrival_s];
             let Some(next_s) = next.into_iter().flatten().min_by(f64::total_cmp) else { break };
             self.machine.advance(state, next_s - now_s)?;
             now_s = next_s;

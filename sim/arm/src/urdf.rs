@@ -92,7 +92,8 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let mut principal = tensor.symmetric_eigenvalues();
     principal.as_mut_slice().sort_by(f64::total_cmp);
-    if principal[0] <= 0.0 {
+    // All zero is a point: what moves it must turn more than the point (see `check_masses`).
+    if principal[0] <= 0.0 && tensor.amax() > 0.0 {
         let what = format!(
             "link `{name}` has an inertia of {} kg m2 about one of its axes, and no body has zero or less",
             principal[0]
@@ -143,7 +144,9 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         Some(end) => attribute(end, "link").map(str::to_owned),
         None => wrong(node, format!("joint `{name}` has no `{tag}`"), format!("add `<{tag} link=\"...\"/>`")),
     };
-    let axis = child(node, "axis").map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
+    // What does not move needs no axis, and exporters write zeros there.
+    let axis = child(node, "axis").filter(|_| kind.is_some());
+    let axis = axis.map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
     let Some(axis) = Unit::try_new(axis, 1e-9) else {
         return wrong(
             node,

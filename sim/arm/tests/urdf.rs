@@ -110,3 +110,14 @@ fn truth_poses_are_checked_and_found() {
         .unwrap_err();
     assert!(matches!(far, ArmError::Unreachable { left_m, .. } if (left_m - 0.4).abs() < 1e-3), "{far}");
 }
+
+#[test]
+fn truth_a_point_of_mass_and_a_fixed_joint_without_an_axis_are_no_mistakes() {
+    let frame = "<link name=\"tip\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\"/></inertial></link>
+        <joint name=\"fixed\" type=\"fixed\"><origin xyz=\"0.1 0 0\"/><parent link=\"two\"/><child link=\"tip\"/>
+        <axis xyz=\"0 0 0\"/></joint></robot>";
+    let with = Urdf::parse(&GOOD.replacen("</robot>", frame, 1)).unwrap().chain("tip").unwrap();
+    let without = Urdf::parse(GOOD).unwrap().chain("two").unwrap();
+    let [with, without] = [&with, &without].map(|chain| chain.joints.last().unwrap().inertial.clone());
+    assert!((with.mass_kg - without.mass_kg - 0.5).abs() < 1e-15);
+}

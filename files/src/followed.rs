@@ -1,0 +1,61 @@
+//! Columns of a dataset that are what a controller of the machine's file followed, as in
+//! `controllers.force.reference`.
+
+use feeler_catalogue::Dimension;
+use feeler_plant::description::{ActuatorKind, Axis, Quantity, SignalName};
+use feeler_plant::names::did_you_mean;
+use feeler_plant::problem::Problem;
+
+use super::document::Document;
+use super::read::Scope;
+
+/// The controller whose reference a signal is.
+pub fn followed_by(signal: &SignalName) -> Option<&str> {
+    let name = signal.element.as_str();
+    (signal.quantity == Quantity::Reference).then(|| name.strip_prefix("controllers.").unwrap_or(name))
+}
+
+/// Why the loop of a controller cannot run while a record is predicted.
+pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
+    let all = &machine.scenario.controllers;
+    let Some(own) = all.get(name) else {
+        let message = format!("the machine's file has no controller `{name}`");
+        let remedy = if all.is_empty() {
+            format!("add [controllers.{name}], or name the command of a drive")
+        } else {
+            did_you_mean(name, all.keys().map(String::as_str))
+        };
+        return Some(Problem::new("", message, remedy));
+    };
+    let drive = &own.drives;
+    if let Some((other, _)) = all.iter().find(|(other, used)| *other != name && used.drives == *drive) {
+        let message = format!("`{other}` drives `{drive}` too, and what it followed is not known");
+        return Some(Problem::new("", message, format!("leave [controllers.{other}] out")));
+    }
+    let kind = machine.scenario.machine.actuators.get(drive).map(|actuator| actuator.kind);
+    let message = match kind {
+        Some(ActuatorKind::PositionServo(servo)) if servo.period_s.is_some() => {
+            format!("`{drive}` has a sampled loop of its own, and loops within loops are not predicted")
+        }
+        Some(ActuatorKind::Imposed) => format!("the motion of `{drive}` is imposed, and no loop moves it"),
+        _ => return None,
+    };
+    Some(Problem::new(
+        "",
+        message,
+        format!("leave out the `period` of `{drive}`, or name its target instead"),
+    ))
+}
+
+/// Units of the reference of a controller.
+pub(crate) fn scope(machine: &Document, name: &str) -> Scope {
+    let scenario = &machine.scenario;
+    let rotational = Scope::new(scenario.machine.axis == Axis::Rotational);
+    // That it is absent is said; its unit is then no mistake besides.
+    let Some(own) = scenario.controllers.get(name) else {
+        return Scope { signal: Dimension::UNKNOWN, ..rotational };
+    };
+    let output = scenario.machine.actuators.get(&own.drives).map_or(Dimension::NONE, |a| a.kind.command());
+    let scope = Scope { output, ..rotational };
+    Scope { signal: scope.dim(own.spec.law.follows()), ..scope }
+}

@@ -1,0 +1,98 @@
+//! `loop-gain`: a drive makes more or less force of the same motion and command.
+
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+parameters! { LoopGain
+    gain: log(Dimension::NONE, Some(1.0), 0.8, (ABOVE_ZERO, 1e6), "force of the drive over the believed one"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: LoopGain::KIND,
+    name: "loop-gain",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    site: "a drive that gives a force",
+    parameters: LoopGain::PARAMETERS,
+    summary: "all force of a drive is scaled, and so are the gains of a servo",
+    documentation: "\
+## Example
+```toml
+[actuators.drive.effects.loop-gain]
+gain = 0.7
+```
+`feeler run scenarios/effects/loop-gain.toml` runs it.
+
+## Model
+The drive gives `gain` times the force that it would give of the same command at the same motion, before its
+limits. Of a position servo that is `gain` on `kp`, `ki` and `kd`. Of a velocity source or a motor it is
+`gain` on what command and speed make of force. Of a drive whose command is its force it is the same as
+`drive-gain`, which under a servo scales the target instead.
+
+## Where it comes from
+Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
+voltage that sags. A torque constant that is not that of the data sheet.
+
+## How it shows
+A servo with too small a gain lags more and hangs lower under a load; one with too large a gain is stiffer
+and swings faster. Friction, loads and inertia keep their sizes. Without a load, `added-mass` and friction
+that are wrong by one factor look the same; `viscous-friction` alone changes the lag, and not how a load is
+held.
+
+## How it is recognised
+Hold a known load: the servo's error is the load over `kp`. Without one, only the ratios of the gain to
+inertia and friction show.
+
+## Numerical treatment
+The entries of the servo in the equations of motion are multiplied, which is exact. Linear theory scales the
+gains of the servo.
+
+## Source
+M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
+Journal of Dynamic Systems, Measurement, and Control 136 (2014).
+",
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<LoopGain>(),
+};
+
+impl ChangesPlant for LoopGain {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { gain } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        if drive.imposed.is_some() {
+            return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
+        }
+        if let Some(servo) = &mut drive.servo {
+            servo.kp *= gain;
+            servo.ki *= gain;
+            servo.kd *= gain;
+        } else if let Some(source) = &mut drive.velocity_source {
+            source.gain *= gain;
+            source.damping *= gain;
+        } else {
+            drive.gain *= gain;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::Servo;
+    use crate::effects::fixture;
+
+    #[test]
+    fn truth_every_gain_of_a_servo_is_scaled_and_nothing_else() {
+        let mut machine = fixture::rigid();
+        let servo = |gain| Servo { kp: 20.0 * gain, ki: 4.0 * gain, kd: 2.0 * gain, sampling: None };
+        machine.drives[0].servo = Some(servo(1.0));
+        let mut expected = machine.clone();
+        DEFINITION.apply(&mut machine, Host::Actuator(0), &[0.25]).unwrap();
+        expected.drives[0].servo = Some(servo(0.25));
+        assert_eq!(machine, expected);
+    }
+}

@@ -1,0 +1,89 @@
+//! `torque-speed-line`: the faster a drive moves, the less force is left.
+
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
+use crate::assembly::{Assembly, SpeedLine};
+use crate::units::Dimension;
+
+parameters! { TorqueSpeedLine
+    force: log(
+        Dimension::FORCE, Some(f64::INFINITY), 30.0, (ABOVE_ZERO, f64::INFINITY), "largest force at rest"
+    ),
+    speed: log(Dimension::VELOCITY, None, 0.05, (ABOVE_ZERO, 1e6), "speed at which none is left"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: TorqueSpeedLine::KIND,
+    name: "torque-speed-line",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    site: "a drive without a speed line of its own",
+    parameters: TorqueSpeedLine::PARAMETERS,
+    summary: "the largest force of a drive falls with its speed",
+    documentation: "\
+## Example
+```toml
+[actuators.drive.effects.torque-speed-line]
+force = \"35 N\"
+speed = \"30 mm/s\"
+```
+`feeler run scenarios/effects/torque-speed-line.toml` runs it.
+
+## Model
+The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
+its stroke: what the supply voltage of a motor leaves over for its current. Against the motion more than
+`force` is possible. A motor on a voltage has this line by its resistance and takes no second one.
+
+## Where it comes from
+The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.
+
+## How it shows
+Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit`
+caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not ask
+for the load.
+
+## How it is recognised
+Plot the largest force against speed, with and against the motion: its edge is a straight line that falls.
+Large steps of the target show it, small ones do not.
+
+## Numerical treatment
+Reaching and leaving the line are events, and on it the force is a row of the equations of motion. Linear
+theory takes the line as not reached.
+
+## Source
+A. Hughes and B. Drury, Electric Motors and Drives, Newnes (2013): torque and speed of motors on a constant
+voltage.
+",
+    traits: &[Trait::Saturation],
+    change: Change::plant::<TorqueSpeedLine>(),
+};
+
+impl ChangesPlant for TorqueSpeedLine {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { force, speed } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        if drive.line.is_some() || drive.velocity_source.is_some() || drive.imposed.is_some() {
+            return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
+        }
+        if force.is_finite() {
+            drive.line = Some(SpeedLine { force, slope: force / speed });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture;
+
+    #[test]
+    fn truth_nothing_is_left_at_the_speed_without_load() {
+        let mut machine = fixture::rigid();
+        DEFINITION.apply(&mut machine, Host::Actuator(0), &[12.0, 0.5]).unwrap();
+        assert_eq!(machine.drives[0].line, Some(SpeedLine { force: 12.0, slope: 24.0 }));
+        let again = DEFINITION.apply(&mut machine, Host::Actuator(0), &[12.0, 0.5]);
+        assert!(matches!(again, Err(EffectError::WrongSite { .. })));
+    }
+}

@@ -1,5 +1,5 @@
 //! What is done with scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter,
-//! reduction of arms.
+//! tuning, reduction of arms.
 
 pub mod arm;
 pub mod frf;
@@ -9,6 +9,7 @@ pub mod operating_point;
 pub mod run;
 pub mod signals;
 pub mod sweep;
+pub mod tune;
 pub mod why;
 
 mod doubts;

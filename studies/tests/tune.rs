@@ -2,8 +2,6 @@
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
-mod common;
-
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -16,7 +14,11 @@ use feeler_studies::operating_point::contact_view;
 use feeler_studies::run::{Candidate, measure, run};
 use feeler_studies::tune::{Equation, Spec, Tuned, Uncertain, machines, tune};
 
-use common::file;
+fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
+    let scenarios = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+    let document = Document::load(&scenarios.join(name)).and_then(|file| file.with(settings.iter().cloned()));
+    document.unwrap_or_else(|mistakes| panic!("{mistakes}"))
+}
 
 /// What is promised of the bandwidth that brute force finds.
 const PROMISED: f64 = 0.95;
@@ -27,7 +29,10 @@ fn tuned(document: &Document, spec: &str) -> Tuned {
 }
 
 fn with(document: &Document, settings: &[(String, f64)]) -> Scenario {
-    document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value)))).unwrap().scenario
+    document
+        .with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value))))
+        .unwrap()
+        .scenario
 }
 
 /// The bandwidth of a loop that keeps 45 degrees and 6 dB either way.
@@ -83,7 +88,10 @@ fn compare(name: &str, controller: &str, together: &[&str], other: Option<(&str,
     let spec = other.map_or_else(String::new, |(other, _)| format!("gains = {}+{other}", together.join("+")));
     let tuned = tuned(&document, &spec);
     let brute_hz = by_brute_force(&document, controller, together, other, count);
-    println!("{name}: {:.3} Hz, by brute force {brute_hz:.3} Hz, {:?}", tuned.bandwidth_hz, tuned.evaluations);
+    println!(
+        "{name}: {:.3} Hz, by brute force {brute_hz:.3} Hz, {:?}",
+        tuned.bandwidth_hz, tuned.evaluations
+    );
     assert!(brute_hz > 0.0, "{name}: brute force finds nothing");
     assert!(tuned.bandwidth_hz >= PROMISED * brute_hz, "{name}: {} Hz, {brute_hz} Hz", tuned.bandwidth_hz);
     // What is written down is what was promised.
@@ -257,8 +265,7 @@ fn simulated(document: &Document, name: &str, motion: &str, used: &[&str]) -> Sa
 
 /// What a compiled controller puts out.
 fn answers(program: &Path, samples: &Samples) -> Vec<f64> {
-    let mut child =
-        Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let bytes: Vec<u8> = samples.inputs.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
     let mut stdin = child.stdin.take().unwrap();
     let writer = std::thread::spawn(move || stdin.write_all(&bytes).unwrap());
@@ -267,30 +274,44 @@ fn answers(program: &Path, samples: &Samples) -> Vec<f64> {
     output.stdout.chunks_exact(8).map(|eight| f64::from_le_bytes(eight.try_into().unwrap())).collect()
 }
 
+const MAIN_IN_C: &str = "#include <stdio.h>
+int main(void) {
+    Controller controller = {0};
+    double in[INPUTS], out;
+    while (fread(in, 8, INPUTS, stdin) == INPUTS) {
+        out = controller_sample(&controller, GIVEN);
+        fwrite(&out, 8, 1, stdout);
+    }
+    return 0;
+}
+";
+
+const MAIN_IN_RUST: &str = "fn main() {
+    use std::io::{Read, Write};
+    let mut controller = Controller::default();
+    let mut bytes = [0u8; 8 * INPUTS];
+    let (mut from, mut to) = (std::io::stdin().lock(), std::io::stdout().lock());
+    while from.read_exact(&mut bytes).is_ok() {
+        let at = |i: usize| f64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap());
+        let out = controller.sample(GIVEN);
+        to.write_all(&out.to_le_bytes()).unwrap();
+    }
+}
+";
+
 /// A program that answers samples from its standard input, compiled; `None` where there is no compiler.
 fn compiled(folder: &Path, language: &str, code: &str, inputs: usize) -> Option<std::path::PathBuf> {
     let source = folder.join(format!("controller.{language}"));
     let program = folder.join(format!("of-{language}"));
     let each = |of: &dyn Fn(usize) -> String| (0..inputs).map(of).collect::<Vec<_>>().join(", ");
-    let (main, compiler, flags): (String, &str, &[&str]) = if language == "c" {
-        let given = each(&|i| format!("in[{i}]"));
-        let main = format!(
-            "#include <stdio.h>\nint main(void) {{\n    Controller controller = {{0}};\n    double in[{inputs}], \
-             out;\n    while (fread(in, 8, {inputs}, stdin) == {inputs}) {{\n        out = \
-             controller_sample(&controller, {given});\n        fwrite(&out, 8, 1, stdout);\n    }}\n    return 0;\n}}\n"
-        );
-        (main, "cc", &["-std=c99", "-O2", "-Wall", "-Werror", "-ffp-contract=off"])
+    let (main, given, compiler, flags): (&str, String, &str, &[&str]) = if language == "c" {
+        let flags = ["-std=c99", "-O2", "-Wall", "-Werror", "-ffp-contract=off"].as_slice();
+        (MAIN_IN_C, each(&|i| format!("in[{i}]")), "cc", flags)
     } else {
-        let given = each(&|i| format!("at({i})"));
-        let main = format!(
-            "fn main() {{\n    use std::io::{{Read, Write}};\n    let mut controller = Controller::default();\n    \
-             let mut bytes = [0u8; 8 * {inputs}];\n    let (mut from, mut to) = (std::io::stdin().lock(), \
-             std::io::stdout().lock());\n    while from.read_exact(&mut bytes).is_ok() {{\n        let at = |i: \
-             usize| f64::from_le_bytes(bytes[8 * i..8 * i + 8].try_into().unwrap());\n        let out = \
-             controller.sample({given});\n        to.write_all(&out.to_le_bytes()).unwrap();\n    }}\n}}\n"
-        );
-        (main, "rustc", &["--edition=2021", "-O", "-Dwarnings"])
+        let flags = ["--edition=2021", "-O", "-Dwarnings"].as_slice();
+        (MAIN_IN_RUST, each(&|i| format!("at({i})")), "rustc", flags)
     };
+    let main = main.replace("INPUTS", &inputs.to_string()).replace("GIVEN", &given);
     std::fs::write(&source, format!("{code}\n{main}")).unwrap();
     let mut command = Command::new(compiler);
     command.args(flags).arg(&source).arg("-o").arg(&program);

@@ -19,7 +19,7 @@ use clap::{Args, ValueHint};
     peak force <= 60 N          in simulation\n  \
     settling time <= 200 ms     in simulation\n  \
     structure = gains+notch     gains, and filter, lead or notch\n  \
-    gains = kp+damping          tuned each by itself [default: those on errors in their ratios, and damping]\n  \
+    gains = kp+damping          each by itself [default: those on errors in ratio, and damping]\n  \
     ki >= 5                     limit of a gain that is named, SI\n  \
     controller = NAME           [default: that of the force]\n\n\
     Linear theory proposes; every run of the full simulation comes to rest and meets the limits.")]
@@ -30,14 +30,20 @@ pub(crate) struct Tune {
     /// Set a key of the file, as in controllers.force.delay=0.002; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// What is asked for, as above [default: margins of 45 deg and 6 dB]
+    /// What is asked for, as below [default: margins of 45 deg and 6 dB]
     #[arg(long, value_name = "CLAUSES", default_value = "", hide_default_value = true)]
     pub(crate) spec: String,
     /// Folder or diagnosis.json of `feeler diagnose`: its effects are added, and drawn from their intervals
     #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
     pub(crate) diagnosis: Option<PathBuf>,
     /// Machines drawn from the intervals of the diagnosis
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..=10_000), requires = "diagnosis")]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        value_parser = clap::value_parser!(u16).range(1..=10_000),
+        requires = "diagnosis"
+    )]
     pub(crate) draws: u16,
     /// File to write: the file with the tuned gains, comments kept
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -73,17 +73,18 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
 fn order(tuned: &Tuned, units: Units) -> String {
     let force = units.force_word();
     let way = if tuned.after.follows < 0.0 { "fall" } else { "rise" };
-    let about = format!(
-        " set damping and filters first; then raise the gains on errors from row to row\n \
-         first of all: when the reference rises a little, the reading must {way}; if not, stop: a sign is wrong\n \
-         stop too if the tool leaves the workpiece again and again, or the {force} has not come to rest in time"
-    );
+    let about = [
+        "set damping and filters first; then raise the gains on errors from row to row".to_owned(),
+        format!("first of all raise the reference a little: the reading must {way}; if not, a sign is wrong"),
+        format!(
+            "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"
+        ),
+    ];
+    let about = about.map(|line| format!(" {line}")).join("\n");
     let row = |step: &Step| {
-        let settings: Vec<&str> = step
-            .settings
-            .iter()
-            .map(|words| words.rsplit_once('.').map_or(words.as_str(), |(_, key)| key))
-            .collect();
+        let own = format!("controllers.{}.", tuned.controller);
+        let settings: Vec<&str> =
+            step.settings.iter().map(|words| words.strip_prefix(&own).unwrap_or(words)).collect();
         let optional =
             |value: Option<f64>, unit: &str| value.map_or_else(|| "-".into(), |v| with_unit(v, unit));
         vec![

@@ -20,7 +20,8 @@ fn truth_a_tuned_file_keeps_its_comments_and_does_what_was_said() {
     assert!(text.contains("# f_a = f_d + kp (f_d - f_s)") && text.contains("duration = 1"), "{text}");
     let found = json(&["analyze", tuned, "--json"]);
     assert!(found["margins"]["phase_deg"].as_f64().unwrap() >= 45.0);
-    let [c, rust] = ["controller.c", "controller.rs"].map(|name| fs::read_to_string(code.join(name)).unwrap());
+    let [c, rust] =
+        ["controller.c", "controller.rs"].map(|name| fs::read_to_string(code.join(name)).unwrap());
     assert!(c.contains("double controller_sample(") && rust.contains("pub fn sample("), "{c}{rust}");
 }
 
@@ -28,15 +29,25 @@ fn truth_a_tuned_file_keeps_its_comments_and_does_what_was_said() {
 fn truth_a_diagnosis_is_drawn_from_and_its_effects_stay_out_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let estimate = r#"{ "value": 2.0, "ci90": [-0.5, 4.5], "unit": "N" }"#;
-    let effect = format!(
-        r#"{{ "kind": "coulomb-friction", "on": "springs.guide", "accepted": true, "parameters": {{ "level": {estimate} }} }}"#
-    );
+    let parameters = format!(r#""parameters": {{ "level": {estimate} }}"#);
+    let of = r#""kind": "coulomb-friction", "on": "springs.guide", "accepted": true"#;
+    let effect = format!("{{ {of}, {parameters} }}");
     let diagnosis = folder.path().join("diagnosis.json");
     fs::write(&diagnosis, format!(r#"{{ "effects": [{effect}] }}"#)).unwrap();
     let out = folder.path().join("tuned.toml");
     let (folder, tuned) = (folder.path().to_str().unwrap(), out.to_str().unwrap());
     let found = json(&[
-        "tune", FILE, "--set", "run.duration=1", "--diagnosis", folder, "--draws", "7", "--out", tuned, "--json",
+        "tune",
+        FILE,
+        "--set",
+        "run.duration=1",
+        "--diagnosis",
+        folder,
+        "--draws",
+        "7",
+        "--out",
+        tuned,
+        "--json",
     ]);
     assert_eq!(found["machines"], 8);
     let runs = found["runs"]["outcomes"].as_object().unwrap().values();

@@ -73,8 +73,8 @@ struct State<L: Lane> {
 
 /// A controller of `L::WIDTH` variants that share their law and sample instants and differ in numbers.
 ///
-/// One sample goes: low-pass and notch of the reading; position and velocity from the motion sensor; approach or
-/// contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A law that
+/// One sample goes: low-pass and notch of the reading; position and velocity from the motion sensor;
+/// approach or contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A law that
 /// starts (at the first sample, or when an approach ends) has no history: its integral and derivative are
 /// zero and its lead is settled at the present error.
 #[derive(Clone)]

@@ -72,8 +72,8 @@ impl Section<f64> {
         }
     }
 
-    /// Notch `(s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`; gain `depth` and no phase exactly at
-    /// `frequency_hz`, which must lie below half the sample rate.
+    /// Notch `(s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`; gain `depth` and no phase exactly
+    /// at `frequency_hz`, which must lie below half the sample rate.
     pub fn notch(frequency_hz: f64, damping_ratio: f64, depth: f64, period_s: f64) -> Self {
         let g = (0.5 * TAU * frequency_hz * period_s).tan();
         let (width, a0) = (2.0 * damping_ratio * g, 1.0 + 2.0 * damping_ratio * g + g * g);

@@ -48,7 +48,8 @@ fn c(listing: &Listing, about: &[String]) -> String {
     for (name, value) in &listing.constants {
         let _ = writeln!(text, "static const double {name} = {value:?};");
     }
-    text += "\n/* What one sample leaves to the next; all zero and false before the first. */\ntypedef struct {\n";
+    text += "\n/* What one sample leaves to the next; all zero and false before the first. */\n";
+    text += "typedef struct {\n";
     for state in &listing.numbers {
         let _ = writeln!(text, "    double {state};");
     }
@@ -56,11 +57,9 @@ fn c(listing: &Listing, about: &[String]) -> String {
         let _ = writeln!(text, "    bool {state};");
     }
     let inputs: Vec<String> = listing.inputs().iter().map(|input| format!(", double {input}")).collect();
-    let _ = write!(
-        text,
-        "}} Controller;\n\ndouble controller_sample(Controller *controller{}) {{\n    Controller s = *controller;\n",
-        inputs.concat()
-    );
+    let inputs = inputs.concat();
+    let _ = writeln!(text, "}} Controller;\n\ndouble controller_sample(Controller *controller{inputs}) {{");
+    text += "    Controller s = *controller;\n";
     for line in &listing.lines {
         let _ = match line {
             Line::Number(name, value) => writeln!(text, "    double {name} = {value};"),

@@ -19,7 +19,7 @@ pub struct Uncertain {
     pub interval: [f64; 2],
 }
 
-/// The file's machine with the most probable values, then so many with values drawn evenly from the
+/// The file's machine with the most probable values, then `draws` with values spread evenly over the
 /// intervals, by Sobol's sequence from its point `first` on; the file's machine alone where nothing is
 /// uncertain.
 ///

@@ -62,7 +62,12 @@ impl Equation {
         Ok(Some(Self {
             period_s: spec.period_s,
             delay_s: spec.delay_s,
-            lines: listing.lines.iter().map(|line| in_words(line, &listing)).collect(),
+            lines: listing
+                .lines
+                .iter()
+                .filter(|line| !keeps(line))
+                .map(|line| in_words(line, &listing))
+                .collect(),
             inputs: listing.inputs(),
             output: listing.output.clone(),
             code: Code::of(&listing, name, spec),
@@ -70,6 +75,11 @@ impl Equation {
             linear: Linear { a: linear.a, b: linear.b, c: linear.c, d: linear.d },
         }))
     }
+}
+
+/// Whether a line only keeps a number under its own name, which `name[n-1]` says too.
+fn keeps(line: &Line) -> bool {
+    matches!(line, Line::Set(state, value) if state == value)
 }
 
 /// A line as an equation between samples.

@@ -171,6 +171,16 @@ impl Knobs {
     }
 }
 
+/// A machine's own controller with what was tuned in another: timing, approach and limits stay the machine's.
+pub(super) fn installed(own: &ControllerSpec, tuned: &ControllerSpec) -> ControllerSpec {
+    ControllerSpec {
+        law: tuned.law.clone(),
+        reading_low_pass: tuned.reading_low_pass,
+        reading_notch: tuned.reading_notch,
+        ..own.clone()
+    }
+}
+
 fn rounded(value: f64) -> f64 {
     format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
 }
@@ -225,7 +235,8 @@ fn gain_knob(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<K
     })
 }
 
-/// The size of a gain that is zero so far: what its unit makes of the leading gain, the period and the masses.
+/// The size of a gain that is zero so far: what its unit makes of the leading gain, the period and the
+/// masses.
 fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64, TuneError> {
     let leading = leading_gain(base).map_or(Ok(1.0), |leading| gain(base, leading))?.abs();
     let leading = if leading > 0.0 { leading } else { 1.0 };

@@ -20,6 +20,7 @@ use std::sync::atomic::Ordering;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
+use indexmap::IndexMap;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -53,7 +54,7 @@ pub struct Tuned {
     pub spec: Spec,
     /// On how many machines: the most probable one and those drawn.
     pub machines: usize,
-    /// Linear theory of the file as it is, on the most probable machine; absent where the loop is unstable.
+    /// Linear theory of the file as it is, on the most probable machine; absent if the loop is unstable.
     pub before: Option<Figures>,
     /// The same as tuned.
     pub after: Figures,
@@ -73,8 +74,8 @@ pub struct Tuned {
     pub theory_alone_hz: Option<f64>,
 }
 
-/// Tunes a controller of a file on some machines, the most probable first ([`machines`]). `progress` is told
-/// what is under way.
+/// Tunes a controller of a file on some machines, the most probable first ([`machines`]). `progress` gets
+/// the name of what is under way.
 ///
 /// # Errors
 /// A specification that this controller cannot have or no gains meet, and the mistakes of the machine.
@@ -105,11 +106,10 @@ pub fn tune(
     };
     let found = tuning.best()?;
     let tuned = knobs.spec(&Search::sizes(&found.point));
-    let settings = |to: &ControllerSpec| changes(&name, base, to);
     let all: Vec<&Scenario> = machines.iter().collect();
     progress("order of steps");
-    let steps = order::steps(&all, &plants, &name, &tuned, settings);
-    let settings = settings(&tuned);
+    let steps = order::steps(&all, &plants, &name, &tuned, &|to| changes(&name, base, to));
+    let settings = changes(&name, base, std::slice::from_ref(&tuned)).concat();
     let written = document.with(
         settings.iter().filter_map(|words| words.split_once('=')).map(|(key, value)| (key, setting(value))),
     )?;
@@ -189,6 +189,13 @@ impl Tuning<'_> {
             let failing = self.failing(&found.point, &active, &mut simulated);
             match failing {
                 Ok(runs) => {
+                    let asks = self.spec.limits.iter().any(|limit| limit.of == Measure::Overshoot);
+                    if asks && runs.overshoot.is_none() {
+                        return Err(refused(
+                            "--spec: there is no overshoot: no force has a reference above zero that rests",
+                            "leave `overshoot` out, or limit `step overshoot`",
+                        ));
+                    }
                     let all: Vec<usize> = (0..self.machines.len()).collect();
                     let score = self.search.score(&found.point, &all);
                     let theory_alone_hz = theory_alone_hz.filter(|theory| *theory > score * 1.01);
@@ -237,7 +244,7 @@ impl Tuning<'_> {
         Runs::of(&machines, self.name, &self.knobs.spec(&Search::sizes(point)), self.spec)
     }
 
-    /// What all runs come to, or the machines not in use yet on which a point fails: those that miss limits of
+    /// What all runs come to, or machines not in use yet on which a point fails: those that miss limits of
     /// theory by most, else the first whose run does not pass.
     fn failing(&self, point: &[f64], active: &[usize], simulated: &mut usize) -> Result<Runs, Vec<usize>> {
         let others: Vec<usize> = (0..self.machines.len()).filter(|i| !active.contains(i)).collect();
@@ -301,27 +308,31 @@ fn nothing_settles(trouble: Option<Trouble>) -> TuneError {
     }
 }
 
-/// What `--set` takes to make one controller of the other: gains, lead, low-pass and notch.
-fn changes(name: &str, from: &ControllerSpec, to: &ControllerSpec) -> Vec<String> {
-    let mut settings = Vec::new();
-    let mut set = |key: &str, was: Option<f64>, now: Option<f64>| {
-        if let Some(now) = now.filter(|now| was != Some(*now)) {
-            settings.push(assignment(&format!("controllers.{name}.{key}"), &Setting::Number(now)));
-        }
+/// The keys of a controller that tuning may change, with their values.
+fn values(name: &str, spec: &ControllerSpec) -> IndexMap<String, f64> {
+    let gains =
+        spec.law.gains().into_iter().filter_map(|field| Some((field.key.name, field.number(&spec.law)?)));
+    let lead = if let Law::ExplicitForce(gains) = &spec.law { gains.lead } else { None };
+    let lead = lead.map(|lead| [("lead.zero", lead.zero_hz), ("lead.pole", lead.pole_hz)]);
+    let low_pass = spec.reading_low_pass.map(|filter| {
+        // A filter of first order is a plain number.
+        (if filter.damping_ratio.is_some() { "low_pass.corner" } else { "low_pass" }, filter.cutoff_hz)
+    });
+    let notch = spec.reading_notch.map(|notch| ("notch.frequency", notch.frequency_hz));
+    let all = gains.chain(lead.into_iter().flatten()).chain(low_pass).chain(notch);
+    all.map(|(key, value)| (format!("controllers.{name}.{key}"), value)).collect()
+}
+
+/// What `--set` takes to make one controller of each of others: the keys that any of them changes.
+fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<String>> {
+    let before = values(name, from);
+    let after: Vec<IndexMap<String, f64>> = to.iter().map(|to| values(name, to)).collect();
+    let changes = |key: &String| after.iter().any(|after| after.get(key) != before.get(key));
+    let words = |after: &IndexMap<String, f64>| {
+        let changed = after.iter().filter(|(key, _)| changes(key));
+        changed.map(|(key, value)| assignment(key, &Setting::Number(*value))).collect()
     };
-    for field in to.law.gains() {
-        set(field.key.name, field.number(&from.law), field.number(&to.law));
-    }
-    let lead = |law: &Law| if let Law::ExplicitForce(gains) = law { gains.lead } else { None };
-    let (was, now) = (lead(&from.law), lead(&to.law));
-    set("lead.zero", was.map(|lead| lead.zero_hz), now.map(|lead| lead.zero_hz));
-    set("lead.pole", was.map(|lead| lead.pole_hz), now.map(|lead| lead.pole_hz));
-    let (was, now) = (from.reading_low_pass, to.reading_low_pass);
-    let corner = if was.is_some_and(|f| f.damping_ratio.is_some()) { "low_pass.corner" } else { "low_pass" };
-    set(corner, was.map(|filter| filter.cutoff_hz), now.map(|filter| filter.cutoff_hz));
-    let (was, now) = (from.reading_notch, to.reading_notch);
-    set("notch.frequency", was.map(|notch| notch.frequency_hz), now.map(|notch| notch.frequency_hz));
-    settings
+    after.iter().map(words).collect()
 }
 
 fn setting(value: &str) -> Setting {

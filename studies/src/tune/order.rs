@@ -29,45 +29,46 @@ pub struct Step {
     pub settings: Vec<String>,
     /// Smallest bandwidth over the machines, Hz.
     pub bandwidth_hz: f64,
-    /// Factor by which the gain may still rise, by linear theory, on the worst machine; absent where none
+    /// Factor by which the gain may still rise, by linear theory, on the worst machine; absent if none
     /// destabilises.
     pub gain_margin: Option<f64>,
     /// What the runs of this step show.
     pub expected: Runs,
     /// Stop where the reading passes this, N.
     pub stop_force_n: f64,
-    /// Stop where the reading swings by more than this after `wait_s`, N; absent where no force rests.
+    /// Stop where the reading swings by more than this after `wait_s`, N; absent if no force rests.
     pub stop_swing_n: Option<f64>,
     /// At about this frequency it would, Hz: where the loop comes nearest to instability.
     pub swing_hz: f64,
-    /// How long to wait for rest after touch or step, s; absent where nothing settles.
+    /// How long to wait for rest after touch or step, s; absent if nothing settles.
     pub wait_s: Option<f64>,
 }
 
 /// The steps to a tuned controller of which theory calls every machine stable and every run ends at rest; a
-/// share at which one is not is left out.
+/// share at which one is not is left out. `settings` gives what `--set` takes for each of some controllers.
 pub(super) fn steps(
     machines: &[&Scenario],
     plants: &[LinearPlant],
     name: &str,
     tuned: &ControllerSpec,
-    settings: impl Fn(&ControllerSpec) -> Vec<String>,
+    settings: &dyn Fn(&[ControllerSpec]) -> Vec<Vec<String>>,
 ) -> Vec<Step> {
     // Limits bind the tuned gains; on the way there, rest is all that is asked for.
     let asked = Spec { limits: Vec::new(), ..Spec::default() };
-    let step = |share: f64| {
-        let spec = if share < 1.0 { Knobs::with_share(tuned, share) } else { tuned.clone() };
-        let figures: Option<Vec<_>> =
-            plants.iter().map(|plant| plant.figures(&spec).ok().flatten()).collect();
+    let specs: Vec<ControllerSpec> = (SHARES.iter())
+        .map(|&share| if share < 1.0 { Knobs::with_share(tuned, share) } else { tuned.clone() })
+        .collect();
+    let step = |((share, spec), settings): ((f64, &ControllerSpec), Vec<String>)| {
+        let figures: Option<Vec<_>> = plants.iter().map(|plant| plant.figures(spec).ok().flatten()).collect();
         let figures = figures?;
-        let (expected, trouble) = Runs::of(machines, name, &spec, &asked);
+        let (expected, trouble) = Runs::of(machines, name, spec, &asked);
         if trouble.is_some() {
             return None;
         }
         let nearest = figures.iter().max_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity))?;
         Some(Step {
             share,
-            settings: settings(&spec),
+            settings,
             bandwidth_hz: figures.iter().map(|f| f.bandwidth_hz).fold(f64::INFINITY, f64::min),
             gain_margin: figures.iter().filter_map(|f| f.gain_margin).reduce(f64::min),
             stop_force_n: BEYOND * expected.peak_force_n,
@@ -77,5 +78,5 @@ pub(super) fn steps(
             expected,
         })
     };
-    SHARES.into_iter().filter_map(step).collect()
+    SHARES.into_iter().zip(&specs).zip(settings(&specs)).filter_map(step).collect()
 }

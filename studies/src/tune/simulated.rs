@@ -7,6 +7,7 @@ use feeler_engine::Scenario;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::knobs::installed;
 use super::spec::{Limit, Measure, Spec};
 use crate::run::{Candidate, LANES, Measured, Outcome, RunError, measure, nothing_can_touch};
 
@@ -17,10 +18,10 @@ pub struct Runs {
     pub outcomes: BTreeMap<&'static str, usize>,
     /// Largest force of any contact, N.
     pub peak_force_n: f64,
-    /// Farthest that a force passed its reference, impact included, as a share of it; absent where no force
+    /// Farthest that a force passed its reference, impact included, as a share of it; absent if no force
     /// has a reference that rests.
     pub overshoot: Option<f64>,
-    /// Longest settling time, s; absent where a run never settles, or nothing is to settle.
+    /// Longest settling time, s; absent if a run never settles, or nothing is to settle.
     pub settling_time_s: Option<f64>,
     /// Half-width of the band in which the force counts as settled, N.
     pub band_n: Option<f64>,
@@ -105,7 +106,7 @@ fn measured(machines: &[&Scenario], name: &str, spec: &ControllerSpec) -> Vec<Re
     let with = |scenario: &Scenario| {
         let mut scenario = scenario.clone();
         if let Some(used) = scenario.controllers.get_mut(name) {
-            used.spec = spec.clone();
+            used.spec = installed(&used.spec, spec);
         }
         Candidate::new(scenario)
     };

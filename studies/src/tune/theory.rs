@@ -5,10 +5,11 @@ use feeler_control::ControllerSpec;
 use feeler_engine::Scenario;
 use serde::Serialize;
 
+use super::knobs::installed;
 use super::spec::{Limit, Measure};
 use crate::operating_point::contact_view;
 
-/// The step response is looked at over so many periods of the bandwidth: the slowest pole that matters at the
+/// The step response is looked at over this number of periods of the bandwidth: the slowest pole that matters at the
 /// margins in use has died out.
 const STEP_PERIODS: f64 = 10.0;
 
@@ -23,9 +24,9 @@ pub struct Figures {
     pub bandwidth_hz: f64,
     /// What the reading comes to at rest for one of the reference; below zero where a sign is wrong.
     pub follows: f64,
-    /// Smallest phase margin, degrees; absent where the loop's size never passes one.
+    /// Smallest phase margin, degrees; absent if the loop's size never passes one.
     pub phase_margin_deg: Option<f64>,
-    /// Factor by which the gain may rise, or its inverse fall, whichever is less; absent where none
+    /// Factor by which the gain may rise, or its inverse fall, whichever is less; absent if none
     /// destabilises.
     pub gain_margin: Option<f64>,
     /// Where the loop would swing with that gain, Hz.
@@ -74,7 +75,7 @@ impl LinearPlant {
     ) -> Result<Self, AnalysisError> {
         let mut scenario = scenario.clone();
         if let Some(used) = scenario.controllers.get_mut(name) {
-            used.spec = at_work.clone();
+            used.spec = installed(&used.spec, at_work);
         }
         let whole = ControlLoop::new(&scenario, &contact_view(&scenario))?;
         let controller = whole.controller(name)?;
@@ -83,7 +84,8 @@ impl LinearPlant {
 
     /// The figures with a controller; `None` where the loop is unstable.
     pub(super) fn figures(&self, spec: &ControllerSpec) -> Result<Option<Figures>, AnalysisError> {
-        let whole = self.whole.with_spec(self.controller, spec.clone());
+        let own = &self.whole.controllers()[self.controller].spec;
+        let whole = self.whole.with_spec(self.controller, installed(own, spec));
         let open = whole.open_loop(self.controller)?;
         // Eigenvalues cost less than margins, and most of what is tried is unstable.
         if open.samples == 0 && SampledLoop::new(&whole)?.eigenvalues()?.iter().any(|pole| pole.norm() >= 1.0)

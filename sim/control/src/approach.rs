@@ -151,7 +151,7 @@ impl ApproachConfig<f64> {
         &self,
         l: &mut Listing,
         law: &str,
-        contact: &Option<String>,
+        contact: Option<&str>,
         x: &str,
         v: &str,
     ) -> String {

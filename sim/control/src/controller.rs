@@ -74,9 +74,9 @@ struct State<L: Lane> {
 /// A controller of `L::WIDTH` variants that share their law and sample instants and differ in numbers.
 ///
 /// One sample goes: low-pass and notch of the reading; position and velocity from the motion sensor;
-/// approach or contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A law that
-/// starts (at the first sample, or when an approach ends) has no history: its integral and derivative are
-/// zero and its lead is settled at the present error.
+/// approach or contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A
+/// law that starts (at the first sample, or when an approach ends) has no history: its integral and
+/// derivative are zero and its lead is settled at the present error.
 #[derive(Clone)]
 pub struct Controller<L: Lane> {
     config: Config<L>,
@@ -240,7 +240,7 @@ impl Controller<f64> {
             LawConfig::Impedance(impedance) => impedance.list(l, &y, &x, &v, &fresh),
             LawConfig::Admittance(admittance) => admittance.list(l, &y, &x, &v, &fresh),
         };
-        let mut output = config.approach.list_output(l, &output, &wanted, &x, &v);
+        let mut output = config.approach.list_output(l, &output, wanted.as_deref(), &x, &v);
         if l.has_state("started") {
             l.set("started", "true");
         }

@@ -100,8 +100,9 @@ fn rust(listing: &Listing, about: &[String]) -> String {
     );
     for line in &listing.lines {
         let _ = match line {
-            Line::Number(name, value) => writeln!(text, "        let {name} = {value};"),
-            Line::Truth(name, value) => writeln!(text, "        let {name} = {value};"),
+            Line::Number(name, value) | Line::Truth(name, value) => {
+                writeln!(text, "        let {name} = {value};")
+            }
             Line::Choice(name, [when, then, otherwise]) => {
                 writeln!(text, "        let {name} = if {when} {{ {then} }} else {{ {otherwise} }};")
             }

@@ -213,7 +213,9 @@ fn neighbours(knobs: &[Knob], point: &[f64], step: f64) -> Vec<Point> {
 /// The first of a ranking that lie farther apart than a step, some of them.
 fn apart(ranked: &[Scored], step: f64, count: usize) -> Vec<Scored> {
     let mut chosen: Vec<Scored> = Vec::new();
-    let near = |a: &Point, b: &Point| a.iter().zip(b).all(|(a, b)| a == b || (a - b).abs() <= 1.5 * step);
+    let near = |a: &Point, b: &Point| {
+        a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits() || (a - b).abs() <= 1.5 * step)
+    };
     for scored in ranked.iter().filter(|scored| scored.score > f64::NEG_INFINITY) {
         if chosen.len() < count && chosen.iter().all(|known| !near(&known.point, &scored.point)) {
             chosen.push(scored.clone());

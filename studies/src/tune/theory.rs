@@ -9,8 +9,8 @@ use super::knobs::installed;
 use super::spec::{Limit, Measure};
 use crate::operating_point::contact_view;
 
-/// The step response is looked at over this number of periods of the bandwidth: the slowest pole that matters at the
-/// margins in use has died out.
+/// The step response is looked at over this number of periods of the bandwidth: the slowest pole that matters
+/// at the margins in use has died out.
 const STEP_PERIODS: f64 = 10.0;
 
 /// Frequency that counts as none, Hz.

@@ -42,6 +42,8 @@ use theory::LinearPlant;
 
 /// Proposals that are simulated beside each other.
 const BESIDE: usize = 16;
+/// A bandwidth that theory alone allows is told if it is more than this times the one found.
+const WORTH_TELLING: f64 = 1.01;
 /// Machines that join the search after each proposal that fails on some.
 const JOINING: usize = 4;
 
@@ -172,7 +174,7 @@ struct Tuning<'a> {
 impl Tuning<'_> {
     fn best(&self) -> Result<Found, TuneError> {
         let mut active = vec![0];
-        let (mut simulated, mut theory_alone_hz) = (0, None);
+        let mut simulated = 0;
         loop {
             (self.progress)(&format!("linear theory, {} of {} machines", active.len(), self.machines.len()));
             let (ranked, step) = self.search.ranked(&active);
@@ -181,9 +183,7 @@ impl Tuning<'_> {
                 let nearest = ranked.first().and_then(|near| self.search.figures(&near.point, active[0]));
                 return Err(nothing_meets(self.spec, nearest));
             };
-            if theory_alone_hz.is_none() {
-                theory_alone_hz = Some(best.score);
-            }
+            let theory_hz = best.score;
             (self.progress)("simulation");
             let found = self.confirmed(&ranked, step, &active, &mut simulated)?;
             let failing = self.failing(&found.point, &active, &mut simulated);
@@ -198,7 +198,7 @@ impl Tuning<'_> {
                     }
                     let all: Vec<usize> = (0..self.machines.len()).collect();
                     let score = self.search.score(&found.point, &all);
-                    let theory_alone_hz = theory_alone_hz.filter(|theory| *theory > score * 1.01);
+                    let theory_alone_hz = Some(theory_hz).filter(|theory| *theory > score * WORTH_TELLING);
                     return Ok(Found { point: found.point, score, runs, simulated, theory_alone_hz });
                 }
                 Err(worst) => active.extend(worst),

@@ -42,7 +42,7 @@ use theory::LinearPlant;
 
 /// Proposals that are simulated beside each other.
 const BESIDE: usize = 16;
-/// A bandwidth that theory alone allows is told if it is more than this times the one found.
+/// What theory alone allows is worth a word from this many times the bandwidth found on.
 const WORTH_TELLING: f64 = 1.01;
 /// Machines that join the search after each proposal that fails on some.
 const JOINING: usize = 4;

@@ -235,7 +235,7 @@ mod tests {
         let spec = Spec::parse(text).unwrap();
         let bound = |of| spec.limits.iter().find(|limit| limit.of == of).unwrap().bound;
         let found = [Measure::PhaseMargin, Measure::Overshoot, Measure::SettlingTime].map(bound);
-        assert_eq!(found, [50.0, 0.1, 0.08]);
+        assert_eq!(found.map(f64::to_bits), [50.0, 0.1, 0.08].map(f64::to_bits));
         // 6.0206 dB are a factor of two within its last digit.
         assert!((bound(Measure::GainMargin) - 2.0).abs() < 1e-5);
         assert_eq!(spec.gain_limits, [Limit { of: "ki".to_owned(), at_least: true, bound: 5.0 }]);

@@ -111,8 +111,8 @@ fn prop_the_bandwidth_is_that_of_brute_force() {
     compare("control/lead.toml", "force", &["kp"], None, 150);
 }
 
-/// The paper's machines and a dozen others: `cargo test --release --workspace --test tune -- --ignored
-/// --nocapture brute`.
+/// The paper's machines and others without damping, and two with it:
+/// `cargo test --workspace --test tune -- --ignored --nocapture brute`.
 #[test]
 #[ignore = "takes minutes"]
 fn prop_the_bandwidth_is_that_of_brute_force_everywhere() {
@@ -124,17 +124,10 @@ fn prop_the_bandwidth_is_that_of_brute_force_everywhere() {
         "paper/all-three-contact.toml",
         "chatter/sustained.toml",
         "chatter/bounces.toml",
-        "chatter/settles.toml",
         "control/lead.toml",
-        "contact/hard-wall.toml",
-        "contact/rubber-pad.toml",
-        "contact/fast-approach.toml",
         "limits/sampled-delay.toml",
         "limits/noncolocated.toml",
-        "limits/base-dip.toml",
         "limits/workpiece-lead.toml",
-        "effects/backlash.toml",
-        "effects/coulomb-friction.toml",
     ] {
         let document = file(name, &[]);
         let (controller, used) = document.scenario.controllers.first().unwrap();
@@ -142,11 +135,6 @@ fn prop_the_bandwidth_is_that_of_brute_force_everywhere() {
             .into_iter()
             .filter(|gain| feeler_analysis::gain(&used.spec, gain).is_ok_and(|value| value != 0.0))
             .collect();
-        let damped = feeler_analysis::gain(&used.spec, "damping").is_ok_and(|value| value != 0.0);
-        if damped {
-            println!("{name}: damping is a second knob; see the test over two");
-            continue;
-        }
         compare(name, controller, &set, None, 500);
     }
     let damping = Some(("damping", [10.0, 1e4]));
@@ -192,7 +180,7 @@ fn prop_no_draw_of_an_uncertain_machine_chatters() {
     over_draws(7);
 }
 
-/// `cargo test --release --workspace --test tune -- --ignored --nocapture draws`.
+/// `cargo test --workspace --test tune -- --ignored --nocapture draws`.
 #[test]
 #[ignore = "takes minutes"]
 fn prop_none_of_200_draws_of_an_uncertain_machine_chatters() {

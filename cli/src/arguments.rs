@@ -5,6 +5,7 @@ mod frf;
 mod import;
 mod live;
 mod reduce;
+mod tune;
 
 use std::path::PathBuf;
 
@@ -22,6 +23,7 @@ pub(crate) use frf::{ExcitationKind, Frf};
 pub(crate) use import::Import;
 pub(crate) use live::{Compare, Live};
 pub(crate) use reduce::Reduce;
+pub(crate) use tune::Tune;
 
 /// Simulate robot force control, and see why it chatters.
 #[derive(Debug, Parser)]
@@ -55,6 +57,8 @@ pub(crate) enum Command {
     Merge(Merge),
     /// Find why a scenario chatters, by counterfactual runs, and what cures it
     Why(Why),
+    /// Choose gains, and a filter, lead or notch, for the largest bandwidth without chatter
+    Tune(Tune),
     /// List what a robot's logs hold, and make datasets of them
     Import(Import),
     /// Find where a machine departs from its records, which effect causes it, and how sure that is

@@ -50,6 +50,7 @@ fn dispatch(arguments: &Arguments) -> Result<()> {
         Command::Sweep(sweep) => commands::sweep::run(sweep),
         Command::Merge(merge) => commands::merge::run(merge),
         Command::Why(why) => commands::why::run(why),
+        Command::Tune(tune) => commands::tune::run(tune),
         Command::Import(import) => commands::import::run(import),
         Command::Diagnose(diagnose) => commands::diagnose::run(diagnose),
         Command::Blind(blind) => commands::blind::run(blind),

@@ -228,6 +228,7 @@ at sample n.
 | position of a velocity sensor | `1 / s` | `x[n] = x[n-1] + T (v[n] + v[n-1]) / 2`; 0 at the first sample |
 | `low_pass` of a controller, first order | `1 / (1 + s / w)` | bilinear transform, prewarped at the corner: -3 dB exactly there |
 | `low_pass` of a controller, second order | `w^2 / (s^2 + 2 zeta w s + w^2)` | bilinear transform, prewarped at the natural frequency |
+| `notch` | `(s^2 + 2 d zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`, `d` its depth | bilinear transform, prewarped at its frequency: its depth exactly there |
 | `lead` | `(1 + s / w_z) / (1 + s / w_p)` | bilinear transform `s = (2 / T) (1 - z^-1) / (1 + z^-1)`, not prewarped: the gain at half the sampling rate is exactly pole over zero |
 
 The `low_pass` of a sensor is analogue: it is part of the machine and integrated with it. The

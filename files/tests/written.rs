@@ -4,7 +4,8 @@ use std::path::Path;
 
 use feeler_control::reference::{Between, Lines, Sweep};
 use feeler_control::{
-    AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains, ReferenceSpec,
+    AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, NotchSpec, PositionGains,
+    ReferenceSpec,
 };
 use feeler_engine::{Integrator, Scenario};
 use feeler_files::{
@@ -184,6 +185,7 @@ prop_compose! {
         controller.spec.output_limit = Some(timing.1);
         if timing.2 {
             controller.spec.reading_low_pass = Some(LowPassSpec { cutoff_hz: 100.0, damping_ratio: Some(0.7) });
+            controller.spec.reading_notch = Some(NotchSpec { frequency_hz: 90.0, damping_ratio: 0.4, depth: 0.2 });
         }
         scenario.run.seed = seed;
         scenario.run.integrator = integrator;

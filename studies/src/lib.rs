@@ -1,5 +1,5 @@
-//! Studies of scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter, reduction
-//! of arms.
+//! Studies of scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter, tuning,
+//! reduction of arms.
 
 pub mod arm;
 pub mod frf;
@@ -9,6 +9,7 @@ pub mod operating_point;
 pub mod run;
 pub mod signals;
 pub mod sweep;
+pub mod tune;
 pub mod why;
 
 mod doubts;

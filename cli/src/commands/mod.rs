@@ -21,5 +21,6 @@ pub(crate) mod run;
 mod run_arm;
 pub(crate) mod schema;
 pub(crate) mod sweep;
+pub(crate) mod tune;
 pub(crate) mod validate;
 pub(crate) mod why;

@@ -63,15 +63,26 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
             },
         ));
     };
+    let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
+    write_set(&arguments.file, document, &all, out)?;
+    terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
+}
+
+/// Writes a file with settings in it, comments kept, and reads it back.
+pub(super) fn write_set(
+    file: &Path,
+    document: &Document,
+    settings: &[String],
+    out: &Path,
+) -> crate::Result<()> {
     let folder =
         |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
-    let from = folder(&arguments.file).filter(|from| folder(out).as_ref() != Some(from));
-    let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
-    let text = with_settings(document.text(), &all, from.as_deref())
-        .ok_or_else(|| crate::Failure::internal("the settings of a remedy do not fit the file"))?;
+    let from = folder(file).filter(|from| folder(out).as_ref() != Some(from));
+    let text = with_settings(document.text(), settings, from.as_deref())
+        .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
     terminal::write(out, text.as_bytes())?;
     Draft::load(out)?.build()?;
-    terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
+    Ok(())
 }
 
 fn details(found: &Explanation, units: Units) -> String {

@@ -11,4 +11,5 @@ pub(crate) mod parts;
 pub(crate) mod reduce;
 pub(crate) mod run;
 pub(crate) mod sweep;
+pub(crate) mod tune;
 pub(crate) mod why;

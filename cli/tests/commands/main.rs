@@ -25,3 +25,5 @@ mod slurm;
 mod sweep;
 #[cfg(test)]
 mod theory;
+#[cfg(test)]
+mod tune;

@@ -3,6 +3,7 @@
 use feeler_lanes::Lane;
 
 use crate::AdmittanceGains;
+use crate::listing::Listing;
 
 /// The virtual body `M a + B v + K x = e`, with `e = r - f` held over a period, and the inner loop that
 /// follows it.
@@ -63,6 +64,40 @@ impl<L: Lane> AdmittanceConfig<L> {
         let v_v = self.a[1][0] * x0 + self.a[1][1] * v0 + self.b[1] * e;
         *state = AdmittanceState { origin, position: x_v, velocity: v_v };
         self.kp * (origin + x_v - x) + self.kd * (v_v - v) + self.velocity_feed_forward * v_v
+    }
+}
+
+impl AdmittanceConfig<f64> {
+    /// [`Self::update`] as lines of a program; gives the name of the output.
+    pub(crate) fn list(&self, l: &mut Listing, f: &str, x: &str, v: &str, fresh: &str) -> String {
+        for (name, value) in [
+            ("A_XX", self.a[0][0]),
+            ("A_XV", self.a[0][1]),
+            ("B_X", self.b[0]),
+            ("A_VX", self.a[1][0]),
+            ("A_VV", self.a[1][1]),
+            ("B_V", self.b[1]),
+            ("KP", self.kp),
+            ("KD", self.kd),
+            ("VELOCITY_FEED_FORWARD", self.velocity_feed_forward),
+        ] {
+            l.constant(name, value);
+        }
+        for state in ["law_origin", "law_position", "law_velocity"] {
+            l.number_state(state);
+        }
+        l.number("error", &format!("reference - {f}"));
+        l.choice("law_origin", fresh, x, "s.law_origin");
+        l.choice("last_position", fresh, "0.0", "s.law_position");
+        l.choice("last_velocity", fresh, "0.0", "s.law_velocity");
+        l.number("law_position", "A_XX * last_position + A_XV * last_velocity + B_X * error");
+        l.number("law_velocity", "A_VX * last_position + A_VV * last_velocity + B_V * error");
+        for state in ["law_origin", "law_position", "law_velocity"] {
+            l.set(state, state);
+        }
+        let follows = format!("KP * (law_origin + law_position - {x}) + KD * (law_velocity - {v})");
+        l.number("u", &format!("{follows} + VELOCITY_FEED_FORWARD * law_velocity"));
+        "u".into()
     }
 }
 

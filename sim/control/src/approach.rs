@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::Approach;
+use crate::listing::Listing;
 
 /// Damping ratio of the approach's position loop.
 const DAMPING_RATIO: f64 = 0.7;
@@ -106,5 +107,68 @@ impl<L: Lane> ApproachState<L> {
 
     pub(crate) fn contact(&self) -> L::Mask {
         self.contact
+    }
+}
+
+impl ApproachConfig<f64> {
+    pub(crate) fn is_present(&self) -> bool {
+        self.present
+    }
+
+    /// The phases of [`Self::update`] as lines of a program; gives what holds where the law starts, and what
+    /// holds where it runs, if it does not always.
+    pub(crate) fn list_phase(&self, l: &mut Listing, y: &str, x: &str) -> (String, Option<String>) {
+        l.truth_state("contact");
+        if !self.present {
+            l.truth("fresh", "!s.contact");
+            l.set("contact", "true");
+            return ("fresh".into(), None);
+        }
+        l.constant("UNTIL", self.until);
+        let kept = if self.release.is_finite() {
+            l.constant("RELEASE", self.release);
+            format!("(s.contact && !({y} < RELEASE))")
+        } else {
+            "s.contact".into()
+        };
+        l.truth("contact", &format!("{kept} || {y} >= UNTIL"));
+        l.truth("fresh", "contact && !s.contact");
+        l.truth_state("moving");
+        l.number_state("origin");
+        l.number_state("since");
+        l.choice("origin", "s.moving", "s.origin", x);
+        l.choice("since", "s.moving", "s.since", "t");
+        for (state, value) in
+            [("origin", "origin"), ("since", "since"), ("contact", "contact"), ("moving", "!contact")]
+        {
+            l.set(state, value);
+        }
+        ("fresh".into(), Some("contact".into()))
+    }
+
+    /// The output of law or approach as lines of a program, where `contact` tells which runs.
+    pub(crate) fn list_output(
+        &self,
+        l: &mut Listing,
+        law: &str,
+        contact: Option<&str>,
+        x: &str,
+        v: &str,
+    ) -> String {
+        let Some(contact) = contact else { return law.into() };
+        for (name, value) in [
+            ("APPROACH_SPEED", self.speed),
+            ("APPROACH_STIFFNESS", self.stiffness),
+            ("APPROACH_DAMPING", self.damping),
+            ("APPROACH_COMMAND", self.command),
+        ] {
+            l.constant(name, value);
+        }
+        l.number("ramp", "origin + APPROACH_SPEED * (t - since)");
+        let spring = format!("APPROACH_STIFFNESS * (ramp - {x})");
+        let damper = format!("APPROACH_DAMPING * (APPROACH_SPEED - {v})");
+        l.number("approach", &format!("{spring} + {damper} + APPROACH_COMMAND"));
+        l.choice("output", contact, law, "approach");
+        "output".into()
     }
 }

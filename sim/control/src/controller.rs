@@ -8,8 +8,9 @@ use crate::admittance::{AdmittanceConfig, AdmittanceState};
 use crate::approach::{ApproachConfig, ApproachState};
 use crate::filter::{Section, SectionState};
 use crate::impedance::{ImpedanceConfig, ImpedanceState};
+use crate::listing::Listing;
 use crate::motion::{MotionConfig, MotionState};
-use crate::pid::{PidConfig, PidState, limited};
+use crate::pid::{PidConfig, PidState, limited, list_limited};
 use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law};
 
 /// Signals that a controller reads at one sample.
@@ -49,6 +50,7 @@ struct Config<L: Lane> {
     name: &'static str,
     law: LawConfig<L>,
     low_pass: Option<Section<L>>,
+    notch: Option<Section<L>>,
     motion: MotionConfig<L>,
     approach: ApproachConfig<L>,
     /// Zero in lanes with a continuous output; `None` if all are continuous.
@@ -62,6 +64,7 @@ struct State<L: Lane> {
     started: bool,
     law: LawState<L>,
     low_pass: SectionState<L>,
+    notch: SectionState<L>,
     motion: MotionState<L>,
     approach: ApproachState<L>,
     saturated: L::Mask,
@@ -69,9 +72,9 @@ struct State<L: Lane> {
 
 /// A controller of `L::WIDTH` variants with the same law and sample instants, and different numbers.
 ///
-/// The steps of one sample are: low-pass of the reading; position and velocity from the motion sensor;
-/// approach or contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A
-/// law that starts (at the first sample, or when an approach ends) has no history: its integral and
+/// The steps of one sample are: low-pass and notch of the reading; position and velocity from the motion
+/// sensor; approach or contact phase, lane by lane; the law; rounding to the output resolution; the output
+/// limit. A law that starts (at the first sample, or when an approach ends) has no history: its integral and
 /// derivative are zero, and its lead is settled at the present error.
 #[derive(Clone)]
 pub struct Controller<L: Lane> {
@@ -109,6 +112,10 @@ impl<L: Lane> Controller<L> {
                     None => Section::low_pass_first(filter.cutoff_hz, period_s),
                 })
             }),
+            notch: Section::of_lanes(|i| {
+                let notch = per_lane[i].reading_notch?;
+                Some(Section::notch(notch.frequency_hz, notch.damping_ratio, notch.depth, period_s))
+            }),
             motion: MotionConfig::new(period_s, L::from_fn(|i| per_lane[i].velocity_filter_s)),
             approach: ApproachConfig::new(|i| per_lane[i].approach),
             resolution: per_lane
@@ -129,11 +136,15 @@ impl<L: Lane> Controller<L> {
     pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
         let Self { config, state } = self;
         let mut y = inputs.reading;
-        if let Some(low_pass) = &config.low_pass {
-            if !state.started {
-                state.low_pass = low_pass.settled(y);
+        for (filter, of_filter) in
+            [(&config.low_pass, &mut state.low_pass), (&config.notch, &mut state.notch)]
+        {
+            if let Some(filter) = filter {
+                if !state.started {
+                    *of_filter = filter.settled(y);
+                }
+                y = filter.update(of_filter, y);
             }
-            y = low_pass.update(&mut state.low_pass, y);
         }
         state.started = true;
         let motion = if matches!(config.law, LawConfig::Position(_)) && !inputs.motion_is_velocity {
@@ -185,6 +196,68 @@ impl<L: Lane> fmt::Debug for Controller<L> {
     }
 }
 
+impl Controller<f64> {
+    /// What a sample computes, as a program; `motion_is_velocity` as in [`Inputs`].
+    ///
+    /// ```
+    /// use feeler_control::{Controller, ControllerSpec, ForceGains, Law};
+    ///
+    /// let gains = ForceGains { kp: 0.5, ..ForceGains::default() };
+    /// let controller = Controller::<f64>::new(&[ControllerSpec::new(Law::ExplicitForce(gains), 1e-3)])?;
+    /// let listing = controller.listing(None);
+    /// assert!(listing.constants.contains(&("KP".into(), 0.5)));
+    /// # Ok::<(), feeler_control::ControlError>(())
+    /// ```
+    pub fn listing(&self, motion_is_velocity: Option<bool>) -> Listing {
+        let config = &self.config;
+        let mut listing = Listing::default();
+        let l = &mut listing;
+        let reads = !matches!(config.law, LawConfig::OpenLoop) || config.approach.is_present();
+        let mut y = "reading".to_owned();
+        for (name, filter) in [("low_pass", &config.low_pass), ("notch", &config.notch)] {
+            if let Some(filter) = filter.as_ref().filter(|_| reads) {
+                l.truth_state("started");
+                y = filter.list(l, name, &y, "!s.started");
+            }
+        }
+        let is_position = matches!(config.law, LawConfig::Position(_));
+        let differences_reading = is_position && motion_is_velocity != Some(true);
+        let integrates = !is_position || config.approach.is_present();
+        let (x, v) = match (differences_reading, motion_is_velocity) {
+            (true, _) => config.motion.list(l, &y, false, integrates),
+            (false, Some(is_velocity)) => config.motion.list(l, "motion", is_velocity, integrates),
+            (false, None) => ("0.0".into(), "0.0".into()),
+        };
+        let (fresh, wanted) = config.approach.list_phase(l, &y, &x);
+        let limit = Some(config.limit).filter(|limit| limit.is_finite());
+        if let Some(limit) = limit {
+            l.constant("LIMIT", limit);
+        }
+        let output = match &config.law {
+            LawConfig::OpenLoop => "reference".into(),
+            LawConfig::Force(pid) | LawConfig::Position(pid) => pid.list(l, &y, &v, limit.is_some(), &fresh),
+            LawConfig::Impedance(impedance) => impedance.list(l, &y, &x, &v, &fresh),
+            LawConfig::Admittance(admittance) => admittance.list(l, &y, &x, &v, &fresh),
+        };
+        let mut output = config.approach.list_output(l, &output, wanted.as_deref(), &x, &v);
+        if l.has_state("started") {
+            l.set("started", "true");
+        }
+        if let Some(resolution) = config.resolution {
+            l.constant("RESOLUTION", resolution);
+            l.rounded("steps", &format!("{output} / RESOLUTION"));
+            l.number("rounded", "steps * RESOLUTION");
+            output = "rounded".into();
+        }
+        if limit.is_some() {
+            list_limited(l, "limited", &output);
+            output = "limited".into();
+        }
+        l.output = output;
+        listing
+    }
+}
+
 impl<L: Lane> LawConfig<L> {
     /// All of `per_lane` have the same kind of law as the first.
     fn new(per_lane: &[ControllerSpec], period_s: f64) -> Self {
@@ -226,6 +299,7 @@ impl<L: Lane> State<L> {
             started: false,
             law: LawState::default(),
             low_pass: SectionState::default(),
+            notch: SectionState::default(),
             motion: MotionState::default(),
             approach: ApproachState::new(),
             saturated: L::Mask::splat(false),
@@ -241,14 +315,15 @@ fn rounded<L: Lane>(u: L, resolution: L) -> L {
 }
 
 /// Length of [`State::vector`].
-pub(crate) const STATE_LENGTH: usize = 13;
+pub(crate) const STATE_LENGTH: usize = 15;
 
 impl State<f64> {
     /// The state with the numbers `x`, some samples into a contact phase.
-    fn in_contact([a, b, c, d, e, f, g, h, i, j, k, l, m]: [f64; STATE_LENGTH]) -> Self {
+    fn in_contact([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o]: [f64; STATE_LENGTH]) -> Self {
         Self {
             started: true,
             low_pass: SectionState::from_array([a, b]),
+            notch: SectionState::from_array([n, o]),
             motion: MotionState::from_array([c, d, e]),
             law: LawState {
                 pid: PidState::from_array([f, g, h, i, j]),
@@ -267,7 +342,8 @@ impl State<f64> {
         let [f, g, h, i, j] = self.law.pid.to_array();
         let [k] = self.law.impedance.to_array();
         let [l, m] = self.law.admittance.to_array();
-        [a, b, c, d, e, f, g, h, i, j, k, l, m]
+        let [n, o] = self.notch.to_array();
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o]
     }
 }
 

@@ -11,6 +11,8 @@ use std::f64::consts::TAU;
 
 use feeler_lanes::Lane;
 
+use crate::listing::Listing;
+
 /// Coefficients of `H(z) = (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section<L> {
@@ -70,6 +72,21 @@ impl Section<f64> {
         }
     }
 
+    /// Notch `(s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`; gain `depth` and no phase exactly
+    /// at `frequency_hz`, which must lie below half the sample rate.
+    pub fn notch(frequency_hz: f64, damping_ratio: f64, depth: f64, period_s: f64) -> Self {
+        let g = (0.5 * TAU * frequency_hz * period_s).tan();
+        let (width, a0) = (2.0 * damping_ratio * g, 1.0 + 2.0 * damping_ratio * g + g * g);
+        let b1 = 2.0 * (g * g - 1.0) / a0;
+        Self {
+            b0: (1.0 + depth * width + g * g) / a0,
+            b1,
+            b2: (1.0 - depth * width + g * g) / a0,
+            a1: b1,
+            a2: (1.0 - width + g * g) / a0,
+        }
+    }
+
     /// `[real, imaginary]` part of the response at `frequency_hz` when run every `period_s`.
     pub fn response(&self, frequency_hz: f64, period_s: f64) -> [f64; 2] {
         let w = TAU * frequency_hz * period_s;
@@ -112,6 +129,29 @@ impl<L: Lane> Section<L> {
         let y = self.b0 * u + state.s1;
         state.s1 = self.b1 * u - self.a1 * y + state.s2;
         state.s2 = self.b2 * u - self.a2 * y;
+        y
+    }
+}
+
+impl Section<f64> {
+    /// [`Self::update`] of the input `u` as lines of a program, begun by [`Self::settled`] where `restarts`
+    /// holds; gives the name of the output.
+    pub(crate) fn list(&self, listing: &mut Listing, name: &str, u: &str, restarts: &str) -> String {
+        let up = name.to_uppercase();
+        for (of, value) in
+            [("B0", self.b0), ("B1", self.b1), ("B2", self.b2), ("A1", self.a1), ("A2", self.a2)]
+        {
+            listing.constant(&format!("{up}_{of}"), value);
+        }
+        let (s1, s2) = (format!("{name}_1"), format!("{name}_2"));
+        listing.number_state(&s1);
+        listing.number_state(&s2);
+        listing.choice(&s1, restarts, &format!("{u} - {up}_B0 * {u}"), &format!("s.{s1}"));
+        listing.choice(&s2, restarts, &format!("({up}_B2 - {up}_A2) * {u}"), &format!("s.{s2}"));
+        let y = format!("{name}_out");
+        listing.number(&y, &format!("{up}_B0 * {u} + {s1}"));
+        listing.set(&s1, &format!("{up}_B1 * {u} - {up}_A1 * {y} + {s2}"));
+        listing.set(&s2, &format!("{up}_B2 * {u} - {up}_A2 * {y}"));
         y
     }
 }

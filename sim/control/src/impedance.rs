@@ -3,6 +3,7 @@
 use feeler_lanes::Lane;
 
 use crate::ImpedanceGains;
+use crate::listing::Listing;
 
 /// `f_d[n] = K (x_r[n] - x[n]) + D ((x_r[n] - x_r[n-1]) / T - v[n])`, `u[n] = f_d[n] + g (f_d[n] - f[n])`.
 #[derive(Clone, Copy)]
@@ -54,5 +55,27 @@ impl<L: Lane> ImpedanceConfig<L> {
         state.reference = x_r;
         let f_d = self.stiffness * (x_r - x) + self.damping * (v_r - v);
         f_d + self.force_gain * (f_d - f)
+    }
+}
+
+impl ImpedanceConfig<f64> {
+    /// [`Self::update`] as lines of a program; gives the name of the output.
+    pub(crate) fn list(&self, l: &mut Listing, f: &str, x: &str, v: &str, fresh: &str) -> String {
+        for (name, value) in [
+            ("STIFFNESS", self.stiffness),
+            ("DAMPING", self.damping),
+            ("FORCE_GAIN", self.force_gain),
+            ("PERIOD", self.period),
+        ] {
+            l.constant(name, value);
+        }
+        l.number_state("reference");
+        l.choice("last_reference", fresh, "reference", "s.reference");
+        l.number("reference_rate", "(reference - last_reference) / PERIOD");
+        l.set("reference", "reference");
+        let force = format!("STIFFNESS * (reference - {x}) + DAMPING * (reference_rate - {v})");
+        l.number("force", &force);
+        l.number("u", &format!("force + FORCE_GAIN * (force - {f})"));
+        "u".into()
     }
 }

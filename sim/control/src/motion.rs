@@ -2,6 +2,8 @@
 
 use feeler_lanes::Lane;
 
+use crate::listing::Listing;
+
 /// Velocity by differentiation of a position.
 #[derive(Clone, Copy)]
 pub(crate) struct MotionConfig<L> {
@@ -57,5 +59,40 @@ impl<L: Lane> MotionConfig<L> {
         state.started = true;
         state.reading = reading;
         (state.position, state.velocity)
+    }
+}
+
+impl MotionConfig<f64> {
+    /// [`Self::update`] as lines of a program; gives the names of position and velocity. The position of a
+    /// velocity sensor is left out where nothing `integrates` it.
+    pub(crate) fn list(
+        &self,
+        l: &mut Listing,
+        reading: &str,
+        is_velocity: bool,
+        integrates: bool,
+    ) -> (String, String) {
+        if is_velocity && !integrates {
+            return (String::new(), reading.into());
+        }
+        l.truth_state("started");
+        l.number_state("motion");
+        if is_velocity {
+            l.constant("PERIOD", self.period);
+            l.number_state("position");
+            let moved = format!("s.position + PERIOD * (0.5 * ({reading} + s.motion))");
+            l.choice("position", "s.started", &moved, "0.0");
+            l.set("position", "position");
+            l.set("motion", reading);
+            return ("position".into(), reading.into());
+        }
+        l.constant("VELOCITY_POLE", self.pole);
+        l.constant("VELOCITY_GAIN", self.gain);
+        l.number_state("velocity");
+        l.choice("moved", "s.started", &format!("{reading} - s.motion"), "0.0");
+        l.number("velocity", "VELOCITY_POLE * s.velocity + VELOCITY_GAIN * moved");
+        l.set("velocity", "velocity");
+        l.set("motion", reading);
+        (reading.into(), "velocity".into())
     }
 }

@@ -3,6 +3,7 @@
 use feeler_lanes::{Lane, LaneMask};
 
 use crate::filter::{Section, SectionState};
+use crate::listing::Listing;
 use crate::{AntiWindup, ForceGains, PositionGains};
 
 /// `u = feed_forward r + kp e + i + kd d - damping v`, with `e` the error `r - y` after the lead compensator,
@@ -105,6 +106,68 @@ impl<L: Lane> PidConfig<L> {
         state.derivative = d;
         u
     }
+}
+
+impl PidConfig<f64> {
+    /// [`Self::update`] as lines of a program; gives the name of the output before its limit.
+    pub(crate) fn list(&self, l: &mut Listing, y: &str, v: &str, is_limited: bool, fresh: &str) -> String {
+        for (name, value) in [
+            ("FEED_FORWARD", self.feed_forward),
+            ("KP", self.kp),
+            ("KI_PERIOD", self.ki_period),
+            ("KD", self.kd),
+            ("DERIVATIVE_POLE", self.derivative_pole),
+            ("DERIVATIVE_GAIN", self.derivative_gain),
+        ] {
+            l.constant(name, value);
+        }
+        for state in ["integral", "error", "derivative"] {
+            l.number_state(state);
+        }
+        l.number("error", &format!("reference - {y}"));
+        let e =
+            self.lead.as_ref().map_or_else(|| "error".into(), |lead| lead.list(l, "lead", "error", fresh));
+        l.choice("last_error", fresh, &e, "s.error");
+        l.choice("last_integral", fresh, "0.0", "s.integral");
+        l.choice("last_derivative", fresh, "0.0", "s.derivative");
+        let change = format!("DERIVATIVE_GAIN * ({e} - last_error)");
+        l.number("derivative", &format!("DERIVATIVE_POLE * last_derivative + {change}"));
+        // Without a motion sensor there is no damping either.
+        let damped = if v == "0.0" { "" } else { " - DAMPING * v" };
+        if !damped.is_empty() {
+            l.constant("DAMPING", self.damping);
+        }
+        let damped = damped.replace(" v", &format!(" {v}"));
+        l.number("rest", &format!("FEED_FORWARD * reference + KP * {e} + KD * derivative{damped}"));
+        l.number("gained", &format!("KI_PERIOD * {e}"));
+        if is_limited && self.conditional {
+            l.number("wanted", "rest + last_integral + gained");
+            let deeper = "(wanted > LIMIT && gained > 0.0) || (wanted < -LIMIT && gained < 0.0)";
+            l.truth("deeper", deeper);
+            l.choice("kept", "deeper", "0.0", "gained");
+            l.number("integral", "last_integral + kept");
+        } else {
+            l.number("integral", "last_integral + gained");
+        }
+        l.number("u", "rest + integral");
+        if is_limited && self.tracking != 0.0 {
+            l.constant("TRACKING", self.tracking);
+            list_limited(l, "driven", "u");
+            l.set("integral", "integral - TRACKING * (u - driven)");
+        } else {
+            l.set("integral", "integral");
+        }
+        l.set("error", &e);
+        l.set("derivative", "derivative");
+        "u".into()
+    }
+}
+
+/// [`limited`] as lines of a program.
+pub(crate) fn list_limited(l: &mut Listing, name: &str, u: &str) {
+    let below = format!("{name}_above");
+    l.choice(&below, &format!("{u} > LIMIT"), "LIMIT", u);
+    l.choice(name, &format!("{below} < -LIMIT"), "-LIMIT", &below);
 }
 
 /// `u` within `[-limit, limit]`; NaN if `u` is NaN.

@@ -29,6 +29,8 @@ pub struct ControllerSpec {
     pub output_limit: Option<f64>,
     /// Low-pass that the controller applies to `Inputs::reading` before anything else.
     pub reading_low_pass: Option<LowPassSpec>,
+    /// Notch that the controller applies to the reading after its low-pass.
+    pub reading_notch: Option<NotchSpec>,
     /// Time constant of the first-order low-pass on a differentiated position, s; zero for none.
     pub velocity_filter_s: f64,
     /// What the loop shall follow.
@@ -49,6 +51,7 @@ impl ControllerSpec {
             output_resolution: None,
             output_limit: None,
             reading_low_pass: None,
+            reading_notch: None,
             velocity_filter_s: 0.0,
             reference: ReferenceSpec::Constant(0.0),
         }
@@ -61,12 +64,11 @@ impl ControllerSpec {
     pub fn check(&self) -> Result<(), ControlError> {
         in_range(self)?;
         in_range(&self.law)?;
-        if let Some(filter) = &self.reading_low_pass {
-            let bound = 0.5 / self.period_s;
-            if filter.cutoff_hz >= bound {
-                let (key, value) = ("low_pass", filter.cutoff_hz);
-                return Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" });
-            }
+        let low_pass = self.reading_low_pass.map(|filter| ("low_pass", filter.cutoff_hz));
+        let notch = self.reading_notch.map(|notch| ("notch.frequency", notch.frequency_hz));
+        let bound = 0.5 / self.period_s;
+        if let Some((key, value)) = [low_pass, notch].into_iter().flatten().find(|(_, at)| *at >= bound) {
+            return Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" });
         }
         if let Some(approach) = &self.approach {
             approach.check()?;
@@ -94,6 +96,24 @@ pub struct LowPassSpec {
     pub cutoff_hz: f64,
     /// Damping ratio of a second-order filter; `None` for first order.
     pub damping_ratio: Option<f64>,
+}
+
+/// A notch `(s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)` of gain 1 at zero frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotchSpec {
+    /// Where it is deepest, Hz.
+    pub frequency_hz: f64,
+    /// Damping ratio of its poles: half of its relative width.
+    pub damping_ratio: f64,
+    /// Gain where it is deepest.
+    pub depth: f64,
+}
+
+impl NotchSpec {
+    /// Damping ratio unless the file says otherwise.
+    pub const DEFAULT_DAMPING_RATIO: f64 = 0.5;
+    /// Depth unless the file says otherwise.
+    pub const DEFAULT_DEPTH: f64 = 0.1;
 }
 
 /// The phase before contact: the tool moves at a set speed until the reading reaches a force.
@@ -214,6 +234,14 @@ impl Record for ControllerSpec {
             low_pass("discrete filter on the reading: a corner frequency, or a table")
         ),
         field!(
+            ControllerSpec: reading_notch,
+            optional(
+                "notch",
+                Kind::Table(&NOTCH),
+                "notch on the reading, after its low-pass, of gain 1 at zero frequency",
+            )
+        ),
+        field!(
             ControllerSpec: velocity_filter_s,
             number(
                 "velocity_filter",
@@ -240,6 +268,45 @@ impl Record for LowPassSpec {
 
     fn blank() -> Option<Self> {
         Some(Self { cutoff_hz: 1.0, damping_ratio: None })
+    }
+}
+
+static NOTCH: Shape = Shape { keys: keys!(NotchSpec::FIELDS), choice: None };
+
+impl Record for NotchSpec {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            NotchSpec: frequency_hz,
+            required("frequency", Kind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest")
+        ),
+        field!(
+            NotchSpec: damping_ratio,
+            number(
+                "damping_ratio",
+                Unit::Of(Dimension::NONE),
+                Bound::Positive,
+                NotchSpec::DEFAULT_DAMPING_RATIO,
+                "of its poles: half of its relative width",
+            )
+        ),
+        field!(
+            NotchSpec: depth,
+            number(
+                "depth",
+                Unit::Of(Dimension::NONE),
+                Bound::Within(0.0, 1.0),
+                NotchSpec::DEFAULT_DEPTH,
+                "gain where it is deepest",
+            )
+        ),
+    ];
+
+    fn blank() -> Option<Self> {
+        Some(Self {
+            frequency_hz: 1.0,
+            damping_ratio: Self::DEFAULT_DAMPING_RATIO,
+            depth: Self::DEFAULT_DEPTH,
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use feeler_control::{
     AdmittanceGains, AntiWindup, Approach, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs,
-    Law, LeadSpec, LowPassSpec, PositionGains, Stream,
+    Law, LeadSpec, LowPassSpec, NotchSpec, PositionGains, Stream,
 };
 use feeler_lanes::{Lane, LaneMask, Pack};
 
@@ -61,6 +61,11 @@ fn variant(law: usize, i: usize) -> ControllerSpec {
         output_resolution: (i % 2 == 1).then_some(0.01 * x),
         reading_low_pass: (i > 4)
             .then_some(LowPassSpec { cutoff_hz: 80.0, damping_ratio: (i == 6).then_some(0.6) }),
+        reading_notch: (i % 3 == 1).then_some(NotchSpec {
+            frequency_hz: 40.0 + x,
+            damping_ratio: 0.3,
+            depth: 0.2,
+        }),
         velocity_filter_s: 1e-3 * (x - 1.0).max(0.0),
         ..ControllerSpec::new(law, 1e-3)
     }

@@ -2,7 +2,7 @@
 
 use feeler_control::{
     AdmittanceGains, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs, Law, LeadSpec,
-    LinearLaw, LowPassSpec, PositionGains, Stream,
+    LinearLaw, LowPassSpec, NotchSpec, PositionGains, Stream,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -33,6 +33,7 @@ fn laws() -> Vec<(ControllerSpec, bool, usize)> {
         velocity_feed_forward: 0.5,
     };
     let position = PositionGains { kp: 90.0, ki: 5.0, damping: 4.0, ..PositionGains::default() };
+    let notch = Some(NotchSpec { frequency_hz: 60.0, damping_ratio: 0.4, depth: 0.1 });
     let low_pass = |damping_ratio| Some(LowPassSpec { cutoff_hz: 90.0, damping_ratio });
     // Specs, whether motion is a velocity, states: counted by hand from the difference equations.
     vec![
@@ -45,6 +46,7 @@ fn laws() -> Vec<(ControllerSpec, bool, usize)> {
         (new(Law::ExplicitForce(pid)), true, 4),
         (ControllerSpec { reading_low_pass: low_pass(None), ..new(Law::ExplicitForce(p)) }, false, 1),
         (ControllerSpec { reading_low_pass: low_pass(Some(0.7)), ..new(Law::ExplicitForce(p)) }, false, 2),
+        (ControllerSpec { reading_notch: notch, ..new(Law::ExplicitForce(p)) }, false, 2),
         // Last position and filtered velocity.
         (
             ControllerSpec {

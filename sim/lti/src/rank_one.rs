@@ -13,7 +13,7 @@ use crate::eigen::eigenvalues;
 use crate::error::LtiError;
 use crate::gain_interval::{GainEdge, GainSearch, StableGains, StableInterval, sample_growth};
 use crate::response::TransferEvaluator;
-use crate::search::root;
+use crate::search::smooth_root;
 use crate::state_space::StateSpace;
 
 /// Rounding within which a matrix counts as one column times one row.
@@ -80,7 +80,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         for share in NEAR {
             let (low, high) = (w * (1.0 - share), (w * (1.0 + share)).min(self.domain.nyquist_rad_per_s()));
             if (self.response(low)?.im > 0.0) != (self.response(high)?.im > 0.0) {
-                let w = root(low, high, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
+                let w = smooth_root(low, high, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
                 let value = self.response(w)?;
                 return Ok((value.im.abs() <= REAL * value.norm()).then(|| value.re.recip()));
             }
@@ -206,7 +206,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         if (start.1.im > 0.0) == (end.1.im > 0.0) {
             return Ok(());
         }
-        let w = root(start.0, end.0, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
+        let w = smooth_root(start.0, end.0, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
         let value = self.response(w)?;
         if value.re > 0.0 && value.im.abs() <= REAL * value.norm() {
             found.push(Crossing { gain: value.re.recip(), w, change: 2 * self.outwards(w)? });

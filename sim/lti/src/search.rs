@@ -37,7 +37,7 @@ pub(crate) fn bisect<E>(
 /// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the point, by
 /// interpolation that never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
 /// Trans. Mathematical Software 47, 2020: ITP).
-pub(crate) fn root<E>(
+pub(crate) fn smooth_root<E>(
     mut a: f64,
     mut b: f64,
     relative_width: f64,
@@ -131,14 +131,14 @@ mod tests {
         let root = bisect(1e-9, 1e9, 1e-15, |x| Ok::<_, ()>(x * x - 2.0)).unwrap();
         assert!((root - 2.0_f64.sqrt()).abs() < 1e-15);
         let mut values = 0;
-        let smooth = root(0.5, 40.0, 1e-15, |x: f64| {
+        let smooth = smooth_root(0.5, 40.0, 1e-15, |x: f64| {
             values += 1;
             Ok::<_, ()>(x * x - 2.0)
         });
         assert!((smooth.unwrap() - 2.0_f64.sqrt()).abs() < 2e-15 && values < 20, "{values}");
         // A pole changes sign as well, and a step has no slope.
         let [pole, step] = [|x: f64| 1.0 / (x - 1.2), |x: f64| (x - 1.2).signum()]
-            .map(|f| root(1.0, 3.0, 1e-15, |x| Ok::<_, ()>(f(x))).unwrap());
+            .map(|f| smooth_root(1.0, 3.0, 1e-15, |x| Ok::<_, ()>(f(x))).unwrap());
         assert!((pole - 1.2).abs() < 5e-15 && (step - 1.2).abs() < 5e-15, "{pole} {step}");
         let (place, value) = maximum(0.0, 3.0, |x: f64| Ok::<_, ()>(x.sin())).unwrap();
         assert!((place - std::f64::consts::FRAC_PI_2).abs() < 1e-7 && (value - 1.0).abs() < 1e-15);

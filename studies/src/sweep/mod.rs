@@ -30,6 +30,7 @@ pub use axes::{DrawnAxis, Panels, share_between, shown};
 pub use boundary::{Line, LinearLimits, sampled_growth_per_s};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
+pub(crate) use sobol::sobol;
 pub use table::{Column, Table};
 pub use theory::{CyclesAt, MapTheory, Theory};
 

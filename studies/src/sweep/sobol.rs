@@ -35,7 +35,7 @@ const _: () =
 const BITS: u32 = 32;
 
 /// The point of this index in one dimension, as a fraction of 2^32.
-pub(super) fn sobol(dimension: usize, index: u32) -> u32 {
+pub(crate) fn sobol(dimension: usize, index: u32) -> u32 {
     // In the order of Gray's code, which visits the same points.
     let gray = index ^ (index >> 1);
     let directions = directions(dimension);

@@ -239,7 +239,7 @@ fn continuous(scenario: &mut Scenario) {
 fn without_delay(scenario: &mut Scenario) {
     for used in scenario.controllers.values_mut() {
         used.spec.delay_s = 0.0;
-        used.spec.reading_low_pass = None;
+        (used.spec.reading_low_pass, used.spec.reading_notch) = (None, None);
         used.spec.velocity_filter_s = 0.0;
     }
     for sensor in scenario.machine.sensors.values_mut() {

@@ -36,6 +36,7 @@ use feeler_engine::Scenario;
 
 pub use change::{Cause, Change};
 pub use explanation::{Explanation, Lift, Remedy, Trial};
+pub(crate) use remedy::scale_errors;
 pub use size::Size;
 
 use crate::run::RunError;

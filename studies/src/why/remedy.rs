@@ -114,33 +114,36 @@ fn lowered(
 /// The scenario with the gains on errors scaled; damping stays.
 fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
     let mut scaled = scenario.clone();
-    for used in scaled.controllers.values_mut() {
-        match &mut used.spec.law {
-            Law::ExplicitForce(gains) => {
-                for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
-                    *gain *= factor;
-                }
-            }
-            Law::Position(gains) => {
-                for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
-                    *gain *= factor;
-                }
-            }
-            Law::Impedance(gains) => {
-                for gain in [&mut gains.stiffness, &mut gains.force_gain] {
-                    *gain *= factor;
-                }
-            }
-            // The loop's gain falls as the virtual body grows heavier.
-            Law::Admittance(AdmittanceGains { mass, damping, .. }) => {
-                for gain in [mass, damping] {
-                    *gain /= factor;
-                }
-            }
-            _ => {}
-        }
-    }
+    scaled.controllers.values_mut().for_each(|used| scale_errors(&mut used.spec.law, factor));
     scaled
+}
+
+/// Scales a law's gains on errors; damping stays.
+pub(crate) fn scale_errors(law: &mut Law, factor: f64) {
+    match law {
+        Law::ExplicitForce(gains) => {
+            for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
+                *gain *= factor;
+            }
+        }
+        Law::Position(gains) => {
+            for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
+                *gain *= factor;
+            }
+        }
+        Law::Impedance(gains) => {
+            for gain in [&mut gains.stiffness, &mut gains.force_gain] {
+                *gain *= factor;
+            }
+        }
+        // The loop's gain falls as the virtual body grows heavier.
+        Law::Admittance(AdmittanceGains { mass, damping, .. }) => {
+            for gain in [mass, damping] {
+                *gain /= factor;
+            }
+        }
+        _ => {}
+    }
 }
 
 /// Possible changes against each cause, and against any cause.

@@ -195,7 +195,7 @@ fn without_delay(assembly: &mut Assembly, controllers: &mut [LoopController]) {
 fn without_filters(assembly: &mut Assembly, controllers: &mut [LoopController]) {
     assembly.sensors.iter_mut().for_each(|sensor| sensor.filters.clear());
     for c in controllers {
-        c.spec.reading_low_pass = None;
+        (c.spec.reading_low_pass, c.spec.reading_notch) = (None, None);
         c.spec.velocity_filter_s = 0.0;
     }
 }

@@ -205,6 +205,14 @@ impl ControlLoop {
         leading_gain(&controller.spec).map(|gain| format!("{table}.{}.{gain}", controller.name))
     }
 
+    /// The same machine with another law, gains or timing of one controller, which reads what it read.
+    #[must_use]
+    pub fn with_spec(&self, controller: usize, spec: ControllerSpec) -> Self {
+        let mut changed = self.clone();
+        changed.set_spec(controller, spec);
+        changed
+    }
+
     pub(crate) fn set_spec(&mut self, controller: usize, spec: ControllerSpec) {
         self.controllers[controller].spec = spec;
     }

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::common::{control, force_loop, machine};
+use crate::common::{control, force_loop, machine, spring};
 use feeler_analysis::{Limit, LinearMachine, Report, Request, View, WhyNoWaterfall, analyze};
 use feeler_control::{ControllerSpec, ForceGains, ImpedanceGains, Law};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::{ContactLaw, LowPass, Machine};
+use feeler_plant::description::{ContactLaw, GROUND, LowPass, Machine};
 
 fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
     let request = Request {

@@ -1,0 +1,57 @@
+//! What can be asked of `feeler tune`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler tune scenario.toml\n  \
+    feeler tune scenario.toml --spec \"phase margin >= 50 deg, structure = gains+notch\"\n  \
+    feeler tune scenario.toml --spec \"gains = kp+damping, overshoot <= 10 %\" --out tuned.toml\n  \
+    feeler tune scenario.toml --diagnosis out/bench-axis --draws 200 --code out/controller\n\n\
+    Clauses of --spec, with commas between them:\n  \
+    phase margin >= 45 deg      by linear theory; holds unless another is given\n  \
+    gain margin >= 6 dB         by linear theory, up and down; holds unless another is given\n  \
+    sensitivity <= 6 dB         its peak, by linear theory\n  \
+    step overshoot <= 20 %      of the linear step response\n  \
+    overshoot <= 10 %           of the simulated force over its reference, impact included\n  \
+    peak force <= 60 N          in simulation\n  \
+    settling time <= 200 ms     in simulation\n  \
+    structure = gains+notch     gains, and filter, lead or notch\n  \
+    gains = kp+damping          each by itself [default: those on errors in ratio, and damping]\n  \
+    ki >= 5                     limit of a gain that is named, SI\n  \
+    controller = NAME           [default: that of the force]\n\n\
+    Linear theory proposes; every run of the full simulation comes to rest and meets the limits.")]
+pub(crate) struct Tune {
+    /// Scenario file (TOML)
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Set a key of the file, as in controllers.force.delay=0.002; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// What is asked for, as below [default: margins of 45 deg and 6 dB]
+    #[arg(long, value_name = "CLAUSES", default_value = "", hide_default_value = true)]
+    pub(crate) spec: String,
+    /// Folder or diagnosis.json of `feeler diagnose`: its effects are added, and drawn from their intervals
+    #[arg(long, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
+    pub(crate) diagnosis: Option<PathBuf>,
+    /// Machines drawn from the intervals of the diagnosis
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        value_parser = clap::value_parser!(u16).range(1..=10_000),
+        requires = "diagnosis"
+    )]
+    pub(crate) draws: u16,
+    /// File to write: the file with the tuned gains, comments kept
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Folder for controller.c and controller.rs, made if absent
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) code: Option<PathBuf>,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

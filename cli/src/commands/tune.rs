@@ -1,0 +1,99 @@
+//! `feeler tune`.
+
+use std::path::Path;
+
+use feeler_diagnosis::difference::Difference;
+use feeler_files::{Document, Draft};
+use feeler_studies::tune::{Spec, Uncertain, machines, tune};
+use serde_json::Value;
+
+use super::why::write_set;
+use crate::arguments::Tune;
+use crate::pages::tune::summary;
+use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Steps;
+use crate::units::Units;
+
+pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
+    let spec = Spec::parse(&arguments.spec)?;
+    let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
+    // What was calibrated and added is the machine that is tuned; the file that is written keeps its own.
+    let settings = found.iter().flat_map(|found| &found.settings);
+    let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
+    let diagnosed = Draft::load_with(&arguments.file, &all)?.build()?;
+    let uncertain = found.map_or_else(Vec::new, |found| found.uncertain);
+    let drawn = machines(&diagnosed, &uncertain, arguments.draws.into(), 0)?;
+    let steps = Steps::new(format!("tuning {}", document.scenario.machine.name));
+    let tuned = tune(&diagnosed, &spec, &drawn, &|what| steps.at(what));
+    steps.done();
+    let tuned = tuned?;
+    let mut written = String::new();
+    if let Some(out) = &arguments.out {
+        let all: Vec<String> = arguments.settings.iter().chain(&tuned.settings).cloned().collect();
+        write_set(&arguments.file, &document, &all, out)?;
+        written = format!("\n\nwrote\n  {}", out.display());
+    }
+    if let Some(folder) = &arguments.code {
+        let code = &tuned.equation.code;
+        let files = [("controller.c", code.c.clone()), ("controller.rs", code.rust.clone())];
+        written += &terminal::write_all(folder, &files)?;
+    }
+    if arguments.json {
+        return terminal::print(&terminal::json(&tuned)?);
+    }
+    let units = Units::of(&document.scenario.machine);
+    terminal::print(&format!(
+        "{}{written}",
+        summary(&document.scenario.machine.name, &tuned, &uncertain, units)
+    ))
+}
+
+/// What a diagnosis says of a machine.
+struct Found {
+    /// Calibrated values, as `--set` takes them.
+    settings: Vec<String>,
+    /// Parameters of accepted effects.
+    uncertain: Vec<Uncertain>,
+}
+
+impl Found {
+    /// Reads what `feeler diagnose` wrote; its machine too, where that lies beside it.
+    fn read(path: &Path, document: &Document) -> crate::Result<Self> {
+        let file = if path.is_dir() { path.join("diagnosis.json") } else { path.to_owned() };
+        let wrong = |what: &str| {
+            BadInput::error(
+                format!("{}: {what}", file.display()),
+                "name a folder that `feeler diagnose` wrote, or its diagnosis.json",
+            )
+        };
+        let text = std::fs::read_to_string(&file).map_err(|error| wrong(&error.to_string()))?;
+        let json: Value = serde_json::from_str(&text).map_err(|error| wrong(&error.to_string()))?;
+        let effects = json["effects"].as_array().ok_or_else(|| wrong("it has no `effects`"))?;
+        let mut uncertain = Vec::new();
+        for effect in effects.iter().filter(|effect| effect["accepted"] == true) {
+            let (on, kind) = effect["on"]
+                .as_str()
+                .zip(effect["kind"].as_str())
+                .ok_or_else(|| wrong("an effect has no `on` or no `kind`"))?;
+            for (name, estimate) in effect["parameters"].as_object().into_iter().flatten() {
+                let number = |value: &Value| value.as_f64().ok_or_else(|| wrong("an interval is no number"));
+                let value = number(&estimate["value"])?;
+                let ends = [number(&estimate["ci90"][0])?, number(&estimate["ci90"][1])?];
+                // A size that may be nothing is not less than nothing.
+                let interval = ends.map(|end| if end * value < 0.0 { 0.0 } else { end });
+                uncertain.push(Uncertain { key: format!("{on}.effects.{kind}.{name}"), value, interval });
+            }
+        }
+        let machine = file.with_file_name("machine.toml");
+        let mut settings = Vec::new();
+        if machine.is_file() {
+            let repaired = Document::load(&machine)?.scenario.machine;
+            let difference = Difference::between(&document.scenario.machine, &repaired);
+            settings
+                .extend(difference.changed.iter().map(|changed| format!("{}={}", changed.key, changed.new)));
+        }
+        Ok(Self { settings, uncertain })
+    }
+}

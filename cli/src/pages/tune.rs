@@ -1,0 +1,117 @@
+//! A tuned controller on the terminal.
+
+use feeler_studies::numbers::{count, percent, plain, with_unit};
+use feeler_studies::tune::{Figures, Step, Tuned, Uncertain};
+
+use crate::terminal::table;
+use crate::units::Units;
+
+/// What is printed of a tuned controller.
+pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units: Units) -> String {
+    let on = match tuned.machines {
+        1 => "on the machine of the file".to_owned(),
+        many => format!("on {} within {}", count(many, "machine", "machines"), intervals(uncertain)),
+    };
+    let outcomes: Vec<String> = tuned
+        .runs
+        .outcomes
+        .iter()
+        .map(|(outcome, runs)| format!("{runs} {}", outcome.replace('-', " ")))
+        .collect();
+    let mut parts = vec![
+        format!("{name}: {} follows to {}, {on}", tuned.controller, with_unit(tuned.bandwidth_hz, "Hz")),
+        table(&["", "as it is", "tuned"], &[1, 2], figures(tuned, units)),
+        format!("runs: {}", outcomes.join(", ")),
+    ];
+    if let Some(theory_hz) = tuned.theory_alone_hz {
+        parts.push(format!(
+            "linear theory alone would allow {}; what it leaves out, the runs show",
+            with_unit(theory_hz, "Hz")
+        ));
+    }
+    let settings = if tuned.settings.is_empty() {
+        "the file is as good as any".into()
+    } else {
+        format!("settings\n  {}", tuned.settings.join("\n  "))
+    };
+    parts.push(settings);
+    parts.push(order(tuned, units));
+    parts.push(equation(tuned));
+    parts.join("\n\n")
+}
+
+fn intervals(uncertain: &[Uncertain]) -> String {
+    let of = |one: &Uncertain| {
+        let [low, high] = one.interval.map(plain);
+        format!("{} {low} to {high}", one.key)
+    };
+    uncertain.iter().map(of).collect::<Vec<_>>().join(", ")
+}
+
+fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
+    let row = |name: &str, of: &dyn Fn(&Figures) -> String| {
+        let before = tuned.before.as_ref().map_or_else(|| "unstable".into(), of);
+        vec![name.to_owned(), before, of(&tuned.after)]
+    };
+    let decibels = |factor: f64| format!("{:.1} dB", 20.0 * factor.log10());
+    let none = || "no limit".to_owned();
+    let mut rows = vec![
+        row("bandwidth", &|f| with_unit(f.bandwidth_hz, "Hz")),
+        row("phase margin", &|f| f.phase_margin_deg.map_or_else(none, |phase| format!("{phase:.1} deg"))),
+        row("gain margin", &|f| f.gain_margin.map_or_else(none, decibels)),
+        row("sensitivity peak", &|f| decibels(f.sensitivity)),
+    ];
+    let runs = &tuned.runs;
+    let of_runs = |name: &str, value: String| vec![name.to_owned(), String::new(), value];
+    rows.push(of_runs("peak force", with_unit(runs.peak_force_n, units.force)));
+    rows.extend(runs.overshoot.map(|share| of_runs("overshoot", format!("{} %", percent(share)))));
+    rows.extend(runs.settling_time_s.map(|time| of_runs("settling time", with_unit(time, "s"))));
+    rows
+}
+
+/// The order of gains to try.
+fn order(tuned: &Tuned, units: Units) -> String {
+    let force = units.force_word();
+    let way = if tuned.after.follows < 0.0 { "fall" } else { "rise" };
+    let about = [
+        "set damping and filters first; then raise the gains on errors from row to row".to_owned(),
+        format!("first of all raise the reference a little: the reading must {way}; if not, a sign is wrong"),
+        format!(
+            "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"
+        ),
+    ];
+    let about = about.map(|line| format!(" {line}")).join("\n");
+    let row = |step: &Step| {
+        let own = format!("controllers.{}.", tuned.controller);
+        let settings: Vec<&str> =
+            step.settings.iter().map(|words| words.strip_prefix(&own).unwrap_or(words)).collect();
+        let optional =
+            |value: Option<f64>, unit: &str| value.map_or_else(|| "-".into(), |v| with_unit(v, unit));
+        vec![
+            format!("{} %", percent(step.share)),
+            settings.join(" "),
+            step.gain_margin.map_or_else(|| "-".into(), |factor| format!("{:.1} dB", 20.0 * factor.log10())),
+            with_unit(step.stop_force_n, units.force),
+            optional(step.stop_swing_n, units.force),
+            with_unit(step.swing_hz, "Hz"),
+            optional(step.wait_s, "s"),
+        ]
+    };
+    let header = ["try", "set", "gain left", "stop above", "or if it swings by", "at about", "after"];
+    format!("{}\n{about}", table(&header, &[0, 2, 3, 4, 5, 6], tuned.steps.iter().map(row)))
+}
+
+fn equation(tuned: &Tuned) -> String {
+    let equation = &tuned.equation;
+    let constants: Vec<String> =
+        equation.constants.iter().map(|(name, value)| format!("  {name} = {value:?}")).collect();
+    format!(
+        "at each sample, every {}, acting after {}\n{}\n  output {}\n\nwith\n{}\n\n \
+         --code DIR writes this as C and Rust that give the bits of the simulation",
+        with_unit(equation.period_s, "s"),
+        with_unit(equation.delay_s, "s"),
+        equation.lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n"),
+        equation.output,
+        constants.join("\n")
+    )
+}

@@ -1,0 +1,55 @@
+//! Why a controller could not be tuned.
+
+use std::borrow::Cow;
+
+use feeler_analysis::AnalysisError;
+use feeler_files::FormatError;
+use feeler_problem::Remedy;
+use thiserror::Error;
+
+use crate::Refusal;
+use crate::run::RunError;
+
+/// Why a controller could not be tuned.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TuneError {
+    /// The request cannot be met.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The file, or what is set in it, has mistakes.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// The machine cannot be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// Linear theory has no answer.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+}
+
+impl TuneError {
+    fn inner(&self) -> &dyn Remedy {
+        match self {
+            Self::Refused(error) => error,
+            Self::Format(error) => error,
+            Self::Run(error) => error,
+            Self::Analysis(error) => error,
+        }
+    }
+}
+
+impl Remedy for TuneError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        Some(self.inner())
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        self.inner().remedy()
+    }
+}
+
+/// A refusal as an error.
+pub(super) fn refused(message: impl Into<String>, remedy: impl Into<String>) -> TuneError {
+    Refusal::new(message, remedy).into()
+}

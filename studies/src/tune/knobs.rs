@@ -1,0 +1,270 @@
+//! What is turned: numbers of one controller, each over a range, and how they change it.
+
+use feeler_analysis::{gain, gain_names, leading_gain, with_gain};
+use feeler_control::{ControllerSpec, Law, LeadSpec, LowPassSpec, NotchSpec};
+use feeler_engine::Scenario;
+
+use super::error::{TuneError, refused};
+use super::spec::{Part, Spec};
+use crate::why::scale_errors;
+
+/// How far the gains on errors may be scaled, either way.
+const FACTOR: f64 = 1e3;
+/// Range of a gain about a size that its unit suggests.
+const BELOW: f64 = 1e-3;
+const ABOVE: f64 = 1e2;
+/// Range of the filters' frequencies, over the sampling rate; above it the bilinear transform distorts them.
+const SLOWEST: f64 = 2e-3;
+const FASTEST: f64 = 0.45;
+/// Range of a lead's pole over its zero: above it noise grows by as much.
+const LEAD_RATIO: [f64; 2] = [1.5, 12.0];
+/// Digits that are enough for any gain.
+const DIGITS: usize = 4;
+
+/// What a knob sets.
+#[derive(Clone, Debug, PartialEq)]
+enum What {
+    /// A factor on all gains on errors.
+    Factor,
+    /// A gain.
+    Gain(String),
+    /// The corner of the low-pass.
+    Filter,
+    /// The zero of the lead.
+    Lead,
+    /// Its pole over its zero.
+    LeadRatio,
+    /// The frequency of the notch.
+    Notch,
+}
+
+/// A number that is turned.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Knob {
+    what: What,
+    /// Of its size.
+    pub(super) range: [f64; 2],
+    /// Whether it may be zero, which leaves its part out.
+    pub(super) may_be_zero: bool,
+    /// Whether its values are below zero.
+    is_negative: bool,
+}
+
+/// The knobs of a controller.
+#[derive(Clone, Debug)]
+pub(super) struct Knobs {
+    base: ControllerSpec,
+    pub(super) knobs: Vec<Knob>,
+}
+
+impl Knobs {
+    /// The knobs that a specification asks for.
+    pub(super) fn new(scenario: &Scenario, base: &ControllerSpec, spec: &Spec) -> Result<Self, TuneError> {
+        let names = gain_names(&base.law);
+        let known = names.join(", ");
+        let Some(leading) = leading_gain(base) else {
+            return Err(refused(
+                "the controller has no gains: its output is the reference",
+                "name another by --spec \"controller = NAME\"",
+            ));
+        };
+        let limited = spec.gain_limits.iter().map(|limit| &limit.of);
+        if let Some(name) = spec.gains.iter().flatten().chain(limited).find(|n| !names.contains(&n.as_str()))
+        {
+            let law = base.law.name();
+            return Err(refused(
+                format!("--spec: the law {law} has no gain `{name}`"),
+                format!("name one of {known}"),
+            ));
+        }
+        let mut knobs = match &spec.gains {
+            Some(gains) if gains.is_empty() => {
+                return Err(refused("--spec: `gains =` names none", format!("name some of {known}")));
+            }
+            Some(gains) => {
+                gains.iter().map(|name| gain_knob(scenario, base, name)).collect::<Result<Vec<_>, _>>()?
+            }
+            None => usual(scenario, base, leading)?,
+        };
+        for limit in &spec.gain_limits {
+            let Some(knob) = knobs.iter_mut().find(|knob| knob.what == What::Gain(limit.of.clone())) else {
+                return Err(refused(
+                    format!("--spec: `{}` is limited, but not tuned by itself", limit.of),
+                    format!("add gains = {}, with all that shall be tuned", limit.of),
+                ));
+            };
+            let size = if knob.is_negative { -limit.bound } else { limit.bound };
+            if limit.at_least == knob.is_negative {
+                knob.range[1] = size;
+                knob.range[0] = knob.range[0].min(BELOW * size);
+            } else {
+                knob.range[0] = size;
+                knob.range[1] = knob.range[1].max(ABOVE * size);
+                knob.may_be_zero &= size <= 0.0;
+            }
+            if knob.range[0] <= 0.0 || knob.range[0] > knob.range[1] {
+                return Err(refused(
+                    format!("--spec: no value of `{}` is within its limits", limit.of),
+                    format!("give limits of the sign of its present value, {}", gain(base, &limit.of)?),
+                ));
+            }
+        }
+        for part in &spec.parts {
+            knobs.extend(part_knobs(base, *part)?);
+        }
+        Ok(Self { base: base.clone(), knobs })
+    }
+
+    /// The controller with these sizes of its knobs, in digits that a file shows.
+    pub(super) fn spec(&self, sizes: &[f64]) -> ControllerSpec {
+        let mut spec = self.base.clone();
+        let mut lead_hz = None;
+        for (knob, &size) in self.knobs.iter().zip(sizes) {
+            let value = rounded(if knob.is_negative { -size } else { size });
+            match &knob.what {
+                What::Factor => {
+                    scale_errors(&mut spec.law, size);
+                    round_gains(&mut spec.law, &self.base.law);
+                }
+                What::Gain(name) => {
+                    if let Ok(with) = with_gain(&spec, name, value) {
+                        spec.law = with.law;
+                    }
+                }
+                What::Filter => {
+                    let damping_ratio = self.base.reading_low_pass.and_then(|filter| filter.damping_ratio);
+                    spec.reading_low_pass =
+                        (value > 0.0).then_some(LowPassSpec { cutoff_hz: value, damping_ratio });
+                }
+                What::Lead => lead_hz = Some(value),
+                What::LeadRatio => {
+                    if let (Law::ExplicitForce(gains), Some(zero_hz)) = (&mut spec.law, lead_hz) {
+                        gains.lead =
+                            (zero_hz > 0.0).then(|| LeadSpec { zero_hz, pole_hz: rounded(zero_hz * size) });
+                    }
+                }
+                What::Notch => {
+                    let notch = self.base.reading_notch.unwrap_or(NotchSpec {
+                        frequency_hz: value,
+                        damping_ratio: NotchSpec::DEFAULT_DAMPING_RATIO,
+                        depth: NotchSpec::DEFAULT_DEPTH,
+                    });
+                    spec.reading_notch = (value > 0.0).then_some(NotchSpec { frequency_hz: value, ..notch });
+                }
+            }
+        }
+        spec
+    }
+
+    /// The controller with every part and gain at work, whose wiring is that of all others.
+    pub(super) fn all_at_work(&self) -> ControllerSpec {
+        let middle: Vec<f64> = self.knobs.iter().map(|knob| (knob.range[0] * knob.range[1]).sqrt()).collect();
+        self.spec(&middle)
+    }
+
+    /// A controller with a share of its gains on errors, all else as it is.
+    pub(super) fn with_share(spec: &ControllerSpec, share: f64) -> ControllerSpec {
+        let mut less = spec.clone();
+        scale_errors(&mut less.law, share);
+        round_gains(&mut less.law, &spec.law);
+        less
+    }
+}
+
+/// A machine's own controller with what was tuned in another: timing, approach and limits stay the machine's.
+pub(super) fn installed(own: &ControllerSpec, tuned: &ControllerSpec) -> ControllerSpec {
+    ControllerSpec {
+        law: tuned.law.clone(),
+        reading_low_pass: tuned.reading_low_pass,
+        reading_notch: tuned.reading_notch,
+        ..own.clone()
+    }
+}
+
+fn rounded(value: f64) -> f64 {
+    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
+}
+
+/// Rounds the gains that differ from what they were.
+fn round_gains(law: &mut Law, was: &Law) {
+    for field in law.gains() {
+        if let (Some(now), Some(before)) = (field.number(law), field.number(was))
+            && now.to_bits() != before.to_bits()
+        {
+            field.set_number(law, rounded(now));
+        }
+    }
+}
+
+/// The gains on errors as one, and damping by itself where there is some.
+fn usual(scenario: &Scenario, base: &ControllerSpec, leading: &str) -> Result<Vec<Knob>, TuneError> {
+    if gain(base, leading)? == 0.0 {
+        return Ok(vec![gain_knob(scenario, base, leading)?]);
+    }
+    let mut scaled = base.law.clone();
+    scale_errors(&mut scaled, 2.0);
+    let kept: Vec<&str> = base
+        .law
+        .gains()
+        .iter()
+        .filter(|field| field.number(&base.law) == field.number(&scaled) && field.key.name == "damping")
+        .filter(|field| field.number(&base.law) != Some(0.0))
+        .map(|field| field.key.name)
+        .collect();
+    let range = [FACTOR.recip(), FACTOR];
+    let mut knobs = Vec::new();
+    if scaled != base.law {
+        knobs.push(Knob { what: What::Factor, range, may_be_zero: false, is_negative: false });
+    }
+    for name in kept {
+        knobs.push(gain_knob(scenario, base, name)?);
+    }
+    Ok(knobs)
+}
+
+/// A gain over the range that its unit, the sampling and the masses suggest.
+fn gain_knob(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<Knob, TuneError> {
+    let present = gain(base, name)?;
+    let leads = leading_gain(base) == Some(name);
+    let size = if present == 0.0 { typical(scenario, base, name)? } else { present.abs() };
+    Ok(Knob {
+        what: What::Gain(name.into()),
+        range: [BELOW * size, ABOVE * size],
+        may_be_zero: !leads,
+        is_negative: present < 0.0,
+    })
+}
+
+/// The size of a gain that is zero so far: what its unit makes of the leading gain, the period and the
+/// masses.
+fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64, TuneError> {
+    let leading = leading_gain(base).map_or(Ok(1.0), |leading| gain(base, leading))?.abs();
+    let leading = if leading > 0.0 { leading } else { 1.0 };
+    let mass_kg: f64 = scenario.machine.bodies.values().map(|body| body.mass_kg).fold(0.0, f64::max);
+    let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
+    // Integral over proportional gain: a tenth of the sampling rate; derivative: ten periods.
+    Ok(match (name, &base.law) {
+        ("damping", _) => (mass_kg * stiffness).sqrt().max(f64::MIN_POSITIVE),
+        ("ki", _) => 0.1 * leading / base.period_s,
+        ("kd", _) => 10.0 * leading * base.period_s,
+        _ => leading,
+    })
+}
+
+fn part_knobs(base: &ControllerSpec, part: Part) -> Result<Vec<Knob>, TuneError> {
+    let range = [SLOWEST / base.period_s, FASTEST / base.period_s];
+    let knob = |what, range, may_be_zero| Knob { what, range, may_be_zero, is_negative: false };
+    Ok(match part {
+        Part::Filter => vec![knob(What::Filter, range, base.reading_low_pass.is_none())],
+        Part::Notch => vec![knob(What::Notch, range, base.reading_notch.is_none())],
+        Part::Lead => {
+            let Law::ExplicitForce(gains) = &base.law else {
+                return Err(refused(
+                    format!("--spec: the law {} has no lead", base.law.name()),
+                    "leave the lead out, or write the law explicit-force",
+                ));
+            };
+            vec![knob(What::Lead, range, gains.lead.is_none()), knob(What::LeadRatio, LEAD_RATIO, false)]
+        }
+    })
+}

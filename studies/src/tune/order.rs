@@ -1,0 +1,82 @@
+//! In which order to try gains on the robot, and what tells to stop.
+
+use feeler_control::ControllerSpec;
+use feeler_engine::Scenario;
+use serde::Serialize;
+
+use super::knobs::Knobs;
+use super::simulated::Runs;
+use super::spec::Spec;
+use super::theory::LinearPlant;
+
+/// Shares of the tuned gains on errors, in the order of trying: doublings first, which a loop with a gain
+/// margin of two bears from any stable step, then smaller ones.
+const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
+/// A force this much above the largest that any run shows is none that the model knows: a quarter, the half
+/// of what a gain margin of 6 dB leaves in amplitude.
+const BEYOND: f64 = 1.25;
+/// A swing that many times as wide as the band in which the force counts as settled is no rest.
+const SWINGS: f64 = 2.0;
+/// A wait that many times as long as the slowest run needs tells that it does not settle.
+const WAITS: f64 = 2.0;
+
+/// One step: what to set, what should be seen, and what tells to stop.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// Share of the tuned gains on errors; damping and filters are as tuned from the first step on.
+    pub share: f64,
+    /// What `--set` takes, and what to set on the robot.
+    pub settings: Vec<String>,
+    /// Smallest bandwidth over the machines, Hz.
+    pub bandwidth_hz: f64,
+    /// Factor by which the gain may still rise, by linear theory, on the worst machine; absent if none
+    /// destabilises.
+    pub gain_margin: Option<f64>,
+    /// What the runs of this step show.
+    pub expected: Runs,
+    /// Stop where the reading passes this, N.
+    pub stop_force_n: f64,
+    /// Stop where the reading swings by more than this after `wait_s`, N; absent if no force rests.
+    pub stop_swing_n: Option<f64>,
+    /// At about this frequency it would, Hz: where the loop comes nearest to instability.
+    pub swing_hz: f64,
+    /// How long to wait for rest after touch or step, s; absent if nothing settles.
+    pub wait_s: Option<f64>,
+}
+
+/// The steps to a tuned controller of which theory calls every machine stable and every run ends at rest; a
+/// share at which one is not is left out. `settings` gives what `--set` takes for each of some controllers.
+pub(super) fn steps(
+    machines: &[&Scenario],
+    plants: &[LinearPlant],
+    name: &str,
+    tuned: &ControllerSpec,
+    settings: &dyn Fn(&[ControllerSpec]) -> Vec<Vec<String>>,
+) -> Vec<Step> {
+    // Limits bind the tuned gains; on the way there, rest is all that is asked for.
+    let asked = Spec { limits: Vec::new(), ..Spec::default() };
+    let specs: Vec<ControllerSpec> = (SHARES.iter())
+        .map(|&share| if share < 1.0 { Knobs::with_share(tuned, share) } else { tuned.clone() })
+        .collect();
+    let step = |((share, spec), settings): ((f64, &ControllerSpec), Vec<String>)| {
+        let figures: Option<Vec<_>> = plants.iter().map(|plant| plant.figures(spec).ok().flatten()).collect();
+        let figures = figures?;
+        let (expected, trouble) = Runs::of(machines, name, spec, &asked);
+        if trouble.is_some() {
+            return None;
+        }
+        let nearest = figures.iter().max_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity))?;
+        Some(Step {
+            share,
+            settings,
+            bandwidth_hz: figures.iter().map(|f| f.bandwidth_hz).fold(f64::INFINITY, f64::min),
+            gain_margin: figures.iter().filter_map(|f| f.gain_margin).reduce(f64::min),
+            stop_force_n: BEYOND * expected.peak_force_n,
+            stop_swing_n: expected.band_n.map(|band| SWINGS * band),
+            swing_hz: nearest.gain_margin_hz.unwrap_or(nearest.sensitivity_hz),
+            wait_s: expected.settling_time_s.map(|settles| WAITS * settles),
+            expected,
+        })
+    };
+    SHARES.into_iter().zip(&specs).zip(settings(&specs)).filter_map(step).collect()
+}

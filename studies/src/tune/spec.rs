@@ -1,0 +1,262 @@
+//! What is asked of a tuned controller, as a user writes it: clauses with commas between them.
+
+use serde::{Serialize, Serializer};
+
+use crate::Refusal;
+
+/// What may be limited, beside gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Smallest phase margin of the sampled loop, degrees.
+    PhaseMargin,
+    /// Factor by which the gain may rise or fall.
+    GainMargin,
+    /// Largest modulus of the sensitivity.
+    Sensitivity,
+    /// How far the linear step response passes its final value, as a share of it.
+    StepOvershoot,
+    /// How far the simulated force passes its reference, impact included, as a share of it.
+    Overshoot,
+    /// Largest simulated force of any contact, N.
+    PeakForce,
+    /// Simulated settling time, s.
+    SettlingTime,
+}
+
+/// A unit and what makes an SI number of it.
+type Unit = (&'static str, fn(f64) -> f64);
+
+const PERCENT: &[Unit] = &[("%", |x| x / 100.0), ("", |x| x)];
+const FORCE: &[Unit] = &[("N", |x| x), ("kN", |x| 1e3 * x), ("", |x| x)];
+const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("", |x| x)];
+const ANGLE: &[Unit] = &[("deg", |x| x), ("rad", f64::to_degrees), ("", |x| x)];
+const RATIO: &[Unit] = &[("dB", |x| 10.0_f64.powf(x / 20.0)), ("", |x| x)];
+
+impl Measure {
+    /// Every measure: its name, its units, and whether it is to be at least the limit.
+    const ALL: [(Self, &'static str, &'static [Unit], bool); 7] = [
+        (Self::PhaseMargin, "phase margin", ANGLE, true),
+        (Self::GainMargin, "gain margin", RATIO, true),
+        (Self::Sensitivity, "sensitivity", RATIO, false),
+        (Self::StepOvershoot, "step overshoot", PERCENT, false),
+        (Self::Overshoot, "overshoot", PERCENT, false),
+        (Self::PeakForce, "peak force", FORCE, false),
+        (Self::SettlingTime, "settling time", TIME, false),
+    ];
+
+    /// Its name in a specification.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(measure, ..)| *measure == self).map_or("", |(_, name, ..)| name)
+    }
+
+    /// Whether linear theory tells it; a run tells the others.
+    pub fn is_of_theory(self) -> bool {
+        !matches!(self, Self::Overshoot | Self::PeakForce | Self::SettlingTime)
+    }
+}
+
+impl Serialize for Measure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// A bound on a measure or a gain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Limit<T> {
+    /// What is bounded.
+    pub of: T,
+    /// Whether it is to be at least this; at most, else.
+    pub at_least: bool,
+    /// The bound, SI; a gain margin as a factor.
+    pub bound: f64,
+}
+
+impl<T> Limit<T> {
+    /// By what share of the bound a value misses it; zero where it does not.
+    pub(super) fn missed_by(&self, value: f64) -> f64 {
+        let missed = if self.at_least { self.bound - value } else { value - self.bound };
+        if missed <= 0.0 { 0.0 } else { missed / self.bound.abs().max(f64::MIN_POSITIVE) }
+    }
+}
+
+/// What is tuned beside the gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// A low-pass on the reading.
+    Filter,
+    /// A lead in series with the law.
+    Lead,
+    /// A notch on the reading.
+    Notch,
+}
+
+const PARTS: [(Part, &str); 3] = [(Part::Filter, "filter"), (Part::Lead, "lead"), (Part::Notch, "notch")];
+
+/// What is asked of a tuned controller.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spec {
+    /// Limits on margins, overshoot and the like.
+    pub limits: Vec<Limit<Measure>>,
+    /// Limits on gains, by their names.
+    pub gain_limits: Vec<Limit<String>>,
+    /// What is tuned beside the gains.
+    pub parts: Vec<Part>,
+    /// The gains that are tuned each by itself; `None` scales those on errors together, and damping where
+    /// there is some.
+    pub gains: Option<Vec<String>>,
+    /// The controller; `None` for that of the force.
+    pub controller: Option<String>,
+}
+
+/// Margins that hold unless a specification states others: those that textbooks ask for (Astrom and Murray,
+/// Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
+const DEFAULT_LIMITS: [Limit<Measure>; 2] = [
+    Limit { of: Measure::PhaseMargin, at_least: true, bound: 45.0 },
+    Limit { of: Measure::GainMargin, at_least: true, bound: 2.0 },
+];
+
+impl Default for Spec {
+    fn default() -> Self {
+        Self {
+            limits: DEFAULT_LIMITS.to_vec(),
+            gain_limits: Vec::new(),
+            parts: Vec::new(),
+            gains: None,
+            controller: None,
+        }
+    }
+}
+
+impl Spec {
+    /// Reads a specification, as in `phase margin >= 50 deg, structure = gains+notch`.
+    ///
+    /// # Errors
+    /// The first clause that cannot be read, with what it may be.
+    pub fn parse(text: &str) -> Result<Self, Refusal> {
+        let mut spec = Self::default();
+        for clause in text.split([',', ';', '\n']).map(str::trim).filter(|clause| !clause.is_empty()) {
+            spec.take(clause)?;
+        }
+        Ok(spec)
+    }
+
+    fn take(&mut self, clause: &str) -> Result<(), Refusal> {
+        for (sign, at_least) in [(">=", true), ("<=", false)] {
+            if let Some((name, value)) = clause.split_once(sign) {
+                return self.limit(clause, &squeezed(name), value.trim(), at_least);
+            }
+        }
+        let Some((name, value)) = clause.split_once('=') else {
+            return Err(refused(
+                clause,
+                "is no clause",
+                "write `NAME >= VALUE`, `NAME <= VALUE` or `NAME = WORDS`",
+            ));
+        };
+        let words = || value.split('+').map(str::trim).filter(|word| !word.is_empty());
+        match squeezed(name).as_str() {
+            "structure" => {
+                self.parts.clear();
+                for word in words().filter(|word| *word != "gains") {
+                    let known = PARTS.iter().find(|(_, name)| *name == word);
+                    let Some((part, _)) = known.filter(|(part, _)| !self.parts.contains(part)) else {
+                        let remedy =
+                            "write gains, gains+filter, gains+lead or gains+notch, or several with +";
+                        return Err(refused(clause, &format!("`{word}` is no new part"), remedy));
+                    };
+                    self.parts.push(*part);
+                }
+            }
+            "gains" => self.gains = Some(words().map(str::to_owned).collect()),
+            "controller" => self.controller = Some(value.trim().to_owned()),
+            other => {
+                let message = format!("`{other}` is nothing that can be set");
+                return Err(refused(clause, &message, "write structure, gains or controller before the ="));
+            }
+        }
+        Ok(())
+    }
+
+    fn limit(&mut self, clause: &str, name: &str, value: &str, at_least: bool) -> Result<(), Refusal> {
+        let end = value.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '%');
+        let (number, unit) = value.split_at(end.unwrap_or(value.len()));
+        let Some(number) = number.trim().parse().ok().filter(|number: &f64| number.is_finite()) else {
+            return Err(refused(clause, &format!("`{value}` is no number"), "write a number, then its unit"));
+        };
+        let Some((of, _, units, rises)) = Measure::ALL.iter().find(|(_, known, ..)| *known == name) else {
+            let is_gain = !name.is_empty() && !name.contains(' ') && unit.is_empty();
+            if !is_gain {
+                let known: Vec<&str> = Measure::ALL.iter().map(|(_, name, ..)| *name).collect();
+                let remedy = format!("limit {}, or a gain by its name, in SI units", known.join(", "));
+                return Err(refused(clause, &format!("`{name}` cannot be limited to `{value}`"), &remedy));
+            }
+            self.gain_limits.push(Limit { of: name.into(), at_least, bound: number });
+            return Ok(());
+        };
+        if at_least != *rises {
+            let sign = if *rises { ">=" } else { "<=" };
+            return Err(refused(clause, "bounds the wrong side", &format!("write {name} {sign} {value}")));
+        }
+        let Some((_, si)) = units.iter().find(|(known, _)| *known == unit.trim()) else {
+            let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|u| !u.is_empty()).collect();
+            let remedy = format!("write the value in {}, or as a plain number", known.join(" or "));
+            return Err(refused(clause, &format!("`{unit}` is no unit of the {name}"), &remedy));
+        };
+        self.limits.retain(|limit| limit.of != *of);
+        self.limits.push(Limit { of: *of, at_least, bound: si(number) });
+        Ok(())
+    }
+
+    /// The limits that linear theory decides, or those that a run does.
+    pub(super) fn limits_of(&self, theory: bool) -> impl Iterator<Item = &Limit<Measure>> {
+        self.limits.iter().filter(move |limit| limit.of.is_of_theory() == theory)
+    }
+}
+
+fn refused(clause: &str, message: &str, remedy: &str) -> Refusal {
+    Refusal::new(format!("--spec: `{clause}`: {message}"), remedy)
+}
+
+/// A name with single spaces.
+fn squeezed(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_specification_is_read() {
+        let text = "phase margin >= 50 deg, gain  margin>=6.0206 dB, overshoot <= 10 %, ki >= 5, \
+                    structure = gains + notch, gains = kp+ki, settling time <= 80 ms";
+        let spec = Spec::parse(text).unwrap();
+        let bound = |of| spec.limits.iter().find(|limit| limit.of == of).unwrap().bound;
+        let found = [Measure::PhaseMargin, Measure::Overshoot, Measure::SettlingTime].map(bound);
+        assert_eq!(found.map(f64::to_bits), [50.0, 0.1, 0.08].map(f64::to_bits));
+        // 6.0206 dB are a factor of two within its last digit.
+        assert!((bound(Measure::GainMargin) - 2.0).abs() < 1e-5);
+        assert_eq!(spec.gain_limits, [Limit { of: "ki".to_owned(), at_least: true, bound: 5.0 }]);
+        assert_eq!((spec.parts, spec.gains.unwrap()), (vec![Part::Notch], vec!["kp".into(), "ki".into()]));
+        assert_eq!(Spec::parse("").unwrap(), Spec::default());
+    }
+
+    #[test]
+    fn truth_each_mistake_names_its_clause_and_a_way_out() {
+        for (text, remedy) in [
+            ("phase margin", "write `NAME >= VALUE`"),
+            ("phase margin <= 45 deg", "write phase margin >= 45 deg"),
+            ("phase margin >= 45 dB", "deg or rad"),
+            ("phase margin >= much", "a number"),
+            ("colour <= 3 %", "limit phase margin"),
+            ("structure = gains+magic", "gains+filter"),
+            ("tune = all", "structure, gains or controller"),
+        ] {
+            let refusal = Spec::parse(text).unwrap_err();
+            assert!(refusal.message.contains(text), "{}", refusal.message);
+            assert!(refusal.remedy.contains(remedy), "{text}: {}", refusal.remedy);
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! What linear theory says of a controller on a machine.
+
+use feeler_analysis::{AnalysisError, ClosedLoop, ControlLoop, MarginReport, SampledLoop, StepResponse};
+use feeler_control::ControllerSpec;
+use feeler_engine::Scenario;
+use serde::Serialize;
+
+use super::knobs::installed;
+use super::spec::{Limit, Measure};
+use crate::operating_point::contact_view;
+
+/// The step response is looked at over this number of periods of the bandwidth: the slowest pole that matters
+/// at the margins in use has died out.
+const STEP_PERIODS: f64 = 10.0;
+
+/// Frequency that counts as none, Hz.
+const AT_REST_HZ: f64 = 1e-3;
+
+/// Figures of a stable loop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// Up to where the reading follows its reference, to 3 dB, Hz; half of the sampling rate where it never
+    /// falls so far.
+    pub bandwidth_hz: f64,
+    /// What the reading comes to at rest for one of the reference; below zero where a sign is wrong.
+    pub follows: f64,
+    /// Smallest phase margin, degrees; absent if the loop's size never passes one.
+    pub phase_margin_deg: Option<f64>,
+    /// Factor by which the gain may rise, or its inverse fall, whichever is less; absent if none
+    /// destabilises.
+    pub gain_margin: Option<f64>,
+    /// Where the loop would swing with that gain, Hz.
+    pub gain_margin_hz: Option<f64>,
+    /// Largest modulus of the sensitivity, and where it is, Hz.
+    pub sensitivity: f64,
+    /// See [`Self::sensitivity`].
+    pub sensitivity_hz: f64,
+    /// How far the step response passes its final value, as a share of it; absent unless it is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step_overshoot: Option<f64>,
+}
+
+impl Figures {
+    fn value(&self, measure: Measure) -> Option<f64> {
+        Some(match measure {
+            Measure::PhaseMargin => self.phase_margin_deg.unwrap_or(f64::INFINITY),
+            Measure::GainMargin => self.gain_margin.unwrap_or(f64::INFINITY),
+            Measure::Sensitivity => self.sensitivity,
+            Measure::StepOvershoot => self.step_overshoot?,
+            Measure::Overshoot | Measure::PeakForce | Measure::SettlingTime => return None,
+        })
+    }
+
+    /// By what shares of their bounds limits are missed, in all.
+    pub(super) fn missed_by<'a>(&self, limits: impl Iterator<Item = &'a Limit<Measure>>) -> f64 {
+        limits.map(|limit| self.value(limit.of).map_or(0.0, |value| limit.missed_by(value))).sum()
+    }
+}
+
+/// A machine in contact, ready for any controller in the place of one.
+#[derive(Clone, Debug)]
+pub(super) struct LinearPlant {
+    whole: ControlLoop,
+    controller: usize,
+    with_step: bool,
+}
+
+impl LinearPlant {
+    /// `at_work` is a controller that reads all sensors that any will; `with_step` asks for step responses.
+    pub(super) fn new(
+        scenario: &Scenario,
+        name: &str,
+        at_work: &ControllerSpec,
+        with_step: bool,
+    ) -> Result<Self, AnalysisError> {
+        let mut scenario = scenario.clone();
+        if let Some(used) = scenario.controllers.get_mut(name) {
+            used.spec = installed(&used.spec, at_work);
+        }
+        let whole = ControlLoop::new(&scenario, &contact_view(&scenario))?;
+        let controller = whole.controller(name)?;
+        Ok(Self { whole, controller, with_step })
+    }
+
+    /// The figures with a controller; `None` where the loop is unstable.
+    pub(super) fn figures(&self, spec: &ControllerSpec) -> Result<Option<Figures>, AnalysisError> {
+        let own = &self.whole.controllers()[self.controller].spec;
+        let whole = self.whole.with_spec(self.controller, installed(own, spec));
+        let open = whole.open_loop(self.controller)?;
+        // Eigenvalues cost less than margins, and most of what is tried is unstable.
+        if open.samples == 0 && SampledLoop::new(&whole)?.eigenvalues()?.iter().any(|pole| pole.norm() >= 1.0)
+        {
+            return Ok(None);
+        }
+        let margins = MarginReport::new(&open.transfer()?)?;
+        if margins.unstable_poles > 0 {
+            return Ok(None);
+        }
+        let highest_hz = 0.5 / spec.period_s;
+        let closed = ClosedLoop::sampled(&whole, self.controller)?;
+        let follows = closed.as_ref().map(|closed| closed.at(AT_REST_HZ)).transpose()?;
+        let bandwidth_hz = closed.map(|closed| closed.bandwidth_hz()).transpose()?.flatten();
+        let bandwidth_hz = bandwidth_hz.unwrap_or(highest_hz);
+        let falls = margins.gain_decrease.filter(|factor| *factor > 0.0).map(f64::recip);
+        let gain_margin = margins.gain.into_iter().chain(falls).reduce(f64::min);
+        let step_overshoot =
+            if self.with_step { Some(self.step_overshoot(&whole, bandwidth_hz)?) } else { None };
+        Ok(Some(Figures {
+            bandwidth_hz,
+            follows: follows.map_or(0.0, |response| response.re),
+            phase_margin_deg: margins.phase_deg.map(f64::abs),
+            gain_margin,
+            gain_margin_hz: margins.gain_hz,
+            sensitivity: margins.sensitivity_peak,
+            sensitivity_hz: margins.sensitivity_peak_hz,
+            step_overshoot,
+        }))
+    }
+
+    fn step_overshoot(&self, whole: &ControlLoop, bandwidth_hz: f64) -> Result<f64, AnalysisError> {
+        let step = StepResponse::new(whole, self.controller, STEP_PERIODS / bandwidth_hz)?;
+        let values = step.map_or_else(Vec::new, |step| step.values);
+        let last = values.last().copied().unwrap_or(0.0);
+        let most = values.iter().map(|value| value / last).fold(0.0, f64::max);
+        Ok(if last == 0.0 { 0.0 } else { (most - 1.0).max(0.0) })
+    }
+}

@@ -1,5 +1,6 @@
 //! A diagnosis in plain words.
 
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::apart;
 use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 
@@ -44,7 +45,8 @@ fn cause(diagnosis: &Diagnosis) -> String {
             ),
         },
         Verdict::UnknownCause if found.is_empty() => {
-            format!("a cause outside the library acts at the {place}.")
+            let tried = if is_all_tried(diagnosis) { "of the library" } else { "that was tried" };
+            format!("no cause {tried} explains the gap, which points to the {place}.")
         }
         Verdict::UnknownCause => {
             format!(
@@ -62,6 +64,11 @@ fn cause(diagnosis: &Diagnosis) -> String {
             format!("{found} would explain the gap, but so would causes at other places.")
         }
     }
+}
+
+/// Whether the time sufficed for every cause.
+fn is_all_tried(diagnosis: &Diagnosis) -> bool {
+    !diagnosis.adequacy.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
 }
 
 /// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one;

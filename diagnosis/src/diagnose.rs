@@ -336,9 +336,9 @@ impl Judge<'_> {
     /// Whether more than noise is left, and enough of it for a further cause.
     fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
-        let noise = noise(task, &accepted.fitted.model, &accepted.fitted.theta);
         let (asked, [check, all]) = (Asked::beside(accepted), room(task, accepted));
-        check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise)
+        let noise = || noise(task, &accepted.fitted.model, &accepted.fitted.theta);
+        check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
 
     /// Brings the best whose values can all be meant to the front of a ranking, where it explains a fair

@@ -33,18 +33,18 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
         return Some(Problem::new("", message, format!("leave [controllers.{other}] out")));
     }
     let kind = machine.scenario.machine.actuators.get(drive).map(|actuator| actuator.kind);
-    let message = match kind {
-        Some(ActuatorKind::PositionServo(servo)) if servo.period_s.is_some() => {
-            format!("`{drive}` has a sampled loop of its own, and loops within loops are not predicted")
-        }
-        Some(ActuatorKind::Imposed) => format!("the motion of `{drive}` is imposed, and no loop moves it"),
+    let (message, remedy) = match kind {
+        Some(ActuatorKind::PositionServo(servo)) if servo.period_s.is_some() => (
+            format!("`{drive}` has a sampled loop of its own, and loops within loops are not predicted"),
+            format!("leave out the `period` of `{drive}`, or name its target instead"),
+        ),
+        Some(ActuatorKind::Imposed) => (
+            format!("the motion of `{drive}` is imposed, and no loop moves it"),
+            format!("name `{drive}.command` instead"),
+        ),
         _ => return None,
     };
-    Some(Problem::new(
-        "",
-        message,
-        format!("leave out the `period` of `{drive}`, or name its target instead"),
-    ))
+    Some(Problem::new("", message, remedy))
 }
 
 /// Units of the reference of a controller.

@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
     // What was calibrated and added is the machine that is tuned; the file that is written keeps its own.
     let settings = found.iter().flat_map(|found| &found.settings);
-    let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
+    let all: Vec<String> = settings.chain(&arguments.settings).cloned().collect();
     let diagnosed = Draft::load_with(&arguments.file, &all)?.build()?;
     let uncertain = found.map_or_else(Vec::new, |found| found.uncertain);
     let drawn = machines(&diagnosed, &uncertain, arguments.draws.into(), 0)?;
@@ -91,6 +91,12 @@ impl Found {
         if machine.is_file() {
             let repaired = Document::load(&machine)?.scenario.machine;
             let difference = Difference::between(&document.scenario.machine, &repaired);
+            if let Some(gone) = difference.removed.first() {
+                return Err(BadInput::error(
+                    format!("{}: what was found replaces `{gone}`, which the file has", file.display()),
+                    "remove that table from the file, then tune",
+                ));
+            }
             settings
                 .extend(difference.changed.iter().map(|changed| format!("{}={}", changed.key, changed.new)));
         }

@@ -9,7 +9,8 @@ use crate::units::Units;
 /// What is printed of a tuned controller.
 pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units: Units) -> String {
     let on = match tuned.machines {
-        1 => "on the machine of the file".to_owned(),
+        1 if uncertain.is_empty() => "on the machine of the file".to_owned(),
+        1 => "on the most probable machine".to_owned(),
         many => format!("on {} within {}", count(many, "machine", "machines"), intervals(uncertain)),
     };
     let outcomes: Vec<String> = tuned
@@ -64,6 +65,10 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
     let runs = &tuned.runs;
     let of_runs = |name: &str, value: String| vec![name.to_owned(), String::new(), value];
     rows.push(of_runs("peak force", with_unit(runs.peak_force_n, units.force)));
+    if tuned.after.step_overshoot.is_some() {
+        let share = |f: &Figures| f.step_overshoot.map_or_else(none, |share| format!("{} %", percent(share)));
+        rows.push(row("step overshoot", &share));
+    }
     rows.extend(runs.overshoot.map(|share| of_runs("overshoot", format!("{} %", percent(share)))));
     rows.extend(runs.settling_time_s.map(|time| of_runs("settling time", with_unit(time, "s"))));
     rows
@@ -74,8 +79,10 @@ fn order(tuned: &Tuned, units: Units) -> String {
     let force = units.force_word();
     let way = if tuned.after.follows < 0.0 { "fall" } else { "rise" };
     let about = [
-        "set damping and filters first; then raise the gains on errors from row to row".to_owned(),
-        format!("first of all raise the reference a little: the reading must {way}; if not, a sign is wrong"),
+        "set damping and filters first; then set row after row".to_owned(),
+        format!(
+            "at each row, in contact, raise the reference a little: the reading must {way}; if not, a sign is wrong"
+        ),
         format!(
             "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"
         ),

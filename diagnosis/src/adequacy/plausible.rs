@@ -2,13 +2,14 @@
 //! bound, and known well enough to be told from nothing.
 
 use feeler_plant::description::ActuatorKind;
-use feeler_plant::effects::{Parameter, Place, Scale};
+use feeler_plant::effects::{Kind, Parameter, Place, Scale};
 use feeler_plant::units::Dimension;
 
 use super::Criteria;
 use super::horizons::share;
 use crate::answer::compose::NINETY_PERCENT;
 use crate::diagnose::Judge;
+use crate::fit::candidates::Candidate;
 use crate::fit::search::{Scored, moving_mass};
 
 /// A thousandth of a value, or of what is typical, within which it is at its end.
@@ -27,8 +28,7 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
         for (k, parameter) in cause.definition.parameters.iter().enumerate() {
             let name = format!("{} of {}", parameter.name, cause.definition.kind);
             found.extend(
-                beyond(judge, cause.place, parameter, values[k], criteria)
-                    .map(|limit| format!("{name} {limit}")),
+                beyond(judge, cause, parameter, values[k], criteria).map(|limit| format!("{name} {limit}")),
             );
             let Some(u) = model.unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)) else {
                 continue;
@@ -76,12 +76,12 @@ impl Judge<'_> {
 /// or a workpiece weighs, and what a sensor reads, the drive's body and command do not bound.
 fn beyond(
     judge: &Judge<'_>,
-    place: Place,
+    cause: &Candidate,
     parameter: &Parameter,
     value: f64,
     most: &Criteria,
 ) -> Option<String> {
-    let is_along_drive = matches!(place, Place::Drive | Place::Guide | Place::Transmission);
+    let is_along_drive = matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission);
     let over = |value: f64, limit: f64, most: f64, what: &str| {
         let ratio = value.abs() / limit;
         (value.is_finite() && limit > 0.0 && ratio > most).then(|| format!("is {ratio:.1} times {what}"))
@@ -103,7 +103,8 @@ fn beyond(
                 judge.dataset.records.iter().map(|record| record.spacing_s).fold(f64::INFINITY, f64::min);
             (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
-        Dimension::NONE if parameter.name == "gain" => {
+        // Units of a firmware may be off by decades.
+        Dimension::NONE if parameter.name == "gain" && cause.definition.kind != Kind::LoopGain => {
             let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
             (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
         }

@@ -195,6 +195,16 @@ impl Dataset {
                 resolution: column.resolution.unwrap_or(resolution),
             });
         }
+        let twice = (1..drives.len()).find(|&i| drives[..i].iter().any(|(other, _)| *other == drives[i].0));
+        if let Some(i) = twice {
+            let name = &drives[i].1;
+            return Err(DiagnosisError::Signal {
+                column: name.clone(),
+                signal: file.columns[name].signal.to_string(),
+                reason: "another column commands this drive already".into(),
+                remedy: "name one of the two: what the controller followed, or the command".into(),
+            });
+        }
         let held: Vec<&str> = drives.iter().map(|(_, name)| name.as_str()).collect();
         let tables = file
             .experiments

@@ -100,7 +100,11 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
     if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
         calibrated = better;
         glance = self::glance(&task, &calibrated);
-        extended = extensions(&task, &calibrated, &all, &glance);
+        // Late, what was fitted from the worse calibration is better than nothing.
+        let again = extensions(&task, &calibrated, &all, &glance);
+        if again.untried.len() <= extended.untried.len() {
+            extended = again;
+        }
     }
     let Extended { fits: singles, others, silent, untried } = extended;
     let seen = seen(&glance, dataset);
@@ -189,9 +193,8 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let begun: Vec<(Candidate, bool, Option<Screened>)> = all
         .par_iter()
         .map(|&candidate| {
-            let late = is_late();
-            let begun = if late { None } else { screen(task, &linearised, base, candidate, glance) };
-            (candidate, late, begun)
+            let begun = if is_late() { None } else { screen(task, &linearised, base, candidate, glance) };
+            (candidate, begun.is_none() && is_late(), begun)
         })
         .collect();
     let without = |late: bool| -> Vec<Candidate> {
@@ -199,7 +202,8 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         begun.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
     };
     let (silent, untried) = (without(false), without(true));
-    let decline = |fitted: &Fitted| (base.fitted.cost / fitted.cost).ln();
+    // A linearised cost may fall below nothing.
+    let decline = |fitted: &Fitted| (base.fitted.cost / fitted.cost.max(1.0)).ln();
     let begun: Vec<(Candidate, Screened)> =
         begun.into_iter().filter_map(|(candidate, _, begun)| Some((candidate, begun?))).collect();
     let steepest = begun.iter().map(|(_, begun)| decline(&begun.fitted)).fold(0.0, f64::max);

@@ -39,6 +39,8 @@ const FAR_OFF_LAG: f64 = 5.0;
 const FAR_OFF_GAIN: f64 = 2.0;
 /// Dry friction shifts where a joint holds its load by up to its level: a load this many times larger shows.
 const LOAD_OVER_FRICTION: f64 = 3.0;
+/// Share of the squares of the errors that a load explains at least where it makes them.
+const LEAST_EXPLAINED: f64 = 0.25;
 /// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
@@ -173,6 +175,7 @@ pub(super) struct Held {
     rows: f64,
     load_load: f64,
     load_error: f64,
+    error_error: f64,
 }
 
 impl Held {
@@ -181,6 +184,7 @@ impl Held {
             self.rows += 1.0;
             self.load_load += load * load;
             self.load_error += load * error;
+            self.error_error += error * error;
         }
     }
 
@@ -189,7 +193,8 @@ impl Held {
     fn gain(&self, least: f64) -> Option<f64> {
         let gain = -self.load_load / self.load_error;
         let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;
-        (is_loaded && gain.is_finite() && gain > 0.0).then_some(gain)
+        let explained = self.load_error.powi(2) / (self.load_load * self.error_error);
+        (is_loaded && explained > LEAST_EXPLAINED && gain.is_finite() && gain > 0.0).then_some(gain)
     }
 }
 

@@ -5,7 +5,7 @@ use feeler_logs::{Pick, Run};
 use indexmap::IndexMap;
 
 use super::axis::Beliefs;
-use super::roles::{Guess, Role};
+use super::roles::{Guess, Role, UnitGuess};
 
 /// Half of the time over which a position is smoothed for its speed and acceleration, s: other joints couple
 /// by motions that last longer, and steps of encoders average out.
@@ -26,6 +26,14 @@ pub(super) struct Arm {
 impl Arm {
     /// The arm around the joint `name` of the log. `None` where the model has no such joint.
     pub(super) fn around(name: &str, beliefs: &Beliefs, joints: &IndexMap<String, Guess>) -> Option<Self> {
+        // Counts begin anywhere: no pose follows from them.
+        let in_counts = |guess: &Guess| {
+            let position = guess.columns.get(&Role::Position);
+            position.is_some_and(|chosen| matches!(chosen.unit, Some((UnitGuess::Counts(_), _))))
+        };
+        if joints.values().any(in_counts) {
+            return None;
+        }
         let with_position = joints.iter().filter(|(_, guess)| guess.columns.contains_key(&Role::Position));
         let logged: Vec<String> = with_position.map(|(name, _)| name.clone()).collect();
         let (belief, _) = beliefs.find(name, &logged)?;

@@ -324,7 +324,7 @@ impl<'a> Model<'a, '_> {
         if is_position {
             // MuJoCo's own default.
             let kp = self.numbers(node, kind, "main", "kp")?;
-            belief.kp = Some(kp.first().copied().unwrap_or(1.0));
+            belief.kp = Some(kp.first().copied().unwrap_or(1.0)).filter(|kp| *kp > 0.0);
             belief.kd = one("kv")?;
         } else if kind == "general" && self.attribute(node, kind, "main", "biastype") == Some("affine") {
             belief.kp = Some(one("gainprm")?).filter(|kp| *kp > 0.0);

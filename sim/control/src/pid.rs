@@ -165,7 +165,7 @@ impl PidConfig<f64> {
 
 /// [`limited`] as lines of a program.
 pub(crate) fn list_limited(l: &mut Listing, name: &str, u: &str) {
-    let below = format!("{name}_above");
+    let below = format!("{name}_below");
     l.choice(&below, &format!("{u} > LIMIT"), "LIMIT", u);
     l.choice(name, &format!("{below} < -LIMIT"), "-LIMIT", &below);
 }

@@ -5,7 +5,7 @@ use feeler_control::{ControllerSpec, Law, LeadSpec, LowPassSpec, NotchSpec};
 use feeler_engine::Scenario;
 
 use super::error::{TuneError, refused};
-use super::spec::{Part, Spec};
+use super::spec::{Limit, Part, Spec};
 use crate::why::scale_errors;
 
 /// How far the gains on errors may be scaled, either way.
@@ -18,6 +18,8 @@ const SLOWEST: f64 = 2e-3;
 const FASTEST: f64 = 0.45;
 /// Range of a lead's pole over its zero: above it noise grows by as much.
 const LEAD_RATIO: [f64; 2] = [1.5, 12.0];
+/// Numbers tuned at most: a grid grows by a power of them.
+const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
 
@@ -48,6 +50,45 @@ pub(super) struct Knob {
     pub(super) may_be_zero: bool,
     /// Whether its values are below zero.
     is_negative: bool,
+    /// Its present size.
+    now: f64,
+}
+
+impl Knob {
+    /// Size of a limit, and whether it is the smallest.
+    fn size_of(&self, limit: &Limit<String>) -> (f64, bool) {
+        (if self.is_negative { -limit.bound } else { limit.bound }, limit.at_least != self.is_negative)
+    }
+
+    /// Widens the range so that a limit lies within it.
+    fn reach(&mut self, limit: &Limit<String>) {
+        match self.size_of(limit) {
+            (size, true) if size > 0.0 => self.range[1] = self.range[1].max(ABOVE * size),
+            (size, false) if size > 0.0 => self.range[0] = self.range[0].min(BELOW * size),
+            _ => {}
+        }
+    }
+
+    /// Cuts the range at a limit; whether any value is left.
+    fn keep(&mut self, limit: &Limit<String>) -> bool {
+        match self.size_of(limit) {
+            (size, true) => {
+                self.range[0] = self.range[0].max(size);
+                self.may_be_zero &= size <= 0.0;
+            }
+            (size, false) => self.range[1] = self.range[1].min(size),
+        }
+        0.0 < self.range[0] && self.range[0] <= self.range[1]
+    }
+
+    /// The decimal logarithm of its present size within its range; minus infinity for zero.
+    pub(super) fn present(&self) -> f64 {
+        if self.now == 0.0 && self.may_be_zero {
+            f64::NEG_INFINITY
+        } else {
+            self.now.clamp(self.range[0], self.range[1]).log10()
+        }
+    }
 }
 
 /// The knobs of a controller.
@@ -93,16 +134,13 @@ impl Knobs {
                     format!("add gains = {}, with all that shall be tuned", limit.of),
                 ));
             };
-            let size = if knob.is_negative { -limit.bound } else { limit.bound };
-            if limit.at_least == knob.is_negative {
-                knob.range[1] = size;
-                knob.range[0] = knob.range[0].min(BELOW * size);
-            } else {
-                knob.range[0] = size;
-                knob.range[1] = knob.range[1].max(ABOVE * size);
-                knob.may_be_zero &= size <= 0.0;
-            }
-            if knob.range[0] <= 0.0 || knob.range[0] > knob.range[1] {
+            knob.reach(limit);
+        }
+        for limit in &spec.gain_limits {
+            let Some(knob) = knobs.iter_mut().find(|knob| knob.what == What::Gain(limit.of.clone())) else {
+                continue;
+            };
+            if !knob.keep(limit) {
                 return Err(refused(
                     format!("--spec: no value of `{}` is within its limits", limit.of),
                     format!("give limits of the sign of its present value, {}", gain(base, &limit.of)?),
@@ -111,6 +149,12 @@ impl Knobs {
         }
         for part in &spec.parts {
             knobs.extend(part_knobs(base, *part)?);
+        }
+        if knobs.len() > MOST {
+            return Err(refused(
+                format!("--spec: {} numbers are to be tuned, {MOST} at most", knobs.len()),
+                "name fewer gains, or fewer parts",
+            ));
         }
         Ok(Self { base: base.clone(), knobs })
     }
@@ -214,7 +258,7 @@ fn usual(scenario: &Scenario, base: &ControllerSpec, leading: &str) -> Result<Ve
     let range = [FACTOR.recip(), FACTOR];
     let mut knobs = Vec::new();
     if scaled != base.law {
-        knobs.push(Knob { what: What::Factor, range, may_be_zero: false, is_negative: false });
+        knobs.push(Knob { what: What::Factor, range, may_be_zero: false, is_negative: false, now: 1.0 });
     }
     for name in kept {
         knobs.push(gain_knob(scenario, base, name)?);
@@ -232,6 +276,7 @@ fn gain_knob(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<K
         range: [BELOW * size, ABOVE * size],
         may_be_zero: !leads,
         is_negative: present < 0.0,
+        now: present.abs(),
     })
 }
 
@@ -253,10 +298,16 @@ fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64
 
 fn part_knobs(base: &ControllerSpec, part: Part) -> Result<Vec<Knob>, TuneError> {
     let range = [SLOWEST / base.period_s, FASTEST / base.period_s];
-    let knob = |what, range, may_be_zero| Knob { what, range, may_be_zero, is_negative: false };
+    let knob = |what, range, may_be_zero, now| Knob { what, range, may_be_zero, is_negative: false, now };
     Ok(match part {
-        Part::Filter => vec![knob(What::Filter, range, base.reading_low_pass.is_none())],
-        Part::Notch => vec![knob(What::Notch, range, base.reading_notch.is_none())],
+        Part::Filter => {
+            let now = base.reading_low_pass.map_or(0.0, |filter| filter.cutoff_hz);
+            vec![knob(What::Filter, range, base.reading_low_pass.is_none(), now)]
+        }
+        Part::Notch => {
+            let now = base.reading_notch.map_or(0.0, |notch| notch.frequency_hz);
+            vec![knob(What::Notch, range, base.reading_notch.is_none(), now)]
+        }
         Part::Lead => {
             let Law::ExplicitForce(gains) = &base.law else {
                 return Err(refused(
@@ -264,7 +315,12 @@ fn part_knobs(base: &ControllerSpec, part: Part) -> Result<Vec<Knob>, TuneError>
                     "leave the lead out, or write the law explicit-force",
                 ));
             };
-            vec![knob(What::Lead, range, gains.lead.is_none()), knob(What::LeadRatio, LEAD_RATIO, false)]
+            let [zero, ratio] =
+                gains.lead.map_or([0.0, LEAD_RATIO[0]], |lead| [lead.zero_hz, lead.pole_hz / lead.zero_hz]);
+            vec![
+                knob(What::Lead, range, gains.lead.is_none(), zero),
+                knob(What::LeadRatio, LEAD_RATIO, false, ratio),
+            ]
         }
     })
 }

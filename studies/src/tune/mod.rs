@@ -110,7 +110,7 @@ pub fn tune(
     let tuned = knobs.spec(&Search::sizes(&found.point));
     let all: Vec<&Scenario> = machines.iter().collect();
     progress("order of steps");
-    let steps = order::steps(&all, &plants, &name, &tuned, &|to| changes(&name, base, to));
+    let steps = order::steps(&all, &plants, &name, &tuned, spec, &|to| changes(&name, base, to));
     let settings = changes(&name, base, std::slice::from_ref(&tuned)).concat();
     let written = document.with(
         settings.iter().filter_map(|words| words.split_once('=')).map(|(key, value)| (key, setting(value))),
@@ -180,7 +180,11 @@ impl Tuning<'_> {
             let (ranked, step) = self.search.ranked(&active);
             let best = ranked.first().filter(|best| best.score > 0.0);
             let Some(best) = best else {
-                let nearest = ranked.first().and_then(|near| self.search.figures(&near.point, active[0]));
+                let nearest = ranked.first().and_then(|near| {
+                    let score = |i: &usize| self.search.score(&near.point, &[*i]);
+                    let worst = active.iter().min_by(|a, b| score(a).total_cmp(&score(b)))?;
+                    self.search.figures(&near.point, *worst)
+                });
                 return Err(nothing_meets(self.spec, nearest));
             };
             let theory_hz = best.score;
@@ -198,7 +202,18 @@ impl Tuning<'_> {
                     }
                     let all: Vec<usize> = (0..self.machines.len()).collect();
                     let score = self.search.score(&found.point, &all);
-                    let theory_alone_hz = Some(theory_hz).filter(|theory| *theory > score * WORTH_TELLING);
+                    let slower = |i: &usize| self.search.score(&found.point, &[*i]);
+                    let slowest = all.into_iter().min_by(|a, b| slower(a).total_cmp(&slower(b)));
+                    if let Some(slowest) = slowest
+                        && found.score > score * WORTH_TELLING
+                        && !active.contains(&slowest)
+                    {
+                        active.push(slowest);
+                        continue;
+                    }
+                    let is_refused = ranked.first().is_none_or(|best| best.point != found.point);
+                    let theory_alone_hz =
+                        Some(theory_hz).filter(|theory| is_refused && *theory > score * WORTH_TELLING);
                     return Ok(Found { point: found.point, score, runs, simulated, theory_alone_hz });
                 }
                 Err(worst) => active.extend(worst),

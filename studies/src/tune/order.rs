@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::knobs::Knobs;
 use super::simulated::Runs;
-use super::spec::Spec;
+use super::spec::{Measure, Spec};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, which a loop with a gain
@@ -15,7 +15,7 @@ const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// A force this much above the largest that any run shows is none that the model knows: a quarter, the half
 /// of what a gain margin of 6 dB leaves in amplitude.
 const BEYOND: f64 = 1.25;
-/// A swing that many times as wide as the band in which the force counts as settled is no rest.
+/// A swing that many times as wide as the whole band in which the force counts as settled is no rest.
 const SWINGS: f64 = 2.0;
 /// A wait that many times as long as the slowest run needs tells that it does not settle.
 const WAITS: f64 = 2.0;
@@ -51,10 +51,13 @@ pub(super) fn steps(
     plants: &[LinearPlant],
     name: &str,
     tuned: &ControllerSpec,
+    spec: &Spec,
     settings: &dyn Fn(&[ControllerSpec]) -> Vec<Vec<String>>,
 ) -> Vec<Step> {
     // Limits bind the tuned gains; on the way there, rest is all that is asked for.
     let asked = Spec { limits: Vec::new(), ..Spec::default() };
+    let forces = spec.limits.iter().filter(|limit| limit.of == Measure::PeakForce);
+    let most_n = forces.map(|limit| limit.bound).fold(f64::INFINITY, f64::min);
     let specs: Vec<ControllerSpec> = (SHARES.iter())
         .map(|&share| if share < 1.0 { Knobs::with_share(tuned, share) } else { tuned.clone() })
         .collect();
@@ -71,8 +74,8 @@ pub(super) fn steps(
             settings,
             bandwidth_hz: figures.iter().map(|f| f.bandwidth_hz).fold(f64::INFINITY, f64::min),
             gain_margin: figures.iter().filter_map(|f| f.gain_margin).reduce(f64::min),
-            stop_force_n: BEYOND * expected.peak_force_n,
-            stop_swing_n: expected.band_n.map(|band| SWINGS * band),
+            stop_force_n: (BEYOND * expected.peak_force_n).min(most_n),
+            stop_swing_n: expected.band_n.map(|band| SWINGS * 2.0 * band),
             swing_hz: nearest.gain_margin_hz.unwrap_or(nearest.sensitivity_hz),
             wait_s: expected.settling_time_s.map(|settles| WAITS * settles),
             expected,

@@ -121,6 +121,8 @@ impl<'a> Search<'a> {
             })
             .collect();
         found.extend(self.scored(grid(knobs, &finer, count), machines));
+        // The controller as it is, so that tuning never makes it worse.
+        found.extend(self.scored(vec![knobs.iter().map(Knob::present).collect()], machines));
         sort(&mut found);
         let step = spacing(&finer, count).into_iter().fold(FINEST, f64::max);
         let starts: Vec<Scored> = apart(&found, step, STARTS);

@@ -76,7 +76,8 @@ impl<T> Limit<T> {
     /// By what share of the bound a value misses it; zero where it does not.
     pub(super) fn missed_by(&self, value: f64) -> f64 {
         let missed = if self.at_least { self.bound - value } else { value - self.bound };
-        if missed <= 0.0 { 0.0 } else { missed / self.bound.abs().max(f64::MIN_POSITIVE) }
+        let share = if missed <= 0.0 { 0.0 } else { missed / self.bound.abs().max(f64::MIN_POSITIVE) };
+        if share.is_nan() { f64::INFINITY } else { share }
     }
 }
 
@@ -204,8 +205,12 @@ impl Spec {
             let remedy = format!("write the value in {}, or as a plain number", known.join(" or "));
             return Err(refused(clause, &format!("`{unit}` is no unit of the {name}"), &remedy));
         };
+        let bound = si(number);
+        if !bound.is_finite() {
+            return Err(refused(clause, &format!("`{value}` is beyond all numbers"), "write a smaller one"));
+        }
         self.limits.retain(|limit| limit.of != *of);
-        self.limits.push(Limit { of: *of, at_least, bound: si(number) });
+        self.limits.push(Limit { of: *of, at_least, bound });
         Ok(())
     }
 

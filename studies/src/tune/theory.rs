@@ -100,14 +100,15 @@ impl LinearPlant {
         let closed = ClosedLoop::sampled(&whole, self.controller)?;
         let follows = closed.as_ref().map(|closed| closed.at(AT_REST_HZ)).transpose()?;
         let bandwidth_hz = closed.map(|closed| closed.bandwidth_hz()).transpose()?.flatten();
-        let bandwidth_hz = bandwidth_hz.unwrap_or(highest_hz);
+        let follows = follows.map_or(0.0, |response| response.re);
+        let bandwidth_hz = if follows == 0.0 { 0.0 } else { bandwidth_hz.unwrap_or(highest_hz) };
         let falls = margins.gain_decrease.filter(|factor| *factor > 0.0).map(f64::recip);
         let gain_margin = margins.gain.into_iter().chain(falls).reduce(f64::min);
         let step_overshoot =
-            if self.with_step { Some(self.step_overshoot(&whole, bandwidth_hz)?) } else { None };
+            if self.with_step { Some(self.step_overshoot(&whole, bandwidth_hz, follows)?) } else { None };
         Ok(Some(Figures {
             bandwidth_hz,
-            follows: follows.map_or(0.0, |response| response.re),
+            follows,
             phase_margin_deg: margins.phase_deg.map(f64::abs),
             gain_margin,
             gain_margin_hz: margins.gain_hz,
@@ -117,11 +118,21 @@ impl LinearPlant {
         }))
     }
 
-    fn step_overshoot(&self, whole: &ControlLoop, bandwidth_hz: f64) -> Result<f64, AnalysisError> {
+    fn step_overshoot(
+        &self,
+        whole: &ControlLoop,
+        bandwidth_hz: f64,
+        follows: f64,
+    ) -> Result<f64, AnalysisError> {
+        if follows == 0.0 || bandwidth_hz == 0.0 {
+            return Ok(f64::INFINITY);
+        }
         let step = StepResponse::new(whole, self.controller, STEP_PERIODS / bandwidth_hz)?;
         let values = step.map_or_else(Vec::new, |step| step.values);
-        let last = values.last().copied().unwrap_or(0.0);
-        let most = values.iter().map(|value| value / last).fold(0.0, f64::max);
-        Ok(if last == 0.0 { 0.0 } else { (most - 1.0).max(0.0) })
+        if values.iter().any(|value| value.is_nan()) {
+            return Ok(f64::INFINITY);
+        }
+        let most = values.iter().map(|value| value / follows).fold(0.0, f64::max);
+        Ok((most - 1.0).max(0.0))
     }
 }

@@ -3,10 +3,10 @@
 //!
 //! The language of a fenced block decides its test:
 //! - `console`: lines that begin with `feeler` run, in a copy of `scenarios/`. A line `# long: ...` moves the
-//! rest of the block to `FEELER_BOOK_LONG=1 cargo test -p feeler --test book`.
+//!   rest of the block to `FEELER_BOOK_LONG=1 cargo test -p feeler --test book`.
 //! - `output`: each line appears in the output of the block before it; `...` stands for any text.
 //! - `toml`: parses. A first line `# NAME.toml` makes it a file for the commands after it. A scenario passes
-//! `feeler check`.
+//!   `feeler check`.
 //! - `json` parses; `text` is formulas and sketches.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a page or file that is not there fails the test")]

@@ -81,7 +81,8 @@ fn order(tuned: &Tuned, units: Units) -> String {
     let about = [
         "set damping and filters first; then set row after row".to_owned(),
         format!(
-            "at each row, in contact, raise the reference a little: the reading must {way}; if not, a sign is wrong"
+            "at each row, in contact, raise the reference a little: the reading must {way}; if not, a sign \
+             is wrong"
         ),
         format!(
             "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"

@@ -3,10 +3,10 @@
 //!
 //! - [`StateSpace`] in [`Continuous`] or [`Discrete`] time, connected in series, parallel and feedback;
 //! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay, first-order
-//! hold;
+//!   hold;
 //! - poles, transmission zeros, zero-pole-gain form, frequency response with exact delays;
 //! - [`stable_gains`]: every interval of stable gains of a loop, and what happens at its edges;
-//! [`root_locus`];
+//! - [`root_locus`]: closed-loop poles as a gain changes;
 //! - [`LoopTransfer`]: margins, sensitivity peaks and Nyquist's count;
 //! - [`spectral`]: frequency responses estimated from records, with their uncertainty.
 //!

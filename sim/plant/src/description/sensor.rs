@@ -8,8 +8,8 @@ use feeler_catalogue::{
 use super::{Quantity, SignalName};
 use crate::effects::EffectUse;
 
-/// The signal of a sensor and its errors: `reading = round_to(resolution, gain * low_pass(signal(t - delay))
-/// + bias + noise)`.
+/// The signal of a sensor and its errors:
+/// `reading = round_to(resolution, gain * low_pass(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// The signal it reads.

@@ -5,7 +5,8 @@
 //! a mode, [`first_crossing`] its instant, [`Motion::switch`] the next mode, and [`Motion::begin`] the mode
 //! of a given state. An integrator only carries the state between these.
 //!
-//! [`Motion::switch`]: super::Motion::switch [`Motion::begin`]: super::Motion::begin
+//! [`Motion::switch`]: super::Motion::switch
+//! [`Motion::begin`]: super::Motion::begin
 
 mod begin;
 mod change;

@@ -1,6 +1,6 @@
 //! Chooses gains, and a filter, lead or notch, for the largest bandwidth under limits.
 //!
-//! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search ([`search`]). The full
+//! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full
 //! simulation confirms, best proposal first, on every machine that the uncertainty allows. Where machines are
 //! many, the search looks at a few of them, and at each that a proposal fails on from then on.
 

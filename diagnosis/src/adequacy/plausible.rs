@@ -40,29 +40,13 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
             if (theta[u] - low).min(high - theta[u]) < AT_END {
                 found.push(format!("{name} sits at the end of what it can be"));
             }
-            // The first parameter is the size of the effect, unless another one alone makes a difference.
-            let is_unknown = k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN;
-            if is_unknown && !departs_otherwise(accepted, i, &values) {
+            // The first parameter is the size of the effect.
+            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
                 found.push(format!("the interval of {name} holds nothing at all as well"));
             }
         }
     }
     found
-}
-
-/// Whether a parameter of accepted cause `i` other than its first is known to differ from that of the ideal
-/// machine.
-fn departs_otherwise(accepted: &Scored, i: usize, values: &[f64]) -> bool {
-    let (unknowns, theta) = (&accepted.fitted.model.unknowns, &accepted.fitted.theta);
-    let departs = |(k, parameter): (usize, &Parameter)| {
-        let Some(null) = parameter.null.filter(|null| null.is_finite()) else { return false };
-        let Some(u) = unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)) else {
-            return false;
-        };
-        let spread = unknowns[u].spread(theta[u], accepted.fitted.sigma[u]);
-        spread.is_finite() && (values[k] - null).abs() > NINETY_PERCENT * spread
-    };
-    accepted.causes[i].definition.parameters.iter().enumerate().skip(1).any(departs)
 }
 
 impl Judge<'_> {

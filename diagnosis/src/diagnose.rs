@@ -8,7 +8,7 @@ use crate::dataset::rattle::rattles;
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::Fitted;
-use crate::fit::odds::gain;
+use crate::fit::odds::{ACCEPT, ACCEPT_ALL, gain};
 use crate::fit::room::room;
 use crate::fit::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::gap::size::noise;
@@ -16,10 +16,6 @@ use crate::gap::unknown;
 use crate::kinds::{Element, contains, dossier, overlaps};
 use crate::report::Diagnosis;
 
-/// Evidence on the check experiments that a cause must bring, nats.
-pub(crate) const ACCEPT: f64 = 6.0;
-/// Evidence on all experiments that it must bring, nats.
-pub(crate) const ACCEPT_ALL: f64 = 15.0;
 /// Evidence on the check experiments below which one of several causes is taken out again, nats.
 const KEEP: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second
@@ -70,7 +66,10 @@ pub fn diagnose_within(
         return Err(DiagnosisError::Roles { fitted, checked });
     }
     progress("calibrating and trying single causes");
-    let found = search(dataset, budget)?;
+    let found = search(dataset, budget, |task, calibrated| {
+        let [check, all] = room(task, calibrated);
+        check >= ACCEPT && all >= ACCEPT_ALL
+    })?;
     let judge = Judge::new(dataset, &found);
     // A simple cause is preferred only among those that could be accepted by themselves.
     let mut ranked: Vec<&Scored> = found

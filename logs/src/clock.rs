@@ -1,7 +1,5 @@
 //! The clock of a table: its column, its unit, and the reason for this choice.
 
-use crate::table::Table;
-
 /// Unit of a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockUnit {
@@ -106,25 +104,6 @@ pub(crate) fn guess(first: f64, step: f64) -> (ClockUnit, String) {
         .unwrap_or(ClockUnit::Nanoseconds);
     let rate = unit.per_second() / step;
     (unit, format!("rows are {step:.6} apart, which in {} is {rate:.4} Hz", unit.symbol()))
-}
-
-/// Clocks of one name in tables that belong together have one unit: that of the table with the most rows.
-pub(crate) fn agree(tables: &mut [Table]) {
-    let Some(longest) = tables.iter().filter(|table| table.clock.is_some()).max_by_key(|table| table.rows())
-    else {
-        return;
-    };
-    let (Some(known), name) = (longest.clock.clone(), longest.name.clone()) else { return };
-    for table in tables {
-        let Some(clock) = table.clock.as_mut().filter(|clock| clock.column == known.column) else { continue };
-        if clock.unit == known.unit {
-            continue;
-        }
-        let ratio = clock.unit.per_second() / known.unit.per_second();
-        table.times_s.iter_mut().for_each(|t| *t *= ratio);
-        clock.origin_s *= ratio;
-        (clock.unit, clock.why) = (known.unit, format!("as in `{name}`"));
-    }
 }
 
 /// Seconds of a column of times, and their clock. A unit may be stated.

@@ -17,6 +17,7 @@
 //! # Ok::<(), feeler_logs::LogError>(())
 //! ```
 
+mod agreement;
 mod arrays;
 mod bag;
 mod clock;

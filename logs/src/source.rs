@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::clock::{self, ClockUnit};
+use crate::agreement;
+use crate::clock::ClockUnit;
 use crate::error::LogError;
 use crate::kind::{self, Format};
 use crate::table::Run;
@@ -111,7 +112,7 @@ impl Source {
                     run.tables.append(&mut one.tables);
                     run.notes.append(&mut one.notes);
                 }
-                clock::agree(&mut run.tables);
+                agreement::agree(&mut run.tables);
                 Ok(vec![run])
             }
         }

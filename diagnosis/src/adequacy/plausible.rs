@@ -7,7 +7,6 @@ use feeler_plant::units::Dimension;
 
 use super::Criteria;
 use super::horizons::share;
-use crate::answer::compose::NINETY_PERCENT;
 use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
 use crate::fit::search::{Scored, moving_mass};
@@ -17,7 +16,7 @@ const AT_END: f64 = 1e-3;
 /// A value that may move by less than this share was read off the records, and no residual knows it.
 const READ_OFF: f64 = 0.01;
 /// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
-const UNKNOWN: f64 = 1.0 / NINETY_PERCENT;
+const UNKNOWN: f64 = 1.0 / 1.645;
 
 /// What is not plausible about the accepted values, in words.
 pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {

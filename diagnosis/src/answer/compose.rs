@@ -9,9 +9,10 @@ use crate::answer::intervals;
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
-use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
+use crate::diagnose::{Attempts, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
+use crate::fit::odds::ACCEPT;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
 use crate::fit::search::Scored;
@@ -32,7 +33,7 @@ const SLOW_TEMPERATURE: f64 = 12.0;
 /// Total probability of the listed rivals.
 const CREDIBLE: f64 = 0.99;
 /// 90 % of a normal distribution, in standard deviations.
-pub(crate) const NINETY_PERCENT: f64 = 1.645;
+const NINETY_PERCENT: f64 = 1.645;
 /// Points of the portrait.
 const PORTRAIT_POINTS: usize = 4000;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.

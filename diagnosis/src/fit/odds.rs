@@ -8,6 +8,10 @@
 use crate::fit::least_squares::Weights;
 use crate::fit::search::Scored;
 
+/// Evidence on the check experiments that a cause must bring, nats.
+pub(crate) const ACCEPT: f64 = 6.0;
+/// Evidence on all experiments that it must bring, nats.
+pub(crate) const ACCEPT_ALL: f64 = 15.0;
 /// Evidence that an unknown more must bring, nats.
 const PER_UNKNOWN: f64 = 1.5;
 /// Mean squares below this are noise; differences there tell nothing.

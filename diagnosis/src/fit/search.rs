@@ -8,13 +8,11 @@ use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record, quantum};
-use crate::diagnose::{ACCEPT, ACCEPT_ALL};
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::{Fitted, Task, Weights};
 use crate::fit::model::Model;
 use crate::fit::nested;
-use crate::fit::room::room;
 use crate::fit::screen::{Linearised, Screened};
 use crate::gap::locate::low_pass;
 use crate::inverse::{Balanced, Inverse};
@@ -68,7 +66,13 @@ pub(crate) struct Search<'a> {
     pub(crate) seen: Seen,
 }
 
-pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, DiagnosisError> {
+/// Calibrates, and tries every single cause if `has_room` says of what calibration leaves that one may be
+/// there.
+pub(crate) fn search(
+    dataset: &Dataset,
+    budget: Budget,
+    has_room: impl Fn(&Task<'_>, &Scored) -> bool,
+) -> Result<Search<'_>, DiagnosisError> {
     let model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
     let start = model.start();
     let reference = dataset
@@ -89,8 +93,7 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
     let mut calibrated = score(&task, Vec::new(), calibrate(&task, &model));
     let mut glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
-    let [check, whole] = room(&task, &calibrated);
-    if check < ACCEPT || whole < ACCEPT_ALL {
+    if !has_room(&task, &calibrated) {
         let seen = seen(&glance, dataset);
         let (singles, others, untried) = (Vec::new(), Vec::new(), Vec::new());
         return Ok(Search { task, calibrated, singles, others, silent: all, untried, seen });

@@ -7,7 +7,6 @@ pub(crate) mod least_squares;
 pub(crate) mod model;
 mod nested;
 pub(crate) mod odds;
-pub(crate) mod room;
 pub(crate) mod sandwich;
 pub(crate) mod screen;
 pub(crate) mod search;

@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use crate::budget::Stage;
 use crate::diagnose::{Judge, PARSIMONY};
 use crate::fit::candidates::{Candidate, candidates};
-use crate::fit::search::{Scored, score};
+use crate::fit::scored::Scored;
+use crate::fit::search::score;
 use crate::inverse::Balanced;
 use crate::kinds::{apart, nearest, overlaps};
 

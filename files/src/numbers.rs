@@ -101,7 +101,7 @@ fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
             *changed.decor_mut() = value.decor().clone();
             *value = changed;
         } else {
-            table.insert(last, Item::Value(rounded(edit.value).into()));
+            table.insert(last, Item::Value(rounded(edit.value, DIGITS).into()));
         }
     }
     Ok(document.to_string())
@@ -112,14 +112,14 @@ fn written(value: f64, before: &Toml) -> Toml {
     let unit = before.as_str().and_then(|text| {
         let (_, unit) = units::number_and_unit(text).ok().filter(|(_, unit)| !unit.is_empty())?;
         let one = units::parse_any(&format!("1 {unit}")).ok()?;
-        Some(format!("{} {unit}", rounded(value / one)))
+        Some(format!("{} {unit}", rounded(value / one, DIGITS)))
     });
-    unit.map_or_else(|| rounded(value).into(), Toml::from)
+    unit.map_or_else(|| rounded(value, DIGITS).into(), Toml::from)
 }
 
-/// A number with a few digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
+/// A number in so few significant digits, at least one.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -23,12 +23,7 @@ const KNOWN: &[&[&str]] = &[
         "diagnosis/src/adequacy/residual.rs",
         "diagnosis/src/adequacy/rivals.rs",
         "diagnosis/src/diagnose.rs",
-        "diagnosis/src/fit/nested.rs",
-        "diagnosis/src/fit/odds.rs",
-        "diagnosis/src/fit/search.rs",
-        "diagnosis/src/gap/locate.rs",
         "diagnosis/src/gap/size.rs",
-        "diagnosis/src/gap/unknown.rs",
         "diagnosis/src/report.rs",
     ],
     &[

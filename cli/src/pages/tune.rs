@@ -54,7 +54,6 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
         let before = tuned.before.as_ref().map_or_else(|| "unstable".into(), of);
         vec![name.to_owned(), before, of(&tuned.after)]
     };
-    let decibels = |factor: f64| format!("{:.1} dB", 20.0 * factor.log10());
     let none = || "no limit".to_owned();
     let mut rows = vec![
         row("bandwidth", &|f| with_unit(f.bandwidth_hz, "Hz")),
@@ -72,6 +71,11 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
     rows.extend(runs.overshoot.map(|share| of_runs("overshoot", format!("{} %", percent(share)))));
     rows.extend(runs.settling_time_s.map(|time| of_runs("settling time", with_unit(time, "s"))));
     rows
+}
+
+/// A factor in decibels.
+fn decibels(factor: f64) -> String {
+    format!("{:.1} dB", 20.0 * factor.log10())
 }
 
 /// The order of gains to try.
@@ -98,7 +102,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
         vec![
             format!("{} %", percent(step.share)),
             settings.join(" "),
-            step.gain_margin.map_or_else(|| "-".into(), |factor| format!("{:.1} dB", 20.0 * factor.log10())),
+            step.gain_margin.map_or_else(|| "-".into(), decibels),
             with_unit(step.stop_force_n, units.force),
             optional(step.stop_swing_n, units.force),
             with_unit(step.swing_hz, "Hz"),

@@ -7,7 +7,7 @@ use super::Criteria;
 use super::horizons::share;
 use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 use crate::inverse::Smooth;
 
 /// Causes that are named.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::Criteria;
 use crate::fit::least_squares::{Fitted, Task};
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 use crate::gap::size::square_errors_over;
 
 /// Lengths of free windows, s. The first is that of the gap.

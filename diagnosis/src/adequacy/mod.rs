@@ -20,7 +20,7 @@ use feeler_plant::effects::Place;
 use serde::Serialize;
 
 use crate::diagnose::Judge;
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 
 /// Which condition an answer does not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]

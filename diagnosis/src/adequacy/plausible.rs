@@ -9,7 +9,8 @@ use super::Criteria;
 use super::horizons::share;
 use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
-use crate::fit::search::{Scored, moving_mass};
+use crate::fit::missing::moving_mass;
+use crate::fit::scored::Scored;
 
 /// A thousandth of a value, or of what is typical, within which it is at its end.
 const AT_END: f64 = 1e-3;

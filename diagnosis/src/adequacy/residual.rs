@@ -12,7 +12,8 @@ use serde::Serialize;
 use super::Criteria;
 use super::horizons::share;
 use crate::fit::least_squares::Task;
-use crate::fit::search::{Scored, missing_acceleration, moving_mass};
+use crate::fit::missing::{missing_acceleration, moving_mass};
+use crate::fit::scored::Scored;
 use crate::gap::unknown::explained;
 
 /// Span over which the missing force is averaged, s: it lasts longer than noise. Where the anchor is slow a

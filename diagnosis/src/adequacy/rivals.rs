@@ -5,7 +5,7 @@ use feeler_plant::effects::Kind;
 use super::Criteria;
 use super::horizons::{Horizon, error};
 use crate::diagnose::Judge;
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 
 /// Rivals that are predicted far ahead.
 const MOST_PREDICTED: usize = 4;

@@ -15,7 +15,7 @@ use crate::fit::least_squares::Fitted;
 use crate::fit::odds::ACCEPT;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
 use crate::gap::replay::free_run;

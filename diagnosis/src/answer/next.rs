@@ -10,7 +10,8 @@ use crate::budget::Budget;
 use crate::dataset::{Dataset, Record};
 use crate::diagnose::Judge;
 use crate::fit::least_squares::{Fitted, Task};
-use crate::fit::search::{Scored, score};
+use crate::fit::scored::Scored;
+use crate::fit::search::score;
 use crate::predict::{Prediction, Predictor};
 use crate::report::{MOST_ODDS, NextExperiment};
 

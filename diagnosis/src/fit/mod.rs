@@ -3,11 +3,14 @@
 pub(crate) mod bounded;
 pub(crate) mod candidates;
 pub(crate) mod curvature;
+pub(crate) mod glance;
 pub(crate) mod least_squares;
+pub(crate) mod missing;
 pub(crate) mod model;
 mod nested;
 pub(crate) mod odds;
 pub(crate) mod sandwich;
+pub(crate) mod scored;
 pub(crate) mod screen;
 pub(crate) mod search;
 pub(crate) mod wander;

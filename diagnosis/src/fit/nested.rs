@@ -2,7 +2,7 @@
 //! comparison would be the optimiser's.
 
 use crate::fit::least_squares::{Fitted, Task};
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 use crate::kinds::{embed, nearest};
 
 /// Cost by which a containing model may lag: what two converged fits of the same machine differ by.

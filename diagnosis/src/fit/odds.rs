@@ -7,7 +7,7 @@
 
 use crate::dataset::scatter;
 use crate::fit::least_squares::{Task, Weights, robust};
-use crate::fit::search::Scored;
+use crate::fit::scored::Scored;
 
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;

@@ -1,21 +1,21 @@
 //! From calibration to single effects to compounds.
 
-use feeler_plant::assembly::Source;
-use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
+use feeler_plant::description::Quantity;
 use feeler_plant::effects::Parameter;
 use feeler_problem::Problem;
 use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
-use crate::dataset::{Dataset, Record, quantum};
+use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
+use crate::fit::glance::glance;
 use crate::fit::least_squares::{Fitted, Task, Weights};
 use crate::fit::model::Model;
 use crate::fit::nested;
+use crate::fit::scored::Scored;
 use crate::fit::screen::{Linearised, Screened};
-use crate::gap::locate::low_pass;
-use crate::inverse::{Balanced, Inverse};
+use crate::inverse::Inverse;
 use crate::kinds::{Element, Glance, Seen, dossier};
 use crate::predict::{Prediction, Predictor};
 
@@ -40,17 +40,6 @@ const NEIGHBOURS: f64 = 0.16;
 const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully, and at least one of every place.
 const FULLY: usize = 7;
-
-/// A candidate with its fit and its misfits on every record.
-#[derive(Clone, Debug)]
-pub(crate) struct Scored {
-    pub(crate) causes: Vec<Candidate>,
-    pub(crate) fitted: Fitted,
-    /// Mean robust squared residual per record and channel.
-    pub(crate) misfits: Vec<Vec<f64>>,
-    /// The same causes in a balance of forces; `None` where none shows them.
-    pub(crate) balanced: Option<Balanced>,
-}
 
 /// All that a search has tried.
 pub(crate) struct Search<'a> {
@@ -318,174 +307,4 @@ fn are_neighbours(a: &Model, b: &Model) -> bool {
     let values =
         |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
     values(a).iter().zip(values(b)).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * a.abs().max(b.abs()))
-}
-
-/// What the records show at a glance, with the force that the calibrated machine lacks.
-pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
-    let dataset = task.dataset;
-    let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let mut glance = Glance::default();
-    let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
-    for (r, record) in dataset.records.iter().enumerate() {
-        glance.spacing_s = record.spacing_s;
-        let mut is_pushed = true;
-        for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
-            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
-                && !dataset.is_looped(*drive);
-            is_pushed &= is_force;
-            glance.asked = glance.asked.max(largest(command));
-            glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };
-            let changes: Vec<f64> = command.windows(2).map(|w| w[1] - w[0]).collect();
-            glance.command_change = glance.command_change.max(largest(&changes));
-        }
-        for (channel, series) in dataset.channels.iter().zip(&record.series) {
-            if channel.quantity(&dataset.machine).is_force() {
-                glance.force = glance.force.max(largest(series));
-            }
-        }
-        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else {
-            continue;
-        };
-        if !is_pushed {
-            let forces: Vec<f64> = prediction.stroke.iter().map(|stroke| stroke[2]).collect();
-            glance.command = glance.command.max(largest(&forces));
-        }
-        glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
-        if !record.is_check {
-            let mass = moving_mass(dataset, calibrated);
-            let residual = missing_acceleration(dataset, r, &prediction);
-            glance
-                .missing
-                .extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
-            for (contact, depths) in depths.iter_mut().enumerate() {
-                depths.extend(excess_depths(dataset, record, &prediction, contact));
-            }
-        }
-    }
-    for (contact, depths) in depths.iter_mut().enumerate() {
-        depths.sort_by(f64::total_cmp);
-        glance.surfaces.extend(depths.get(depths.len() / 2).map(|middle| (contact, *middle)));
-    }
-    for (c, channel) in dataset.channels.iter().enumerate() {
-        let Source::Sensor(sensor) = channel.source else { continue };
-        let steps: Vec<f64> =
-            dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
-        let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
-        if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
-            glance.quanta.push((sensor, coarse));
-        }
-    }
-    glance
-}
-
-/// A force below this many times its noise is none.
-const COARSEST_TOUCH: f64 = 20.0;
-/// Share of the largest contact force of a record from which on its contact is surely closed.
-const PRESSED: f64 = 0.3;
-
-/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a
-/// record where they press.
-fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
-    let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
-    let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;
-    let reads = |source: Source| match source {
-        Source::Sensor(i) => {
-            let reads = &dataset.machine.sensors[i].reads;
-            reads.element == *name && reads.quantity.is_force()
-        }
-        source => {
-            matches!(source, Source::Contact(c, quantity) if c == contact && quantity.is_force())
-        }
-    };
-    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else {
-        return Vec::new();
-    };
-    let force = &record.series[c];
-    let pressed = PRESSED * force.iter().copied().fold(COARSEST_TOUCH * dataset.channels[c].noise, f64::max);
-    let rows = force.iter().zip(&prediction.compressions[contact]).filter(|(force, _)| **force > pressed);
-    rows.map(|(force, depth)| depth - force / believed.stiffness).collect()
-}
-
-/// Mass that moves with the first drive.
-pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
-    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta, None) else { return 1.0 };
-    let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
-    assembly.rigid_mass_kg(node)
-}
-
-/// Mean of the accelerometers' residuals at each row; without any, what the anchor makes of the position's.
-pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
-    let of = |wanted: Quantity| -> Vec<usize> {
-        (0..dataset.channels.len())
-            .filter(|&c| {
-                dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c]
-            })
-            .collect()
-    };
-    let accelerations = of(Quantity::Acceleration);
-    let series = &dataset.records[record].series;
-    let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
-    let rows = dataset.records[record].len();
-    if accelerations.is_empty() {
-        return match of(Quantity::Position).first() {
-            Some(&c) => {
-                let residuals: Vec<f64> = (0..rows).map(|k| residual(c, k)).collect();
-                forcing(&residuals, prediction.omega, dataset.records[record].spacing_s)
-            }
-            None => vec![0.0; rows],
-        };
-    }
-    (0..rows)
-        .map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64)
-        .collect()
-}
-
-/// Root mean square of the acceleration that noise alone makes seem to be missing: of the sensors, steps of
-/// an encoder included.
-pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> f64 {
-    let dataset = task.dataset;
-    let of = |wanted: Quantity| -> Vec<f64> {
-        let is_heard = |c: &usize| {
-            dataset.channels[*c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[*c]
-        };
-        (0..dataset.channels.len()).filter(is_heard).map(|c| task.weights.noise[record][c]).collect()
-    };
-    let accelerations = of(Quantity::Acceleration);
-    if !accelerations.is_empty() {
-        let sum: f64 = accelerations.iter().map(|noise| noise * noise).sum();
-        return sum.sqrt() / accelerations.len() as f64;
-    }
-    let Some(noise) = of(Quantity::Position).first().copied() else { return 0.0 };
-    // A small generator is enough, and makes it repeatable.
-    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
-    let mut draw = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-    };
-    let rows = dataset.records[record].len().min(NOISE_ROWS);
-    let readings: Vec<f64> = (0..rows).map(|_| noise * draw()).collect();
-    let forced = forcing(&readings, omega, dataset.records[record].spacing_s);
-    (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
-}
-
-/// Rows of noise that tell what it makes.
-const NOISE_ROWS: usize = 4000;
-
-/// Corner of the smoothing before a position's residual is differentiated, over the anchor's natural
-/// frequency (cycles per radian): 30 Hz at the fastest.
-const SMOOTH: f64 = 0.75;
-
-/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
-/// the anchor's own error dynamics.
-fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
-    let r = low_pass(residual, SMOOTH * omega, dt);
-    let last = r.len() - 1;
-    (0..r.len())
-        .map(|k| {
-            let [a, b, c] = [r[k.saturating_sub(1)], r[k], r[(k + 1).min(last)]];
-            (a - 2.0 * b + c) / (dt * dt)
-                + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt)
-                + omega * omega * b
-        })
-        .collect()
 }

@@ -10,7 +10,8 @@ use feeler_plant::effects::{ForceRipple, Place};
 use feeler_plant::units::Dimension;
 
 use crate::fit::least_squares::Task;
-use crate::fit::search::{Scored, missing_acceleration, moving_mass, noise_acceleration};
+use crate::fit::missing::{missing_acceleration, moving_mass, noise_acceleration};
+use crate::fit::scored::Scored;
 use crate::gap::unknown::{explained, portrait};
 use crate::kinds::ripples;
 use crate::predict::Prediction;

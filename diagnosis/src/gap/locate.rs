@@ -1,13 +1,12 @@
 //! Location of the gap: by channel, frequency band, phase of the motion and amplitude.
 
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-
 use feeler_plant::description::Engagement;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 use crate::dataset::Record;
 use crate::fit::least_squares::Task;
+use crate::fit::missing::low_pass;
 use crate::fit::model::Model;
 use crate::predict::Prediction;
 use crate::report::Cell;
@@ -142,19 +141,6 @@ fn split(series: &[f64], bands: &[[f64; 2]], spacing_s: f64) -> Vec<Vec<f64>> {
     parts
 }
 
-/// First order forward and backward: second order with zero phase.
-pub(crate) fn low_pass(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {
-    let keep = (-TAU * corner_hz * spacing_s).exp();
-    let mut out = series.to_vec();
-    for k in 1..out.len() {
-        out[k] += keep * (out[k - 1] - out[k]);
-    }
-    for k in (1..out.len()).rev() {
-        out[k - 1] += keep * (out[k] - out[k - 1]);
-    }
-    out
-}
-
 fn phases(record: &Record, touching: &[bool]) -> Vec<usize> {
     let n = touching.len();
     match record.engagement {
@@ -213,6 +199,8 @@ pub(crate) fn heart(cells: &[Cell], channel: &str) -> Option<([f64; 2], &'static
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     /// Sums of a few hundred rounded terms.

@@ -5,7 +5,8 @@ use feeler_plant::effects::Place;
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::least_squares::Task;
-use crate::fit::search::{Scored, missing_acceleration, moving_mass};
+use crate::fit::missing::{missing_acceleration, moving_mass};
+use crate::fit::scored::Scored;
 
 /// Mean square residual, in sigmas, above which a channel is not explained.
 pub(crate) const ADEQUATE: f64 = 1.8;

@@ -10,6 +10,7 @@ use feeler_plant::description::Quantity;
 use feeler_problem::{Problem, Remedy};
 
 use super::machine::{Moving, State};
+use super::sensor::{in_steps, reading};
 use crate::dataset::Looped;
 use crate::error::DiagnosisError;
 
@@ -172,12 +173,6 @@ pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State
     }
 }
 
-/// What a sensor makes of its (delayed, filtered) signal.
-fn reading(sensor: &SensorPart, signal: f64) -> f64 {
-    let steps = sensor.resolutions.iter().filter(|step| **step > 0.0);
-    steps.fold(sensor.gain * signal + sensor.bias, |reading, step| (reading / step).round() * step)
-}
-
 impl ServoLoop {
     /// A controller of the machine's file.
     fn of(looped: &Looped, assembly: &Assembly) -> Result<Self, DiagnosisError> {
@@ -217,7 +212,8 @@ impl ServoLoop {
         let Some(sensor) = self.sensor(which) else { return 0.0 };
         let part = &machine.motion.assembly().sensors[sensor];
         let taken = if part.delay > 0.0 { state.loops[own].taken[which].0.pop_front() } else { None };
-        reading(part, taken.unwrap_or_else(|| machine.value(state, Source::Sensor(sensor))))
+        let signal = taken.unwrap_or_else(|| machine.value(state, Source::Sensor(sensor)));
+        reading(part, signal, &part.resolutions)
     }
 
     fn follow(
@@ -228,7 +224,7 @@ impl ServoLoop {
         step: f64,
         target: &TargetChain,
     ) -> f64 {
-        let reading = if step > 0.0 { (stroke / step).round() * step } else { stroke };
+        let reading = in_steps(stroke, step);
         let most = target.rate_limit * self.period_s;
         held.followed += (held.target - held.followed).clamp(-most, most);
         let error = held.followed - reading;

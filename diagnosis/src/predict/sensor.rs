@@ -12,14 +12,17 @@ pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quan
         signal.to_vec()
     };
     let resolutions: &[f64] = if quantised { &sensor.resolutions } else { &[] };
-    delayed
-        .into_iter()
-        .map(|x| {
-            resolutions
-                .iter()
-                .fold(sensor.gain * x + sensor.bias, |y, q| if *q > 0.0 { (y / q).round() * q } else { y })
-        })
-        .collect()
+    delayed.into_iter().map(|x| reading(sensor, x, resolutions)).collect()
+}
+
+/// What a sensor makes of its delayed and filtered signal, in these steps.
+pub(super) fn reading(sensor: &SensorPart, signal: f64, steps: &[f64]) -> f64 {
+    steps.iter().fold(sensor.gain * signal + sensor.bias, |reading, step| in_steps(reading, *step))
+}
+
+/// A value in whole steps, if there are any.
+pub(super) fn in_steps(value: f64, step: f64) -> f64 {
+    if step > 0.0 { (value / step).round() * step } else { value }
 }
 
 /// A series between its rows: the cubic through four neighbours (Catmull and Rom); its first value before the

@@ -133,11 +133,12 @@ impl PidConfig<f64> {
         let change = format!("DERIVATIVE_GAIN * ({e} - last_error)");
         l.number("derivative", &format!("DERIVATIVE_POLE * last_derivative + {change}"));
         // Without a motion sensor there is no damping either.
-        let damped = if v == "0.0" { "" } else { " - DAMPING * v" };
-        if !damped.is_empty() {
+        let damped = if v == "0.0" {
+            String::new()
+        } else {
             l.constant("DAMPING", self.damping);
-        }
-        let damped = damped.replace(" v", &format!(" {v}"));
+            format!(" - DAMPING * {v}")
+        };
         l.number("rest", &format!("FEED_FORWARD * reference + KP * {e} + KD * derivative{damped}"));
         l.number("gained", &format!("KI_PERIOD * {e}"));
         if is_limited && self.conditional {

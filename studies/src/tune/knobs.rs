@@ -3,6 +3,7 @@
 use feeler_analysis::{gain, gain_names, leading_gain, with_gain};
 use feeler_control::{ControllerSpec, Law, LeadSpec, LowPassSpec, NotchSpec};
 use feeler_engine::Scenario;
+use feeler_files::rounded;
 
 use super::error::{TuneError, refused};
 use super::spec::{Limit, Part, Spec};
@@ -164,7 +165,7 @@ impl Knobs {
         let mut spec = self.base.clone();
         let mut lead_hz = None;
         for (knob, &size) in self.knobs.iter().zip(sizes) {
-            let value = rounded(if knob.is_negative { -size } else { size });
+            let value = rounded(if knob.is_negative { -size } else { size }, DIGITS);
             match &knob.what {
                 What::Factor => {
                     scale_errors(&mut spec.law, size);
@@ -183,8 +184,8 @@ impl Knobs {
                 What::Lead => lead_hz = Some(value),
                 What::LeadRatio => {
                     if let (Law::ExplicitForce(gains), Some(zero_hz)) = (&mut spec.law, lead_hz) {
-                        gains.lead =
-                            (zero_hz > 0.0).then(|| LeadSpec { zero_hz, pole_hz: rounded(zero_hz * size) });
+                        gains.lead = (zero_hz > 0.0)
+                            .then(|| LeadSpec { zero_hz, pole_hz: rounded(zero_hz * size, DIGITS) });
                     }
                 }
                 What::Notch => {
@@ -225,17 +226,13 @@ pub(super) fn installed(own: &ControllerSpec, tuned: &ControllerSpec) -> Control
     }
 }
 
-fn rounded(value: f64) -> f64 {
-    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
-}
-
 /// Rounds the gains that differ from what they were.
 fn round_gains(law: &mut Law, was: &Law) {
     for field in law.gains() {
         if let (Some(now), Some(before)) = (field.number(law), field.number(was))
             && now.to_bits() != before.to_bits()
         {
-            field.set_number(law, rounded(now));
+            field.set_number(law, rounded(now, DIGITS));
         }
     }
 }

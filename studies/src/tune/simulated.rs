@@ -66,7 +66,7 @@ impl Runs {
         (runs, trouble)
     }
 
-    /// Adds a run; gives whether it settled, or had nothing to settle.
+    /// Adds a run; gives whether it settled.
     fn take(&mut self, measured: &Measured) -> bool {
         let summary = &measured.summary;
         *self.outcomes.entry(summary.outcome.name()).or_default() += 1;

@@ -1,13 +1,16 @@
 //! The required size of a change: the mildest after which the force settles in simulation, and its settings.
 
 use feeler_engine::Scenario;
-use feeler_files::{Assignment, Document, Setting, assignment, settings_between, to_toml};
+use feeler_files::{Assignment, Document, Setting, assignment, rounded, settings_between, to_toml};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::change::Change;
 use super::explanation::is_cured;
 use crate::run::Candidate;
+
+/// Digits that are enough for any remedy.
+const DIGITS: usize = 4;
 
 /// Bisections, by ratio, of the step between an insufficient and a sufficient size: of a factor of four, to a
 /// fifth.
@@ -57,7 +60,7 @@ impl Written {
         let written = self.document.as_ref().zip(settings_between(&self.scenario, &wanted));
         let written = written.and_then(|(document, settings)| {
             let settings: Vec<Assignment> =
-                settings.into_iter().map(|(key, setting)| (key, rounded(setting))).collect();
+                settings.into_iter().map(|(key, setting)| (key, in_digits(setting))).collect();
             let set =
                 document.with(settings.iter().map(|(key, setting)| (key.as_str(), setting.clone()))).ok()?;
             Some(Changed { scenario: set.scenario, settings })
@@ -79,10 +82,9 @@ impl Changed {
     }
 }
 
-/// Four digits are enough for any remedy.
-fn rounded(setting: Setting) -> Setting {
+fn in_digits(setting: Setting) -> Setting {
     match setting {
-        Setting::Number(value) => Setting::Number(format!("{value:.3e}").parse().unwrap_or(value)),
+        Setting::Number(value) => Setting::Number(rounded(value, DIGITS)),
         other => other,
     }
 }

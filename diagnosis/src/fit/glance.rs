@@ -1,0 +1,97 @@
+//! What records show at a glance, for the starts of fits.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::description::{ActuatorKind, Engagement};
+
+use crate::dataset::{Dataset, Record, quantum};
+use crate::fit::least_squares::Task;
+use crate::fit::missing::{missing_acceleration, moving_mass};
+use crate::fit::scored::Scored;
+use crate::kinds::Glance;
+use crate::predict::Prediction;
+
+/// What the records show at a glance, with the force that the calibrated machine lacks.
+pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
+    let dataset = task.dataset;
+    let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let mut glance = Glance::default();
+    let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
+    for (r, record) in dataset.records.iter().enumerate() {
+        glance.spacing_s = record.spacing_s;
+        let mut is_pushed = true;
+        for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
+            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+                && !dataset.is_looped(*drive);
+            is_pushed &= is_force;
+            glance.asked = glance.asked.max(largest(command));
+            glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };
+            let changes: Vec<f64> = command.windows(2).map(|w| w[1] - w[0]).collect();
+            glance.command_change = glance.command_change.max(largest(&changes));
+        }
+        for (channel, series) in dataset.channels.iter().zip(&record.series) {
+            if channel.quantity(&dataset.machine).is_force() {
+                glance.force = glance.force.max(largest(series));
+            }
+        }
+        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else {
+            continue;
+        };
+        if !is_pushed {
+            let forces: Vec<f64> = prediction.stroke.iter().map(|stroke| stroke[2]).collect();
+            glance.command = glance.command.max(largest(&forces));
+        }
+        glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
+        if !record.is_check {
+            let mass = moving_mass(dataset, calibrated);
+            let residual = missing_acceleration(dataset, r, &prediction);
+            glance
+                .missing
+                .extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+            for (contact, depths) in depths.iter_mut().enumerate() {
+                depths.extend(excess_depths(dataset, record, &prediction, contact));
+            }
+        }
+    }
+    for (contact, depths) in depths.iter_mut().enumerate() {
+        depths.sort_by(f64::total_cmp);
+        glance.surfaces.extend(depths.get(depths.len() / 2).map(|middle| (contact, *middle)));
+    }
+    for (c, channel) in dataset.channels.iter().enumerate() {
+        let Source::Sensor(sensor) = channel.source else { continue };
+        let steps: Vec<f64> =
+            dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
+        let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
+        if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
+            glance.quanta.push((sensor, coarse));
+        }
+    }
+    glance
+}
+
+/// A force below this many times its noise is none.
+const COARSEST_TOUCH: f64 = 20.0;
+/// Share of the largest contact force of a record from which on its contact is surely closed.
+const PRESSED: f64 = 0.3;
+
+/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a
+/// record where they press.
+fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
+    let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
+    let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;
+    let reads = |source: Source| match source {
+        Source::Sensor(i) => {
+            let reads = &dataset.machine.sensors[i].reads;
+            reads.element == *name && reads.quantity.is_force()
+        }
+        source => {
+            matches!(source, Source::Contact(c, quantity) if c == contact && quantity.is_force())
+        }
+    };
+    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else {
+        return Vec::new();
+    };
+    let force = &record.series[c];
+    let pressed = PRESSED * force.iter().copied().fold(COARSEST_TOUCH * dataset.channels[c].noise, f64::max);
+    let rows = force.iter().zip(&prediction.compressions[contact]).filter(|(force, _)| **force > pressed);
+    rows.map(|(force, depth)| depth - force / believed.stiffness).collect()
+}

@@ -1,0 +1,107 @@
+//! The force that a fitted machine lacks along a record.
+
+use std::f64::consts::TAU;
+
+use feeler_plant::description::Quantity;
+
+use crate::dataset::Dataset;
+use crate::fit::least_squares::Task;
+use crate::fit::scored::Scored;
+use crate::predict::Prediction;
+
+/// Mass that moves with the first drive.
+pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
+    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta, None) else { return 1.0 };
+    let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
+    assembly.rigid_mass_kg(node)
+}
+
+/// Mean of the accelerometers' residuals at each row; without any, what the observer makes of the position's.
+pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
+    let of = |wanted: Quantity| -> Vec<usize> {
+        (0..dataset.channels.len())
+            .filter(|&c| {
+                dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c]
+            })
+            .collect()
+    };
+    let accelerations = of(Quantity::Acceleration);
+    let series = &dataset.records[record].series;
+    let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
+    let rows = dataset.records[record].len();
+    if accelerations.is_empty() {
+        return match of(Quantity::Position).first() {
+            Some(&c) => {
+                let residuals: Vec<f64> = (0..rows).map(|k| residual(c, k)).collect();
+                forcing(&residuals, prediction.omega, dataset.records[record].spacing_s)
+            }
+            None => vec![0.0; rows],
+        };
+    }
+    (0..rows)
+        .map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64)
+        .collect()
+}
+
+/// Root mean square of the acceleration that noise alone makes seem to be missing: of the sensors, steps of
+/// an encoder included.
+pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> f64 {
+    let dataset = task.dataset;
+    let of = |wanted: Quantity| -> Vec<f64> {
+        let is_heard = |c: &usize| {
+            dataset.channels[*c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[*c]
+        };
+        (0..dataset.channels.len()).filter(is_heard).map(|c| task.weights.noise[record][c]).collect()
+    };
+    let accelerations = of(Quantity::Acceleration);
+    if !accelerations.is_empty() {
+        let sum: f64 = accelerations.iter().map(|noise| noise * noise).sum();
+        return sum.sqrt() / accelerations.len() as f64;
+    }
+    let Some(noise) = of(Quantity::Position).first().copied() else { return 0.0 };
+    // A small generator is enough, and makes it repeatable.
+    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
+    let mut draw = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    };
+    let rows = dataset.records[record].len().min(NOISE_ROWS);
+    let readings: Vec<f64> = (0..rows).map(|_| noise * draw()).collect();
+    let forced = forcing(&readings, omega, dataset.records[record].spacing_s);
+    (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
+}
+
+/// Rows of noise that tell what it makes.
+const NOISE_ROWS: usize = 4000;
+
+/// Corner of the smoothing before a position's residual is differentiated, over the observer's natural
+/// frequency (cycles per radian): 30 Hz at the fastest.
+const SMOOTH: f64 = 0.75;
+
+/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
+/// the error dynamics of the observer itself.
+fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
+    let r = low_pass(residual, SMOOTH * omega, dt);
+    let last = r.len() - 1;
+    (0..r.len())
+        .map(|k| {
+            let [a, b, c] = [r[k.saturating_sub(1)], r[k], r[(k + 1).min(last)]];
+            (a - 2.0 * b + c) / (dt * dt)
+                + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt)
+                + omega * omega * b
+        })
+        .collect()
+}
+
+/// First order forward and backward: second order with zero phase.
+pub(crate) fn low_pass(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {
+    let keep = (-TAU * corner_hz * spacing_s).exp();
+    let mut out = series.to_vec();
+    for k in 1..out.len() {
+        out[k] += keep * (out[k - 1] - out[k]);
+    }
+    for k in (1..out.len()).rev() {
+        out[k - 1] += keep * (out[k] - out[k - 1]);
+    }
+    out
+}

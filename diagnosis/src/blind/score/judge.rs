@@ -2,10 +2,12 @@
 
 use super::super::cases::{Case, HiddenEffect};
 use super::super::regression::{Regressed, named};
-use super::{Answered, AnsweredEffect, CaseScore, NOTHING, UNKNOWN};
+use super::{Answered, AnsweredEffect, CaseScore, NOTHING, ScoredValue, UNKNOWN};
 
 /// Kinds that an answer may name as one.
 const MOST_ALIKE: usize = 3;
+/// A parameter that is not scored: angles are compared on the circle.
+const UNSCORED: &str = "phase";
 /// Verdicts that claim no effect.
 const QUIET: [&str; 2] = ["no-gap", "not-identifiable"];
 
@@ -141,7 +143,24 @@ impl<'a> Judged<'a> {
             right: self.is_right(),
             sure_and_wrong: self.is_sure_and_wrong(),
             regression: named(self.regression).map(|regressed| regressed.kind.clone()),
+            values: self.values(),
         }
+    }
+
+    /// The parameters of the hidden effects that were found.
+    pub(super) fn values(&self) -> Vec<ScoredValue> {
+        let found = |hidden: &'a HiddenEffect| {
+            let found = *self.accepted.iter().find(|effect| effect.kind == hidden.kind)?;
+            let parameters = hidden.parameters.iter().filter(|(name, _)| *name != UNSCORED);
+            Some(parameters.map(move |(name, value)| ScoredValue {
+                kind: hidden.kind.clone(),
+                parameter: name.clone(),
+                hidden: *value,
+                fitted: found.parameters.get(name).copied(),
+                interval: found.intervals.get(name).copied(),
+            }))
+        };
+        self.case.effects.iter().filter_map(found).flatten().collect()
     }
 
     /// The first kind with those declared to look like any that was accepted, where that makes no more than

@@ -3,10 +3,8 @@
 use super::super::regression::named;
 use super::goals::Goals;
 use super::judge::{Hides, Judged};
-use super::{Calibration, Measure, Unit, reliability};
+use super::{Calibration, Measure, ScoredValue, Unit, reliability};
 
-/// Angles are compared on the circle, and bad ones say nothing of size.
-const UNSCORED: &str = "phase";
 /// A free run is worse where its error is this many times that of the believed machine: less is noise.
 const WORSE: f64 = 1.05;
 /// Shares of true values that stated 90 % intervals are to hold.
@@ -144,7 +142,7 @@ impl Tallies {
                 self.stated.push((effect.probability, is_hidden(&effect.kind)));
             }
         }
-        self.add_parameters(judged);
+        self.add_values(&judged.values());
     }
 
     /// Single effects, beside what the plain regression says of them.
@@ -168,19 +166,12 @@ impl Tallies {
         self.beside_regression[1].add(place);
     }
 
-    fn add_parameters(&mut self, judged: &Judged<'_>) {
-        for hidden in &judged.case.effects {
-            let Some(found) = judged.accepted.iter().find(|effect| effect.kind == hidden.kind) else {
-                continue;
-            };
-            for (name, value) in hidden.parameters.iter().filter(|(name, _)| *name != UNSCORED) {
-                if let Some(fitted) = found.parameters.get(name) {
-                    self.errors.push((fitted / value - 1.0).abs());
-                }
-                // A value that was not fitted has no interval.
-                if let Some([low, high]) = found.intervals.get(name).filter(|[low, high]| high > low) {
-                    self.inside.add((low..=high).contains(&value));
-                }
+    fn add_values(&mut self, values: &[ScoredValue]) {
+        for value in values {
+            self.errors.extend(value.fitted.map(|fitted| (fitted / value.hidden - 1.0).abs()));
+            // A value that was not fitted has no interval.
+            if let Some([low, high]) = value.interval.filter(|[low, high]| high > low) {
+                self.inside.add((low..=high).contains(&value.hidden));
             }
         }
     }

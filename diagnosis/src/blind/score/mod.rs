@@ -117,6 +117,23 @@ pub struct CaseScore {
     pub sure_and_wrong: bool,
     /// The kind that the plain regression names, if any.
     pub regression: Option<String>,
+    /// The values of hidden effects that were found.
+    pub values: Vec<ScoredValue>,
+}
+
+/// A hidden value and its estimate, SI.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScoredValue {
+    /// Kind of the effect.
+    pub kind: String,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// The hidden value.
+    pub hidden: f64,
+    /// The fitted value.
+    pub fitted: Option<f64>,
+    /// Its stated 90 % interval.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// All scores.

@@ -98,7 +98,7 @@ pub fn diagnose_within(
             accepted = pair;
         }
     }
-    // The missing force depends on position, but no effect of the library makes it: a sine too slow for a
+    // The missing force depends on position, but no effect of the library makes it. A sine too long for a
     // ripple describes it better than any cause.
     let shapes = found.singles.iter().filter(|scored| !judge.is_finding(scored));
     let shape = (shapes.filter_map(|scored| Some((scored, force_over_position(scored)?))))
@@ -380,8 +380,8 @@ impl Judge<'_> {
     }
 
     /// Replaces a flexible joint by free play if the bodies hit each other. Returns the evidence too. On
-    /// average a joint with play bends, and this predicts more safely than impacts. The instants of impacts
-    /// depend on where in the play a body stands.
+    /// average a joint with play also bends, and a model that bends predicts more safely than impacts do. The
+    /// instants of impacts depend on where in the play a body stands.
     fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
         let loose = dossier(cause.definition.kind).where_it_rattles?;

@@ -512,7 +512,7 @@ fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
 }
 
-/// Whether a rival's last cause is the accepted one on another element of the same place: a flexible joint
+/// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint
 /// may be reported as a spring or as a body.
 fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
     let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };

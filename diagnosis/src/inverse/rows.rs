@@ -9,8 +9,8 @@ use crate::kinds::{At, Extent};
 const ABOVE_MOTION: f64 = 6.0;
 /// Largest corner, in cycles per row.
 const MOST_CORNER: f64 = 0.15;
-/// Corner of the motion in the terms, over that of the smoothing. A term that changes direction needs light
-/// smoothing: otherwise it turns at the wrong instant and has the wrong size.
+/// Corner of the motion in the terms, over that of the smoothing. Strong smoothing before a nonlinear term
+/// would turn it at the wrong instant, and give it the wrong size.
 const LIGHT: f64 = 2.0;
 /// Rows per period of the corner at which terms are computed, and the number kept. There are enough that the
 /// instant of a reversal between two rows has no effect.

@@ -1,4 +1,4 @@
-//! The diagnosis: calibrate, try causes, compose, judge.
+//! The diagnosis: calibrates, tries causes, composes and judges the answer.
 
 use feeler_plant::effects::Trait;
 
@@ -17,42 +17,40 @@ use crate::gap::unknown;
 use crate::kinds::{Element, contains, dossier, overlaps};
 use crate::report::Diagnosis;
 
-/// Evidence on the check experiments below which one of several causes is taken out again, nats.
+/// Evidence on the check experiments below which one of several causes is removed again, nats.
 const KEEP: f64 = 12.0;
-/// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second
-/// patches.
+/// Evidence that a further cause must bring, nats. A second cause can patch small errors of the first.
 const ACCEPT_FURTHER: f64 = 40.0;
-/// The same on the check experiments alone, which are the fewer.
+/// The same on the check experiments alone, which are fewer.
 const ACCEPT_FURTHER_CHECK: f64 = 30.0;
-/// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction
-/// differs a little from every law.
+/// A simpler cause is preferred unless one with more parameters brings at least this much more, nats: real
+/// friction differs slightly from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
-/// The same where nothing accepted differs from the real thing: odds of twenty to one.
+/// The same if the accepted causes are plain numbers, which match reality exactly: odds of twenty to one.
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
-/// A law that contains another must bring this share more than it.
+/// Share by which a law must improve on a simpler one that it contains.
 const NESTED_SHARE: f64 = 0.15;
-/// Share of the evidence of the best that one must bring whose values can be meant where those of the best
-/// cannot.
+/// If the best has implausible values, one with plausible values replaces it. It must bring this share of the
+/// best one's evidence.
 const FAIR_SHARE: f64 = 0.6;
-/// Most causes at once.
+/// Largest number of causes in an answer.
 const MOST_CAUSES: usize = 3;
 /// Causes within this much evidence of the best look alike to these records, nats.
 pub(crate) const LOOK_ALIKE: f64 = 12.0;
-/// Steps when an effect is taken out again.
+/// Fit steps after an effect is removed.
 const REMOVAL_STEPS: usize = 6;
 
-/// Says where the gap between a machine and its records lies, what causes it, and how far it closes.
+/// Finds where the gap between a machine and its records lies, what causes it, and how far it closes.
 ///
-/// `progress` is told what is being done.
+/// Calls `progress` with a description of each stage.
 ///
 /// # Errors
-/// Where the machine has no motion as it is described, or none that is finite, and where there is nothing to
-/// fit or nothing to check it on.
+/// If the described machine has no motion or no finite one, or if no experiments are left to fit or to check.
 pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     diagnose_within(dataset, Budget::unlimited(), progress)
 }
 
-/// The same within a time: the best that was found, with what was not tried.
+/// The same within a time budget. Returns the best answer found, with the causes that were not tried.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -72,7 +70,7 @@ pub fn diagnose_within(
         check >= ACCEPT && all >= ACCEPT_ALL
     })?;
     let judge = Judge::new(dataset, &found);
-    // A simple cause is preferred only among those that could be accepted by themselves.
+    // Only causes that could be accepted by themselves may be preferred for their simplicity.
     let mut ranked: Vec<&Scored> = found
         .singles
         .iter()
@@ -100,8 +98,8 @@ pub fn diagnose_within(
             accepted = pair;
         }
     }
-    // A force over position that no effect of the library makes: the sine that is no ripple describes it
-    // better than any cause.
+    // The missing force depends on position, but no effect of the library makes it. A sine too long for a
+    // ripple describes it better than any cause.
     let shapes = found.singles.iter().filter(|scored| !judge.is_finding(scored));
     let shape = (shapes.filter_map(|scored| Some((scored, force_over_position(scored)?))))
         .max_by(|(a, _), (b, _)| judge.all(a).total_cmp(&judge.all(b)));
@@ -118,7 +116,7 @@ pub fn diagnose_within(
         {
             attempts.fitted.push(loose.clone());
         }
-        // What is left after impacts that nobody can predict tells of no further cause.
+        // The residual after unpredictable impacts is no evidence of a further cause.
         let mut answer = judge.answer(&loose, std::slice::from_ref(&loose), &attempts);
         answer
             .places
@@ -162,10 +160,10 @@ pub fn diagnose_within(
         judge.prefer_meant(&mut further);
         let Some(best) = further.first() else { break };
         let pruned = judge.prune(best.clone(), asked.keep);
-        // What a partner adds nothing to stays with the rivals that it had: its company contains it and is
-        // none.
+        // If a cause adds nothing beside a partner, the partner keeps its own rivals. A combination that
+        // contains the partner is no rival.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
-            // On the way there it may have been fitted better.
+            // On the way the same causes may have been fitted better.
             if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {
                 accepted = pruned;
             }
@@ -205,33 +203,33 @@ pub fn diagnose_within(
     }
 }
 
-/// All that was tried.
+/// All causes that were tried or considered.
 pub(crate) struct Attempts {
-    /// To the end.
+    /// Fitted to the end.
     pub(crate) fitted: Vec<Scored>,
-    /// For a few steps.
+    /// Fitted for a few steps.
     pub(crate) screened: Vec<Scored>,
-    /// Not at all: nothing in the records leads to the last of these causes.
+    /// Not fitted: nothing in the records suggests the last of these causes.
     pub(crate) silent: Vec<Vec<Candidate>>,
-    /// The time did not suffice for the last of these causes.
+    /// Not tried: the time ran out before the last of these causes.
     pub(crate) untried: Vec<Vec<Candidate>>,
 }
 
-/// Evidence asked of a further cause, nats.
+/// Evidence required of a further cause, nats.
 struct Asked {
     check: f64,
     all: f64,
-    /// On the check experiments, for each of the causes to stay.
+    /// On the check experiments, for each cause that stays.
     keep: f64,
-    /// What a cause with more parameters must bring more than one with fewer.
+    /// Additional evidence that a cause with more parameters must bring.
     parsimony: f64,
 }
 
 impl Asked {
-    /// Beside what was accepted before.
+    /// The evidence required beside the accepted causes.
     fn beside(accepted: &Scored) -> Self {
-        // Real ones differ from a plain number in nothing that a second cause could patch: it must bring no
-        // more than a first.
+        // A plain number describes reality exactly, so that a second cause has no error to patch. It needs no
+        // more evidence than a first.
         if accepted.causes.iter().all(|cause| cause.definition.has(Trait::PlainNumber)) {
             Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS }
         } else {
@@ -240,13 +238,13 @@ impl Asked {
     }
 }
 
-/// Size of the force over position that the first cause describes; none where it describes none.
+/// Size of the force over position that the first cause describes; `None` if it describes none.
 fn force_over_position(scored: &Scored) -> Option<f64> {
     let values = scored.fitted.model.parameters(0, &scored.fitted.theta);
     (dossier(scored.causes[0].definition.kind).force_over_position)(&values)
 }
 
-/// Brings the simplest of those nearly as good as the best to the front of a ranking.
+/// Moves the simplest of those nearly as good as the best to the front of a ranking.
 fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     ranked: &mut [T],
     parsimony: f64,
@@ -257,7 +255,7 @@ fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     let simplest =
         (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
     ranked[..=simplest].rotate_right(1);
-    // A law that contains a simpler one always gains a little from how the real thing differs from both.
+    // A law that contains a simpler one always gains slightly, because reality differs from both.
     let last = |scored: &Scored| scored.causes.last().map(|cause| (cause.site, cause.definition.kind));
     let Some((site, outer)) = last(ranked[0].borrow()) else { return };
     let inner = ranked.iter().position(|scored| {
@@ -271,13 +269,13 @@ fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     }
 }
 
-/// A search and what it was made on.
+/// A search, with the data that it was made on.
 pub(crate) struct Judge<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) search: &'a Search<'a>,
-    /// How much a balance of forces weighs against predictions.
+    /// Weight of a balance of forces against predictions.
     pub(crate) weight: f64,
-    /// Looks at all experiments over those at the check experiments.
+    /// Ratio of independent samples in all experiments to those in the check experiments.
     looks: f64,
 }
 
@@ -306,8 +304,8 @@ impl Judge<'_> {
         self.gain(&self.search.calibrated, scored, &self.everything())
     }
 
-    /// Evidence for one set of causes against another over some records: of predictions, and of a balance of
-    /// forces where that shows both.
+    /// Evidence for one set of causes against another over some records. It counts predictions, and the
+    /// balance of forces if that shows both.
     pub(crate) fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
         let predicted = gain(&self.search.task.weights, old, new, records);
         let (Some(old), Some(new)) = (&old.balanced, &new.balanced) else { return predicted };
@@ -316,7 +314,7 @@ impl Judge<'_> {
         (1.0 - self.weight) * predicted + self.weight * balanced
     }
 
-    /// Whether a set of causes brings so much more than another that it is worth its further parameters.
+    /// Whether a set of causes gains enough over another to justify its additional parameters.
     fn outweighs(&self, new: &Scored, old: &Scored) -> bool {
         let more = new.fitted.model.effect_parameters() > old.fitted.model.effect_parameters();
         let needed = if new.causes.len() > old.causes.len() {
@@ -333,7 +331,7 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
-    /// Whether more than noise is left, and enough of it for a further cause.
+    /// Whether more than noise remains, and enough of it for a further cause.
     fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
         let (asked, [check, all]) = (Asked::beside(accepted), room(task, accepted));
@@ -341,8 +339,8 @@ impl Judge<'_> {
         check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
 
-    /// Brings the best whose values can all be meant to the front of a ranking, where it explains a fair
-    /// share of what the first does.
+    /// Moves the best set with plausible values to the front of a ranking, if it explains a fair share of
+    /// what the first does.
     fn prefer_meant<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T]) {
         let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
         let meant = ranked.iter().position(|scored| self.is_meant(scored.borrow()));
@@ -365,7 +363,8 @@ impl Judge<'_> {
         })
     }
 
-    /// One cause as the two that together do the same. Where the records cannot tell, the two are believed.
+    /// Replaces one cause by the two that together have the same effect. If the records cannot distinguish
+    /// them, the two are preferred.
     fn as_two(&self, accepted: &Scored) -> Option<Scored> {
         let [cause] = accepted.causes[..] else { return None };
         let [first, second] = dossier(cause.definition.kind).same_as?;
@@ -380,9 +379,9 @@ impl Judge<'_> {
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 
-    /// Free play, where a joint was told of as bending though its bodies hit each other, with what says so. A
-    /// joint with play bends too, on the mean, and predicts that more safely than impacts whose instants hang
-    /// on where in the play a body stands.
+    /// Replaces a flexible joint by free play if the bodies hit each other. Returns the evidence too. On
+    /// average a joint with play also bends, and a model that bends predicts more safely than impacts do. The
+    /// instants of impacts depend on where in the play a body stands.
     fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
         let loose = dossier(cause.definition.kind).where_it_rattles?;
@@ -399,7 +398,7 @@ impl Judge<'_> {
         self.is_finding(&loose).then_some((loose, evidence))
     }
 
-    /// Takes out effects whose removal costs nothing.
+    /// Removes effects whose removal costs nothing.
     fn prune(&self, mut scored: Scored, keep: f64) -> Scored {
         let mut i = 0;
         while i < scored.causes.len() && scored.causes.len() > 1 {

@@ -11,38 +11,38 @@ use thiserror::Error;
 
 use crate::dataset::fault::Fault;
 
-/// Why there is no diagnosis.
+/// The reason why a diagnosis is impossible.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DiagnosisError {
-    /// The dataset file or the machine that it names has mistakes.
+    /// The dataset file, or the machine file that it names, has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A log cannot be read.
     #[error(transparent)]
     Log(LogError),
-    /// A file that a dataset cannot have as an experiment.
+    /// A file that cannot be an experiment of a dataset.
     #[error("{}: {reason}", .file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         reason: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
-    /// A joint that the log does not have.
+    /// The log has no such joint.
     #[error("no joint `{joint}` has both a target and a position; {known} have")]
     NoJoint {
-        /// What was asked for.
+        /// The requested joint.
         joint: String,
-        /// Joints that have both.
+        /// Joints that have both a target and a position.
         known: String,
     },
     /// A file that cannot be written.
     #[error("{}", .problem.message)]
     Unwritable {
-        /// What is wrong, with its remedy.
+        /// The problem, with its remedy.
         problem: Problem,
     },
     /// A fault of the measured series that no assumption can repair.
@@ -51,21 +51,22 @@ pub enum DiagnosisError {
         /// Every fault found.
         faults: Vec<Fault>,
     },
-    /// A column names a signal that the machine to be replayed does not have.
+    /// A column names a signal that the replayed machine does not have.
     #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
     Signal {
         /// The column.
         column: String,
         /// Its signal.
         signal: String,
-        /// What is wrong with it.
+        /// Why the signal does not exist.
         reason: String,
-        /// What the machine has instead.
+        /// The remedy.
         remedy: String,
     },
-    /// There is nothing to fit, or nothing to check it on.
+    /// No experiments are left to fit, or to check.
     #[error(
-        "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and {checked} to be checked on"
+        "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and \
+         {checked} to be checked on"
     )]
     Roles {
         /// Experiments to be fitted.
@@ -75,13 +76,14 @@ pub enum DiagnosisError {
     },
     /// The believed machine's prediction of the records has no finite size.
     #[error(
-        "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s apart"
+        "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s \
+         apart"
     )]
     Unbounded {
         /// Spacing of rows, s.
         spacing_s: f64,
     },
-    /// The machine has no motion as it stands.
+    /// The machine cannot move as described.
     #[error("the machine cannot be moved: {}", in_lines(.problems))]
     Machine {
         /// Every mistake, by key.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::adequacy::Adequacy;
 
-/// What kind of answer this is.
+/// The kind of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -21,20 +21,20 @@ pub enum Verdict {
     UnknownCause,
     /// Calibration alone closes the gap.
     NoGap,
-    /// The records excite too little to tell.
+    /// The records excite too little to decide.
     NotIdentifiable,
 }
 
 /// Prediction errors over the check experiments, each divided by its channel's scale (root mean square).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Gap {
-    /// The machine as given.
+    /// Error of the machine as given.
     pub before: f64,
-    /// Its own values refitted.
+    /// Error of the calibrated machine.
     pub refit: f64,
-    /// With the accepted effects.
+    /// Error with the accepted effects.
     pub after: f64,
-    /// What noise alone leaves.
+    /// Error that noise alone leaves.
     pub floor: f64,
     /// Share of the closable gap that the effects close.
     pub closed: f64,
@@ -66,7 +66,7 @@ pub struct Where {
     pub band_hz: [f64; 2],
     /// Phase of the motion with the largest error: `free`, `approach`, `impact`, `contact` or `release`.
     pub phase: &'static str,
-    /// The evidence for it.
+    /// The evidence for the place.
     pub evidence: String,
 }
 
@@ -83,7 +83,7 @@ pub struct Cause {
     pub probability: f64,
     /// Its parameters by name.
     pub parameters: IndexMap<&'static str, Estimate>,
-    /// Its share of what the accepted effects close; zero for causes that are not accepted.
+    /// Its share of the gap that the accepted effects close; zero for causes that are not accepted.
     pub credit: f64,
     /// Whether it is part of the repaired machine.
     pub accepted: bool,
@@ -99,9 +99,10 @@ pub struct Attempt {
     pub gain_check: Option<f64>,
     /// The same over all experiments.
     pub gain_all: Option<f64>,
-    /// Gain on the check experiments in a balance of forces, nats; absent if it shows none of the causes.
+    /// Gain on the check experiments in a balance of forces, nats. `None` if the balance shows none of the
+    /// causes.
     pub gain_balance: Option<f64>,
-    /// Why it was accepted or not.
+    /// Why the set was accepted or not.
     pub why: AttemptOutcome,
 }
 
@@ -111,37 +112,37 @@ pub struct Attempt {
 pub enum AttemptOutcome {
     /// It is the answer.
     Accepted,
-    /// Its fitted value is within tolerance of the believed one.
+    /// Its fitted value is within tolerance of the believed one, or nearly zero.
     NoDeparture,
     /// It gains too little on the check experiments.
     TooLittle {
-        /// What it gains, nats.
+        /// Gain, nats.
         gained_nats: f64,
-        /// What is needed, nats.
+        /// Required gain, nats.
         needed_nats: f64,
     },
     /// It explains as much as the answer.
     AsMuch,
     /// It explains less than the answer.
     Less {
-        /// By how much, nats.
+        /// Difference, nats.
         nats: f64,
     },
     /// It explains more than the answer, but too little for the causes that it adds.
     More {
-        /// By how much, nats.
+        /// Difference, nats.
         nats: f64,
     },
     /// Its fit was stopped after a few steps.
     LeftEarly,
     /// It was not fitted.
     NotFitted,
-    /// The time did not suffice for it.
+    /// The time ran out before it was tried.
     NotTried,
 }
 
 impl AttemptOutcome {
-    /// The same of an attempt whose fit was stopped after a few steps. It was not compared with the answer.
+    /// The outcome of an attempt whose fit was stopped after a few steps and not compared with the answer.
     pub(crate) fn of_few_steps(self) -> Self {
         match self {
             Self::AsMuch | Self::Less { .. } | Self::More { .. } => Self::LeftEarly,
@@ -154,9 +155,9 @@ impl fmt::Display for AttemptOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Accepted => f.write_str("accepted"),
-            Self::NoDeparture => f.write_str(
-                "its fitted value is within what was believed, or makes it no instance of its kind",
-            ),
+            Self::NoDeparture => {
+                f.write_str("its fitted value is within tolerance, or too small to be an effect of its kind")
+            }
             Self::TooLittle { gained_nats, needed_nats } => {
                 write!(f, "gains {gained_nats:.0} nats on the check experiments; {needed_nats:.0} are needed")
             }
@@ -165,9 +166,9 @@ impl fmt::Display for AttemptOutcome {
             Self::More { nats } => {
                 write!(f, "explains {nats:.0} nats more than what was accepted, too little for what it adds")
             }
-            Self::LeftEarly => f.write_str("left after a few steps, in which others gained more"),
-            Self::NotTried => f.write_str("not tried: the time for it was over"),
-            Self::NotFitted => f.write_str("nothing in the records leads to it, or no machine with it moves"),
+            Self::LeftEarly => f.write_str("dropped after a few steps, in which others gained more"),
+            Self::NotTried => f.write_str("not tried: the time ran out"),
+            Self::NotFitted => f.write_str("nothing in the records suggests it, or no machine with it moves"),
         }
     }
 }
@@ -189,13 +190,13 @@ pub struct Cell {
     pub phase: &'static str,
     /// `low`, `middle` or `high` command level among experiments of the same engagement.
     pub amplitude: &'static str,
-    /// The machine as given.
+    /// Error of the machine as given.
     pub before: f64,
-    /// Its own values refitted.
+    /// Error of the calibrated machine.
     pub refit: f64,
-    /// With the accepted effects.
+    /// Error with the accepted effects.
     pub after: f64,
-    /// What noise alone leaves.
+    /// Error that noise alone leaves.
     pub floor: f64,
     /// Time that the cell covers.
     pub seconds: f64,
@@ -231,17 +232,17 @@ pub struct Rung {
     pub portrait: Vec<PortraitPoint>,
 }
 
-/// Largest odds that are stated; larger ones are cut to it.
+/// Largest odds that are stated; larger ones are reduced to it.
 pub const MOST_ODDS: f64 = 1e6;
 
 /// The experiment that would best separate two causes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {
-    /// What to do, in a sentence.
+    /// The experiment in one sentence.
     pub what: String,
     /// The causes that it separates.
     pub separates: [Kind; 2],
-    /// Expected odds of the true one over the other, as a ratio; a million stands for more as well.
+    /// Expected odds of the true one over the other, as a ratio. A million stands for larger odds too.
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
     pub engagement: &'static str,

@@ -11,13 +11,13 @@ use crate::json;
 use crate::ros::{self, Decoder};
 use crate::table::{Column, Run, Table};
 
-/// Nanoseconds in a second.
+/// Seconds per nanosecond.
 const NANO: f64 = 1e-9;
-/// Most columns of one topic.
+/// Largest number of columns of one topic.
 const MOST_COLUMNS: usize = 4096;
-/// Largest difference, s, between the stamps of a header and the time of the log on the same clock.
+/// Stamps of a header and times of the log are on the same clock if they differ by less than this, s.
 const SAME_CLOCK_S: f64 = 1.0;
-/// Omitted names of the single number of a message.
+/// Names that a message with a single number omits.
 const PLAIN: [&str; 2] = ["value", "data"];
 /// Path of a header's time, which is the clock and not a column.
 const STAMP: &str = "header.stamp.";
@@ -26,7 +26,7 @@ const STAMP: &str = "header.stamp.";
 enum Form {
     Json,
     Ros(Box<Decoder>),
-    /// Not at all, and why.
+    /// Not decoded, for this reason.
     LeftOut(String),
 }
 
@@ -38,13 +38,13 @@ struct Topic {
     stamps_ns: Vec<i64>,
     columns: Vec<Column>,
     by_path: HashMap<String, usize>,
-    /// For each number of a message, its column.
+    /// For each number of a message, the index of its column.
     slots: Vec<Option<usize>>,
     notes: Vec<String>,
     messages: usize,
 }
 
-/// All topics, by the number that the bag gives them.
+/// All topics, by the number that the bag assigns.
 #[derive(Default)]
 pub(crate) struct Topics {
     topics: IndexMap<u64, Topic>,
@@ -81,7 +81,7 @@ impl Topics {
         self.topics.insert(id, topic);
     }
 
-    /// Takes a message in.
+    /// Adds a message.
     pub(crate) fn push(&mut self, file: &Path, id: u64, log_ns: i64, message: &[u8]) -> Result<(), LogError> {
         let Some(topic) = self.topics.get_mut(&id) else { return Ok(()) };
         let number = topic.messages;
@@ -196,7 +196,8 @@ fn form(declared: &Declared<'_>) -> Form {
                 (None, Some(known)) => ("ros2msg", known.as_str()),
                 (None, None) => {
                     return Form::LeftOut(format!(
-                        "the bag holds no definition of {} (`ros2 bag convert` of ROS 2 Iron or later adds it)",
+                        "the bag holds no definition of {} (`ros2 bag convert` of ROS 2 Iron or later adds \
+                         it)",
                         declared.schema_name
                     ));
                 }

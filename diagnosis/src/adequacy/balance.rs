@@ -1,5 +1,5 @@
-//! What a balance of forces says of an answer, where one weighs: whether a smooth force that no effect makes
-//! would balance clearly more, and whether other causes balance as well.
+//! Checks an answer against the balance of forces, if one counts. A further smooth force may balance clearly
+//! better, or other causes may balance as well.
 
 use feeler_plant::effects::Place;
 
@@ -10,10 +10,10 @@ use crate::fit::candidates::Candidate;
 use crate::fit::scored::Scored;
 use crate::inverse::Smooth;
 
-/// Causes that are named.
+/// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;
 
-/// The smooth force beyond what was accepted, where it matters.
+/// The smooth force beyond the accepted causes, if it is large enough to matter.
 pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {
     let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
     let least = |place: Place| match place {
@@ -28,29 +28,30 @@ pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
     matters.then_some(smooth)
 }
 
-/// Force that is missing over the drive's, after calibration and with what was accepted, where a balance
-/// shows all of it.
+/// Ratio of the missing force to the drive force, after calibration and with the accepted causes. `None` if
+/// the balance does not show all of them.
 pub(super) fn missing(judge: &Judge<'_>, accepted: &Scored) -> Option<[f64; 2]> {
     let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
     inverse.missing(&accepted.causes)
 }
 
-/// Whether what was accepted balances the forces but for a small share.
+/// Whether the accepted causes balance the forces except for a small share.
 pub(super) fn is_small(missing: Option<[f64; 2]>, criteria: &Criteria) -> bool {
     missing.is_some_and(|[_, left]| left < criteria.small_force)
 }
 
-/// A smooth force in words.
+/// Describes a smooth force.
 pub(super) fn told(smooth: Smooth) -> String {
     format!(
-        "a smooth force at the {} that none of these causes makes takes {} out of the variance that they leave in the balance of forces",
+        "a further smooth force at the {} would remove {} of the variance that these causes leave in the \
+         balance of forces",
         smooth.place.name(),
         share(smooth.share)
     )
 }
 
-/// Other sets of causes that balance the check experiments as well or better, the best first: not more of
-/// them, and not the accepted ones with others in addition.
+/// Other sets of causes that balance the check experiments as well or better, the best first. They have no
+/// more causes than the accepted set and do not consist of accepted ones only.
 pub(crate) fn as_good<'b>(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -78,7 +79,8 @@ pub(crate) fn as_good<'b>(
     found
 }
 
-/// Sets with one cause more than was accepted that bring more, if too little to be accepted, in words.
+/// Describes the best set with one cause more than the accepted ones, if it gains clearly but too little to
+/// be accepted.
 pub(crate) fn further(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -106,12 +108,12 @@ pub(crate) fn further(
     let said = best.and_then(|more| {
         let cause = more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause)))?;
         let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
-        Some(format!("{name} in addition would explain more, if too little to be accepted"))
+        Some(format!("a further {name} would explain more, but too little to be accepted"))
     });
     said.into_iter().collect()
 }
 
-/// Rivals in words.
+/// Describes rivals.
 pub(super) fn named(rivals: &[&Scored]) -> Vec<String> {
     let kinds = |rival: &Scored| {
         let name = |cause: &Candidate| format!("{} at the {}", cause.definition.kind, cause.place.name());

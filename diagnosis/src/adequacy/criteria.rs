@@ -1,68 +1,71 @@
-//! When "explained" may be said.
+//! The limits that an answer must meet to be called explained.
 
 use serde::Serialize;
 
-/// What an answer must hold to be called explained. The values stand in `diagnosis.json`.
+/// Limits that an explained answer must meet. The values are written to `diagnosis.json`.
 ///
-/// They are limits of what matters to an engineer, not levels of significance: over minutes of records every
-/// difference is significant. Each was set so that the hidden effects of the practice cases pass and what is
-/// left of effects outside the library does not.
+/// They limit what matters to an engineer. They are not levels of significance: over minutes of records every
+/// difference is significant. At each limit the hidden effects of the practice cases pass, and the residual
+/// of effects outside the library does not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Criteria {
-    /// What is left may be this many noise floors, in short predictions.
+    /// Largest error of short predictions, in noise floors.
     pub most_floors: f64,
-    /// Or this share of every channel's variation, where the floor is tiny.
+    /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
     pub most_left: f64,
-    /// Force still missing over the drive's force (root mean squares over the check experiments) above which
-    /// it must at least have fallen to [`Self::most_of_missing_force`] of that after calibration.
+    /// Limit on the missing force over the drive force (root mean squares over the check experiments). Above
+    /// it the missing force must have fallen to [`Self::most_of_missing_force`] of its value after
+    /// calibration.
     pub most_missing_force: f64,
     /// See [`Self::most_missing_force`].
     pub most_of_missing_force: f64,
-    /// At no horizon may the repaired machine's error be this many times that of the calibrated one.
+    /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's.
     pub most_worsening: f64,
-    /// Predictions that are off by this many times the channel's variation have lost the motion: there the
-    /// calibrated and the repaired machine are not compared, unless the repaired one is far worse.
+    /// A prediction whose error exceeds this multiple of the channel's variation has lost the motion. The
+    /// calibrated and the repaired machine are not compared there, unless the repaired one is far worse.
     pub lost: f64,
-    /// Force that goes with command, position, direction, speed or a frequency, over the drive's force (root
-    /// mean squares), above which a residual has structure. Beyond what chance gives it besides.
+    /// Limit on a force that correlates with command, position, direction, speed or a frequency, beyond what
+    /// chance gives. It is relative to the drive force (root mean squares). Above it a residual has
+    /// structure.
     pub most_structure: f64,
     /// Lower limit for structure that also makes up [`Self::most_of_missing_force`] of the force missing
     /// after calibration.
     pub some_structure: f64,
-    /// Shifts of the residual against what it is compared with that say what chance gives; the largest
-    /// counts.
+    /// Number of time shifts of the residual by which its chance correlation is measured. The largest
+    /// correlation counts.
     pub chance_shifts: usize,
-    /// A smooth force that no cause makes counts where it gains more than this on the check experiments, nats,
-    /// takes more than this share out of the variance that is left, and is more than this share of the
-    /// drive's force.
+    /// A smooth force beyond the causes counts if it gains more than this on the check experiments, nats. It
+    /// must also remove more than `smooth_share` of the remaining variance, and exceed `smooth_force` of the
+    /// drive force.
     pub smooth_nats: f64,
     /// See [`Self::smooth_nats`].
     pub smooth_share: f64,
-    /// The same of a force in the drive: at reversals, where the command is largest, friction that turns a
-    /// little otherwise passes for one.
+    /// The share that a smooth force in the drive must remove. At reversals the command is largest, and
+    /// friction that turns slightly differently resembles such a force.
     pub smooth_drive_share: f64,
     /// See [`Self::smooth_nats`].
     pub smooth_force: f64,
-    /// Force still missing in a balance over the drive's below which an answer stands whatever short predictions
-    /// leave in sigmas.
+    /// Missing force in the balance, over the drive force, below which an answer stands. The error of short
+    /// predictions in sigmas then does not count.
     pub small_force: f64,
-    /// A fitted mass over the believed mass beside it (or the inverse), a gain or its inverse, above which
-    /// the value is no property of the believed machine.
+    /// Largest ratio of a fitted mass to the believed mass beside it, or of a gain to one (or the inverse).
+    /// Beyond it the value is no property of the believed machine.
     pub most_ratio: f64,
-    /// A fitted force over the largest command above which no motion would be left.
+    /// Largest fitted force over the largest command. Beyond it no motion would be left.
     pub most_force: f64,
-    /// A fitted force over the largest command, and a fitted time over the spacing of rows, below which
-    /// an effect cannot be distinguished from none.
+    /// Smallest fitted force over the largest command, and smallest fitted time over the row spacing. Below
+    /// them an effect cannot be distinguished from its absence.
     pub least_force: f64,
     /// See [`Self::least_force`].
     pub least_rows: f64,
-    /// A rival of another place whose evidence on the check experiments lies within this, nats, predicts
-    /// them as well.
+    /// A rival at another place predicts as well if its evidence on the check experiments lies within this,
+    /// nats.
     pub rival_nats: f64,
-    /// A further cause that brings more than this on the check experiments, nats, and twice as much on all, may
-    /// be there although it is not accepted: where a balance weighs.
+    /// A further cause may be present if it gains more than this on the check experiments, nats, and twice as
+    /// much on all. This applies where a balance of forces counts.
     pub further_nats: f64,
-    /// A rival whose error at a longer horizon is below this share of the accepted machine's predicts better.
+    /// A rival predicts better if its error at a longer horizon is below this share of the accepted
+    /// machine's.
     pub rival_share: f64,
 }
 

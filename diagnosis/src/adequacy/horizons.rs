@@ -1,5 +1,5 @@
-//! Errors by how far ahead predictions reach. Short windows reward whoever ignores the command; whole records
-//! punish whoever ignores a force.
+//! Prediction errors by horizon. Short windows favour models that ignore the command; whole records penalise
+//! models that ignore a force.
 
 use serde::Serialize;
 
@@ -8,33 +8,33 @@ use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::gap::size::square_errors_over;
 
-/// Lengths of free windows, s. The first is that of the gap.
+/// Lengths of free windows, s. The first is the horizon of the gap.
 const WINDOWS_S: [f64; 3] = [0.05, 0.25, 1.0];
 
-/// Prediction errors over the check experiments, each over its channel's variation (root mean square), where
-/// predictions start again from the measured motion after some time.
+/// Root mean square prediction errors over the check experiments, each relative to its channel's variation.
+/// Predictions restart from the measured motion at the end of each horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Horizon {
-    /// How far ahead predictions reach, s; none for the free run over whole records.
+    /// Length of each prediction, s; `None` for the free run over whole records.
     pub seconds: Option<f64>,
-    /// The machine as given; none where it predicts nothing finite. The same holds for the others.
+    /// Error of the machine as given. This and the other errors are `None` if the prediction is not finite.
     pub before: Option<f64>,
-    /// Its own values refitted.
+    /// Error of the calibrated machine.
     pub refit: Option<f64>,
-    /// With the accepted effects.
+    /// Error with the accepted effects.
     pub after: Option<f64>,
-    /// What noise alone leaves.
+    /// Error that noise alone leaves.
     pub floor: f64,
 }
 
 impl Horizon {
-    /// How far ahead, in words.
+    /// The length in words.
     pub fn name(&self) -> String {
         self.seconds.map_or_else(|| "the whole record".into(), |seconds| format!("{seconds} s"))
     }
 }
 
-/// The horizons that the shortest check record holds twice, and the free run.
+/// The horizons that fit at least twice into the shortest check record, and the free run.
 fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
     let records = checks.iter().map(|&r| &task.dataset.records[r]);
     let shortest = records.map(|record| record.spacing_s * record.len() as f64).fold(f64::INFINITY, f64::min);
@@ -42,7 +42,7 @@ fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
     WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
 }
 
-/// Root mean square error over scale of a model at one horizon; none where it predicts nothing finite.
+/// A model's root mean square error over the scale at one horizon; `None` if it is not finite.
 pub(super) fn error(
     task: &Task<'_>,
     fitted: &Fitted,
@@ -76,8 +76,8 @@ pub(super) fn of(
     lengths(task, checks).into_iter().map(of).collect()
 }
 
-/// What is left that is small neither against noise nor against the signal. Where forces balance, short
-/// predictions are off by what the noise of the command makes of them, and do not count.
+/// Describes remaining errors that are large against both noise and signal. Where forces balance, short
+/// predictions do not count: the noise of the command rules them.
 pub(super) fn left(
     horizons: &[Horizon],
     [refitted, missing]: [f64; 2],
@@ -89,7 +89,7 @@ pub(super) fn left(
     if let Some(shortest) = horizons.first() {
         let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
         match shortest.after {
-            None => found.push("the repaired machine predicts nothing finite".into()),
+            None => found.push("the repaired machine's prediction is not finite".into()),
             Some(after) if after > most && !is_balanced => found.push(format!(
                 "short predictions are off by {} of the signal, beside a noise floor of {}",
                 share(after),
@@ -115,7 +115,7 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String>
         (None, _) => false,
         (Some(_), None) => true,
         (Some(refit), Some(after)) => {
-            // Where both have lost the motion only the one that leaves the other far behind counts.
+            // If both have lost the motion, only a prediction that is far worse counts.
             let times = if refit > criteria.lost { LOST_FURTHER } else { criteria.most_worsening };
             let noise = horizon.floor * criteria.most_worsening;
             after > times * refit && after > noise
@@ -133,12 +133,12 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String>
     horizons.iter().filter(is_worse).map(say).collect()
 }
 
-/// How many times farther off a prediction must be to count as worse than one that has lost the motion.
+/// Factor by which a prediction must be worse than one that has lost the motion.
 const LOST_FURTHER: f64 = 3.0;
-/// Shares above this are not told as numbers.
+/// Larger shares are not printed as numbers.
 const MOST_SHARE: f64 = 10.0;
 
-/// A share in per cent that can be meant.
+/// A share in percent, or a bound if its number would be meaningless.
 pub(super) fn share(value: f64) -> String {
     if value > MOST_SHARE { "more than 1000 %".into() } else { format!("{:.1} %", 100.0 * value) }
 }
@@ -165,7 +165,7 @@ mod tests {
         // Both have lost the motion; then one diverges.
         assert!(worsened(&[horizon(2.0, 2.5)], &criteria).is_empty());
         assert_eq!(worsened(&[horizon(2.0, 1e14)], &criteria).len(), 1);
-        // Within noise nothing is worse.
+        // Differences within noise do not count.
         assert!(worsened(&[horizon(0.008, 0.0105)], &criteria).is_empty());
         let lost = Horizon { after: None, ..horizon(0.5, 0.1) };
         assert_eq!(worsened(&[lost], &criteria).len(), 1);

@@ -1,9 +1,9 @@
-//! Whether the force that is still missing goes with what could explain it: command, position, direction,
-//! speed, a frequency, a reversal.
+//! Tests whether the missing force correlates with a possible explanation: command, position, direction,
+//! speed, a frequency or a reversal.
 //!
-//! A residual counts as structured where it goes with something beyond chance, and by an amount that matters.
-//! What chance gives is read off the residual itself, shifted in time against what it is compared with: so
-//! it keeps its own colour, and noise that lasts is not taken for structure.
+//! A residual has structure if it correlates with one of these beyond chance, and by an amount that matters.
+//! Chance is measured by shifting the residual in time. The shifted residual keeps its spectrum, so that
+//! lasting noise does not pass for structure.
 
 use std::f64::consts::TAU;
 
@@ -16,44 +16,45 @@ use crate::fit::missing::{missing_acceleration, moving_mass};
 use crate::fit::scored::Scored;
 use crate::gap::unknown::explained;
 
-/// Span over which the missing force is averaged, s: it lasts longer than noise. Where the anchor is slow a
-/// force shows no faster than this many radians of it.
+/// Span over which the missing force is averaged, s: longer than noise lasts. A slow observer needs at least
+/// this many radians of its natural frequency.
 const AVERAGE_S: f64 = 0.02;
 const AVERAGE_RADIANS: f64 = 0.8;
-/// Time constants of the anchor after which a prediction has forgotten how it began.
+/// A prediction has forgotten its start after this many time constants of the observer.
 const SETTLED: f64 = 6.0;
-/// Share of the top speed over which direction turns from one to the other.
+/// Share of the top speed over which the direction changes smoothly.
 const SLOW: f64 = 0.05;
-/// Points from which on a residual can be compared with anything.
+/// Smallest number of points for a comparison.
 const FEWEST_POINTS: usize = 60;
-/// Points of a record whose spectrum is taken.
+/// Largest number of points of a record for its spectrum.
 const MOST_LINES: usize = 512;
 /// Averaged points on either side of a reversal.
 const BESIDE: usize = 3;
-/// Reversals from which on a jump can be told from chance, and its standard errors.
+/// Smallest number of reversals at which a jump can be distinguished from chance, and the limit in standard
+/// errors.
 const FEWEST_REVERSALS: usize = 4;
 const STANDARD_ERRORS: f64 = 3.0;
 
-/// How much of the missing force goes with something.
+/// The part of the missing force that correlates with one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trace {
-    /// `command`, `position`, `direction`, `speed`, `frequency` or `reversals`.
+    /// `command`, `position`, `direction`, `speed`, `one frequency` or `reversals`.
     pub goes_with: &'static str,
-    /// Root mean square of the part that does, beyond what chance gives, N (or N m).
+    /// Root mean square of the correlated part, beyond what chance gives, N (or N m).
     pub rms_n: f64,
-    /// Share of the variance that does.
+    /// Share of the variance that is correlated.
     pub share: f64,
     /// Share that chance reaches.
     pub chance: f64,
 }
 
-/// What is left in the force, with the size of the drive's.
+/// Structure of the missing force, with the size of the drive force.
 pub(super) struct Residual {
     pub(super) drive_force_n: f64,
     pub(super) traces: Vec<Trace>,
 }
 
-/// Averages along one record.
+/// Averages over a short span of one record.
 #[derive(Clone, Copy)]
 struct Point {
     position: f64,
@@ -80,7 +81,7 @@ pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &
 }
 
 impl Residual {
-    /// What has structure that matters, with `refitted` the force that is missing after calibration.
+    /// Describes structure that matters. `refitted` is the force missing after calibration.
     pub(super) fn shortfalls(&self, refitted: f64, criteria: &Criteria) -> Vec<String> {
         let matters = |trace: &&Trace| {
             let over_drive = trace.rms_n / self.drive_force_n;
@@ -90,7 +91,7 @@ impl Residual {
         };
         let say = |trace: &Trace| {
             format!(
-                "a force of {} of the drive's that goes with {} is left",
+                "a force of {} of the drive's that correlates with {} remains",
                 share(trace.rms_n / self.drive_force_n),
                 trace.goes_with
             )
@@ -99,7 +100,7 @@ impl Residual {
     }
 }
 
-/// A record's averages, from where its prediction has settled; none where the model has no prediction.
+/// Averages along a record once its prediction has settled; `None` if the model has no prediction.
 fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     let record = &task.dataset.records[r];
     let prediction = task.predict(&scored.fitted.model, &scored.fitted.theta, r)?;
@@ -124,7 +125,7 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     )
 }
 
-/// What the missing force goes with by regression, against the same with the force shifted within records.
+/// Regressions of the missing force, against the same regressions with the force shifted within records.
 fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<Trace> {
     let column = |of: &dyn Fn(&Point) -> f64| all.iter().map(of).collect::<Vec<f64>>();
     let largest = |of: &dyn Fn(&Point) -> f64| all.iter().map(|p| of(p).abs()).fold(1e-300, f64::max);
@@ -165,8 +166,8 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
         .collect()
 }
 
-/// The strongest line in the spectra of the records, against what the strongest of that many lines of noise
-/// would be (Fisher's test at one in a hundred), by the colour of its neighbours.
+/// The strongest line in the spectra of the records, relative to the level of its neighbours. Chance is the
+/// strongest of as many lines of noise (Fisher's test at one in a hundred).
 fn frequency(records: &[Vec<Point>], rms: f64) -> Trace {
     let mut best = Trace { goes_with: "one frequency", rms_n: 0.0, share: 0.0, chance: 1.0 };
     let energy: f64 = records.iter().flatten().map(|p| p.missing.powi(2)).sum();
@@ -196,10 +197,10 @@ fn frequency(records: &[Vec<Point>], rms: f64) -> Trace {
     best
 }
 
-/// Lines on either side of a line that tell its colour.
+/// Number of lines on either side that define the local noise level.
 const NEIGHBOURS: usize = 8;
 
-/// Power of every line of a series but its mean.
+/// Power of every spectral line except the mean.
 fn periodogram(series: &[f64]) -> Vec<f64> {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n as f64;
@@ -214,7 +215,7 @@ fn periodogram(series: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// How the missing force jumps where the direction turns, on the mean over all reversals.
+/// Mean jump of the missing force over all reversals of the motion.
 fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
     let jump = |window: &[Point]| {
         let (before, after) = window.split_at(BESIDE);
@@ -233,7 +234,7 @@ fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
     let mean = jumps.iter().sum::<f64>() / n;
     let deviation = (jumps.iter().map(|j| (j - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let by_chance = STANDARD_ERRORS * deviation / n.sqrt();
-    // A jump from one level to the opposite has half its height as root mean square.
+    // A jump between opposite levels has a root mean square of half its height.
     let over = |jump: f64| (0.5 * jump / rms.max(f64::MIN_POSITIVE)).powi(2);
     Some(Trace {
         goes_with: "reversals",
@@ -247,7 +248,7 @@ fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
 mod tests {
     use super::*;
 
-    /// A generator of the test's own: uniform, of unit deviation.
+    /// Deterministic uniform noise of unit deviation.
     fn noise(n: usize) -> Vec<f64> {
         let mut seed = 5_u64;
         (0..n)
@@ -258,7 +259,7 @@ mod tests {
             .collect()
     }
 
-    /// Motion of two incommensurate sines with a missing force of some shape and noise of 1 N.
+    /// Motion of two incommensurate sines, with a missing force of the given shape and noise of 1 N.
     fn record(missing: impl Fn(f64, f64, f64) -> f64) -> Vec<Point> {
         noise(600)
             .into_iter()

@@ -32,21 +32,21 @@ const TEMPERATURE: f64 = 4.0;
 const SLOW_TEMPERATURE: f64 = 12.0;
 /// Total probability of the listed rivals.
 const CREDIBLE: f64 = 0.99;
-/// 90 % of a normal distribution, in standard deviations.
+/// Quantile of the 90 % interval of a normal distribution, in standard deviations.
 const NINETY_PERCENT: f64 = 1.645;
-/// Points of the portrait.
+/// Largest number of points in the portrait.
 const PORTRAIT_POINTS: usize = 4000;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
-/// Kinds that are declared alike.
+/// Largest number of kinds that are reported as alike.
 const MOST_ALIKE: usize = 2;
-/// Smallest ratio of variation to noise in the best experiment of a channel.
+/// Smallest ratio of variation to noise that a channel needs in its best experiment.
 const ENOUGH_EXCITATION: f64 = 5.0;
-/// The same if other channels do not reach it: an encoder alone is enough if it resolves its motion well.
+/// The same if no other channel reaches it: an encoder alone suffices if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
 
-/// Whether the first is two causes with the same combined effect as the single one of the second. Either may
-/// then be the true one, whichever fits slightly better.
+/// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
+/// whichever fits slightly better.
 fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
     let [whole] = rival.causes[..] else { return false };
     let has = |kind: &Kind| {
@@ -136,7 +136,8 @@ impl Judge<'_> {
                 effects.push(self.cause(rival, last, known * p, false));
             }
         }
-        // A cause that balances the forces equally well is a look-alike, however much better its prediction.
+        // A cause that balances the forces equally well is a look-alike, even if its prediction is much
+        // better.
         for rival in balanced {
             let theirs = rival.causes.iter().map(|cause| cause.definition.kind);
             let Some(other) =
@@ -202,13 +203,13 @@ impl Judge<'_> {
         }
     }
 
-    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if the
-    /// other departs farther in free runs over the check experiments; the errors are returned.
+    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that
+    /// departs less in free runs over the check experiments. Returns the errors too.
     fn proposed(&self, accepted: &Scored) -> (Machine, Option<[f64; 2]>) {
         let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
         let error = |machine: &Machine| free_run(self.dataset, machine);
         let (repaired, believed) = (of(accepted), &self.dataset.machine);
-        // After impacts have lost the motion, the size of the error is chance.
+        // Once impacts have made a prediction lose the motion, the size of its error is chance.
         let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
         let Some(given) = error(believed).filter(|given| !is_chance(*given)) else { return (repaired, None) };
         match error(&repaired) {
@@ -229,7 +230,8 @@ impl Judge<'_> {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
         let evidence = format!(
-            "a force that depends on position and hardly repeats over the stroke, about {force:.2} N over {:.4} m, explains what no effect of the library does",
+            "a force that depends on position and hardly repeats over the stroke, about {force:.2} N over \
+             {:.4} m, explains what no effect of the library does",
             self.search.seen.stroke_m
         );
         let mut found = answer
@@ -266,8 +268,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether channels vary far enough above their noise to draw conclusions: most of them in their best
-    /// experiment, or a single one by far.
+    /// Whether channels vary enough above their noise to draw conclusions: most channels in their best
+    /// experiment, or one channel by far.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
         let channels = self.dataset.channels.len();
@@ -376,8 +378,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Shapley value of each accepted effect in the closing of all of them: its gain averaged over all orders
-    /// of adding them. `removed` are the accepted effects without each in turn.
+    /// Shapley value of each accepted effect: its gain of closing, averaged over all orders of adding the
+    /// effects. `removed` holds the accepted set without each effect in turn.
     fn credit(
         &self,
         accepted: &Scored,
@@ -443,7 +445,7 @@ impl Judge<'_> {
         if let Some(place) = smooth {
             pointer.place = place;
             pointer.evidence =
-                format!("{}; a smooth force there would balance clearly more", pointer.evidence);
+                format!("{}; a smooth force there would balance clearly better", pointer.evidence);
         }
         let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
         for effect in effects {
@@ -510,7 +512,7 @@ fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
 }
 
-/// Whether a rival's last cause is the accepted one on another element of the same place: a flexible joint
+/// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint
 /// may be reported as a spring or as a body.
 fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
     let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };

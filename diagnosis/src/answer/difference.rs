@@ -1,4 +1,4 @@
-//! Differences between two machines, as a person would write them.
+//! Differences between two machines, printed as lines of a machine file.
 
 use std::fmt;
 
@@ -12,19 +12,19 @@ use crate::fit::model::Model;
 
 /// Smaller relative changes are rounding.
 const ROUNDING: f64 = 1e-9;
-/// Changes below this are quoted without a percentage.
+/// Smaller changes, in percent, are printed without a percentage.
 const LEAST_PERCENT: f64 = 0.05;
-/// Significant digits of values that are quoted.
+/// Significant digits of printed values.
 const DIGITS: usize = 5;
 
-/// A value that is another.
+/// A changed value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Changed {
-    /// Dotted key, as in `bodies.motor.mass`.
+    /// Dotted key, such as `bodies.motor.mass`.
     pub key: String,
-    /// As believed, SI.
+    /// Believed value, SI.
     pub old: f64,
-    /// As found, SI.
+    /// Value found, SI.
     pub new: f64,
     /// SI unit.
     pub unit: String,
@@ -32,28 +32,28 @@ pub struct Changed {
     pub is_at_end: bool,
 }
 
-/// An effect that one machine has and the other does not.
+/// An effect that only the new machine has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Added {
-    /// Its table, as in `springs.guide.effects.coulomb-friction`.
+    /// Its table, such as `springs.guide.effects.coulomb-friction`.
     pub key: String,
     /// Name, value (SI) and unit of its parameters.
     pub parameters: Vec<(&'static str, f64, String)>,
 }
 
-/// The changes from one machine to the other.
+/// The changes from one machine to another.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Difference {
     /// Changed values, in the order of the file.
     pub changed: Vec<Changed>,
     /// Effects that are added.
     pub added: Vec<Added>,
-    /// Tables of believed effects that others replace.
+    /// Tables of believed effects that other effects replace.
     pub removed: Vec<String>,
 }
 
 impl Difference {
-    /// The changes from `old` to `new`, a machine with the same elements.
+    /// The changes from `old` to `new`. Both machines have the same elements.
     pub fn between(old: &Machine, new: &Machine) -> Self {
         let rotational = old.axis == Axis::Rotational;
         let unit = |dimension: Dimension| dimension.si_unit(rotational).into_owned();
@@ -92,8 +92,8 @@ impl Difference {
         found
     }
 
-    /// Adds which values calibration moved to the end of their tolerance. `old` is the believed machine,
-    /// `tolerance` the values in its file.
+    /// Marks values that calibration moved to the end of their tolerance. `old` is the believed machine;
+    /// `tolerance` holds the tolerances stated in its file.
     #[must_use]
     pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
         if let Ok(model) = Model::calibration(old, tolerance) {
@@ -104,7 +104,7 @@ impl Difference {
         self
     }
 
-    /// Whether the machines are the same.
+    /// Whether the machines are equal.
     pub fn is_empty(&self) -> bool {
         self.changed.is_empty() && self.added.is_empty() && self.removed.is_empty()
     }
@@ -123,7 +123,7 @@ fn pairs<'a>(
     })
 }
 
-/// A number with few digits and no unnecessary zeros.
+/// Prints a number with few digits and no trailing zeros.
 fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
@@ -134,7 +134,7 @@ fn short(value: f64) -> String {
 }
 
 impl fmt::Display for Difference {
-    /// Lines of a machine file: values as `key = new  # was old`, effects as tables of their own.
+    /// Writes lines of a machine file: values as `key = new  # was old`, effects as separate tables.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for Changed { key, old, new, unit, is_at_end } in &self.changed {
             let percent = 100.0 * (new / old - 1.0);
@@ -148,7 +148,7 @@ impl fmt::Display for Difference {
             writeln!(f, "{key} = {}  # was {}{unit}{share}{end}", short(*new), short(*old))?;
         }
         for key in &self.removed {
-            writeln!(f, "# take out [{key}]: another effect stands in its place")?;
+            writeln!(f, "# remove [{key}]: another effect replaces it")?;
         }
         for Added { key, parameters } in &self.added {
             writeln!(f, "\n[{key}]")?;
@@ -178,7 +178,8 @@ mod tests {
         let found = Difference::between(&old, &new);
         assert_eq!(
             found.to_string(),
-            "bodies.tip.mass = 5.5  # was 5 kg, +10.0 %\n\n[springs.guide.effects.coulomb-friction]\nlevel = 12  # N\n"
+            "bodies.tip.mass = 5.5  # was 5 kg, +10.0 %\n\n\
+             [springs.guide.effects.coulomb-friction]\nlevel = 12  # N\n"
         );
         assert!(Difference::between(&old, &old).is_empty());
     }
@@ -197,12 +198,12 @@ mod tests {
         );
         assert_eq!(
             said("asymmetric-friction]\nlevel = 12.0\nasymmetry = 0.2"),
-            "# take out [springs.guide.effects.coulomb-friction]: another effect stands in its place\n\n\
+            "# remove [springs.guide.effects.coulomb-friction]: another effect replaces it\n\n\
              [springs.guide.effects.asymmetric-friction]\nlevel = 12  # N\nasymmetry = 0.2\n"
         );
     }
 
-    /// By default a mass has a tolerance of a tenth, in ratio: up to `5 exp(0.1) = 5.526`.
+    /// By default a mass has a tolerance of a tenth as a ratio: up to `5 exp(0.1) = 5.526`.
     #[test]
     fn truth_a_value_that_calibration_stopped_at_says_so() {
         let parse = |text: &str| Document::parse(text, "machine.toml").unwrap().scenario.machine;

@@ -8,24 +8,24 @@ use super::bridge::{FIRST_LOST, Lost, are_few};
 use super::fault::{Fault, FaultKind};
 use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
-/// Rows that a prediction needs.
+/// Smallest number of rows for a prediction.
 const FEWEST_ROWS: usize = 50;
-/// A spacing of this many medians is a gap, if there are too many missing rows to bridge.
+/// A spacing of this many medians is a gap, if too many rows are missing to interpolate.
 const GAP_FACTOR: f64 = 4.0;
-/// Rows this many holds of a command apart have a wrong unit of time: the commands in between are unknown.
+/// If rows are this many command holds apart, the unit of time is wrong: the commands in between are unknown.
 const MOST_HOLDS: f64 = 100.0;
 /// Largest relative departure from even spacing without interpolation.
 const UNEVEN_SHARE: f64 = 0.01;
-/// Smallest number of rows at an extreme value, and of those in succession, that counts as clipping: noise
-/// rarely gives the same value twice.
+/// Clipping needs this many rows at an extreme value, and a number of them in succession: noise rarely
+/// repeats a value.
 const CLIPPED_ROWS: usize = 8;
 const CLIPPED_RUN: usize = 3;
-/// Relative difference of spacings that counts as a fast or slow clock: more is another rate, less is
-/// rounding.
+/// Relative difference of spacings that counts as a fast or slow clock. Larger ones are another rate, smaller
+/// ones are rounding.
 const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
 /// Smallest useful ratio of variation to noise.
 const WEAK_RATIO: f64 = 3.0;
-/// Ratio below which even the stated noise is missing.
+/// Below this ratio not even the stated noise is present.
 const BELOW_NOISE: f64 = 0.8;
 
 /// Converts tables to records, and returns every fault.
@@ -68,7 +68,7 @@ type Note<'a> = dyn FnMut(Option<&str>, Option<usize>, FaultKind) + 'a;
 /// Contents of one experiment's file.
 struct Series {
     times_s: Vec<f64>,
-    /// Rows, including lost ones that are bridged.
+    /// Rows, including lost ones that were interpolated.
     rows: usize,
     spacing_s: f64,
     /// Commands, then channels.
@@ -83,7 +83,7 @@ struct Reader<'a> {
     experiment: &'a Experiment,
     /// Hold time of each command, s.
     holds: &'a [Option<f64>],
-    /// Step of each channel's values over all experiments; zero for none.
+    /// Step of each channel's values over all experiments; zero if there is none.
     grains: &'a [f64],
 }
 
@@ -143,8 +143,8 @@ impl Reader<'_> {
         Some(Series { times_s, rows, spacing_s, columns, silent })
     }
 
-    /// Checks every column. Returns the channels that do not count; `None` if no channel shows the position
-    /// of the machine.
+    /// Checks every column. Returns the channels that do not count; `None` if no channel measures the
+    /// position of the machine.
     fn column_faults(
         &self,
         names: &[&str],
@@ -168,8 +168,7 @@ impl Reader<'_> {
         (!is_lost).then_some(silent)
     }
 
-    /// Checks one channel. Returns whether it does not count, and whether the machine's position is lost with
-    /// it.
+    /// Checks one channel. Returns whether it is ignored, and whether the machine's position is lost with it.
     fn channel_faults(
         &self,
         i: usize,
@@ -178,20 +177,20 @@ impl Reader<'_> {
         first_row: usize,
         note: &mut Note<'_>,
     ) -> (bool, bool) {
-        // Rounding has removed noise and motion alike; the finding is the step, which other experiments show.
+        // Rounding has removed noise and motion alike. The finding is the step, which other experiments show.
         if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
             return (false, false);
         }
         let channel = &self.dataset.channels[i];
         let tells_place = channel.quantity(&self.dataset.machine) == Quantity::Position;
         if is_constant(column) {
-            // An encoder that the wall holds may be constant.
+            // A wall may hold an encoder at a constant value.
             let is_held = tells_place && self.experiment.engagement == Some(Engagement::Clamped);
             let loses_place = tells_place && !is_held;
             note(Some(name), None, FaultKind::Constant { tells_place: loses_place });
             return (!is_held, loses_place);
         }
-        // A force without contact must be pure noise.
+        // Without contact a force sensor must read pure noise.
         let is_idle = self.experiment.engagement == Some(Engagement::Free)
             && channel.is_of_contact(&self.dataset.machine);
         let mut is_clipped = false;
@@ -204,7 +203,7 @@ impl Reader<'_> {
         (is_clipped, is_clipped && tells_place)
     }
 
-    /// The record of sound series, at even spacing.
+    /// The evenly spaced record of sound series.
     fn record(&self, series: Series, is_uneven: bool) -> Record {
         let Series { mut times_s, rows, spacing_s, columns: mut commands, silent } = series;
         let drives = self.dataset.drives.len();
@@ -230,8 +229,7 @@ impl Reader<'_> {
     }
 }
 
-/// Interpolates over empty cells if there are few, otherwise reports a fatal fault; returns the index of the
-/// first.
+/// Interpolates a few empty cells, and reports a fatal fault for more. Returns the index of the first.
 fn empty_cells(
     column: &mut [f64],
     unreadable: Option<(usize, usize)>,
@@ -267,7 +265,7 @@ fn is_constant(column: &[f64]) -> bool {
     column.iter().all(|x| x.to_bits() == column[0].to_bits())
 }
 
-/// Names experiments whose row spacing differs slightly from that of most.
+/// Reports experiments whose row spacing differs slightly from that of most others.
 fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let mut spacings: Vec<f64> = dataset.records.iter().map(|record| record.spacing_s).collect();
     spacings.sort_by(f64::total_cmp);
@@ -351,7 +349,7 @@ fn series_faults(
             .map(<[f64]>::len)
             .max()
             .unwrap_or(0);
-        // A coarse channel at rest repeats its extreme as well; a clipped one has noise on one side only.
+        // A coarse channel at rest repeats its extreme as well. A clipped one has noise on one side only.
         let rows = column.iter().filter(|&&x| at(x)).count();
         let share = rows as f64 / column.len() as f64;
         if longest >= CLIPPED_RUN
@@ -377,15 +375,15 @@ fn series_faults(
     }
 }
 
-/// The step of which all values are multiples, if there are few enough distinct values: the smallest distance
-/// of distinct values, refined over all of them.
+/// The step of which all values are multiples, if there are few enough distinct values. It is the smallest
+/// distance of distinct values, refined over all of them.
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     let mut values = column.to_vec();
     values.sort_by(f64::total_cmp);
     let range = values[values.len() - 1] - values[0];
     let rounding = 1e-6 * range.max(f64::MIN_POSITIVE);
     values.dedup_by(|b, a| (*b - *a).abs() <= rounding);
-    // With as many distinct values as a third of the rows no step is visible.
+    // If more than a third of the rows have distinct values, no step is visible.
     if values.len() < 4 || values.len() > column.len() / 3 {
         return None;
     }
@@ -395,7 +393,7 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     if step <= 0.0 {
         return None;
     }
-    // Refined by least squares on increasing distances: an early error of the step would otherwise give wrong
+    // Refines by least squares on increasing distances. Otherwise an early error of the step would give wrong
     // counts.
     let first = values[0];
     for reach in [4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0] {
@@ -443,7 +441,7 @@ mod tests {
         let column: Vec<f64> =
             (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
         let found = quantum(&column).unwrap();
-        // Least squares over levels that are multiples up to rounding.
+        // Least squares over levels that are multiples except for rounding.
         assert!((found / step - 1.0).abs() < 1e-9);
         let smooth: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.01).sin()).collect();
         assert_eq!(quantum(&smooth), None);

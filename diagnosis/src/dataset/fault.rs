@@ -1,4 +1,4 @@
-//! Faults of measured series: each with file, column, row and remedy; either fatal or a stated warning.
+//! Faults of measured series. Each has a file, column, row and remedy, and is either fatal or a warning.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,16 +12,16 @@ use feeler_problem::Problem;
 pub enum FaultKind {
     /// The file has no such column.
     MissingColumn {
-        /// A similar header that is not another column.
+        /// A similar header that is not assigned to another column.
         near: Option<String>,
-        /// Every header that is not another column.
+        /// All headers that are not assigned to another column.
         known: Vec<String>,
     },
-    /// The dataset has no command of any drive.
+    /// No column of the dataset commands a drive.
     NoCommand,
-    /// There are fewer rows than a prediction needs.
+    /// The file has fewer rows than a prediction needs.
     TooShort {
-        /// Rows there are.
+        /// Rows of the file.
         rows: usize,
     },
     /// A cell is empty or not a number.
@@ -31,9 +31,9 @@ pub enum FaultKind {
     },
     /// A few cells are empty; interpolation replaces them.
     EmptyCells {
-        /// How many.
+        /// Number of empty cells in the column.
         cells: usize,
-        /// The longest stretch of them, rows.
+        /// Longest run of empty cells, rows.
         longest: usize,
     },
     /// Columns were recorded at several rates.
@@ -50,18 +50,18 @@ pub enum FaultKind {
     },
     /// The recorder lost a few rows; interpolation replaces them.
     LostRows {
-        /// How many.
+        /// Number of lost rows.
         rows: usize,
-        /// In how many stretches.
+        /// Number of stretches.
         stretches: usize,
-        /// The longest stretch, s.
+        /// Longest stretch, s.
         longest_s: f64,
     },
     /// The only experiment was cut into pieces, so that some could be scored.
     Cut {
-        /// How many.
+        /// Number of pieces.
         pieces: usize,
-        /// Of them scored.
+        /// Number of scored pieces.
         checked: usize,
     },
     /// Rows are not evenly spaced.
@@ -80,23 +80,23 @@ pub enum FaultKind {
     OtherSpacing {
         /// Spacing of the rows, s.
         spacing_s: f64,
-        /// The same in most experiments, s.
+        /// Spacing in most experiments, s.
         usual_s: f64,
     },
     /// Every row has the same value.
     Constant {
-        /// Whether it is the channel that shows the position of the machine.
+        /// Whether the channel measures the position of the machine.
         tells_place: bool,
     },
-    /// The command never changes: nothing is excited.
+    /// The command never changes, so that it excites nothing.
     ConstantCommand,
-    /// The largest or smallest value repeats in many consecutive rows, as a converter at its end does.
+    /// The largest or smallest value repeats in many consecutive rows, as in a saturated converter.
     Clipped {
         /// The value.
         value: f64,
-        /// Share of rows there.
+        /// Share of rows at this value.
         share: f64,
-        /// Whether it is the channel that shows the position of the machine.
+        /// Whether the channel measures the position of the machine.
         tells_place: bool,
     },
     /// All values are multiples of a step coarser than believed.
@@ -114,29 +114,29 @@ pub enum FaultKind {
         /// Variation over noise.
         ratio: f64,
     },
-    /// Two channels of the same motion differ by a factor between units.
+    /// Two channels of the same motion differ by a conversion factor of units.
     Units {
         /// The other column.
         other: String,
-        /// This one over the other.
+        /// Ratio of this column to the other.
         factor: f64,
         /// The factor in words.
         what: &'static str,
-        /// How many experiments show it.
+        /// Number of experiments that show it.
         experiments: usize,
     },
-    /// Two channels that must move together do so with a shift in time.
+    /// Two channels that must move together are shifted in time.
     ClockOffset {
-        /// What it was held against.
+        /// The reference of the comparison.
         against: Yardstick,
         /// Delay of this channel, s.
         late_s: f64,
-        /// How many experiments show it.
+        /// Number of experiments that show it.
         experiments: usize,
     },
     /// Neither the column nor its sensor states a noise.
     NoiseNotStated {
-        /// Standard deviation of its readings' scatter, which is used instead; signal units.
+        /// Standard deviation of the readings' scatter, signal units. It replaces the missing noise.
         scatter: f64,
     },
     /// All experiments were to be fitted; this one was set aside for scoring.
@@ -148,12 +148,12 @@ pub enum FaultKind {
 pub enum Yardstick {
     /// Another column of the same experiment.
     Column(String),
-    /// The same column in another experiment, each relative to its own motion.
+    /// The same column in another experiment. Each is compared with its own motion.
     Itself {
         /// The other experiment.
         file: String,
     },
-    /// Another column of the same experiment, which is in time in another one.
+    /// Another column of the same experiment, which is synchronous in another experiment.
     ColumnAsIn {
         /// The other column.
         other: String,
@@ -162,11 +162,12 @@ pub enum Yardstick {
     },
 }
 
-/// Remedy for a lost encoder.
-const NOT_PLACED: &str = "nothing tells where the machine was, so that the experiment does not count; check the encoder, and record again";
+/// Remedy if the position of the machine is unknown.
+const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
+                          the encoder, and record again";
 
 impl FaultKind {
-    /// Whether no stated assumption can repair it.
+    /// Whether the fault cannot be repaired by a stated assumption.
     pub fn is_fatal(&self) -> bool {
         matches!(
             self,
@@ -198,10 +199,9 @@ impl FaultKind {
                     format!("rename `{near}` to `{column}` in the file, or [columns.{column}] to `{near}`")
                 };
                 let others = if known.is_empty() { "" } else { "rename the column that it is, or " };
-                let remedy = near.as_ref().map_or_else(
-                    || format!("{others}record it, or take it out of [columns]"),
-                    rename,
-                );
+                let remedy = near
+                    .as_ref()
+                    .map_or_else(|| format!("{others}record it, or take it out of [columns]"), rename);
                 return (format!("the column is missing{there}"), remedy.into());
             }
             Self::NoCommand => (
@@ -212,9 +212,10 @@ impl FaultKind {
                 ("there are no rows below the header".into(), "record at least 50 rows")
             }
             Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
-            Self::NotANumber { cells } => {
-                (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
-            }
+            Self::NotANumber { cells } => (
+                format!("no number here ({cells} such cells in the column)"),
+                "cut the file there, or record again",
+            ),
             Self::EmptyCells { cells: 1, .. } => (
                 "one cell is empty".into(),
                 "its value was interpolated; look at the recorder if there are more",
@@ -223,24 +224,33 @@ impl FaultKind {
                 format!("{cells} cells are empty, the first here, up to {longest} together"),
                 "their values were interpolated; look at the recorder if they become more",
             ),
-            Self::OtherRate { note } => (
-                note.clone(),
-                "record it at the rate of the others where its band matters",
+            Self::OtherRate { note } => {
+                (note.clone(), "record it at the rate of the others where its band matters")
+            }
+            Self::TimeGoesBack => (
+                "the time stamp does not advance".into(),
+                "sort the rows, or repair the clock of the recorder",
             ),
-            Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
-            Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
+            Self::Gap { seconds } => (
+                format!("{seconds:.4} s are missing before this row"),
+                "split the file here into two experiments",
+            ),
             Self::LostRows { rows, stretches, longest_s } => (
                 match (rows, stretches) {
                     (1, _) => "a row is missing before this one".into(),
                     (_, 1) => format!("{rows} rows ({longest_s:.4} s) are missing before this one"),
                     _ => format!(
-                        "{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s before this row"
+                        "{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s \
+                         before this row"
                     ),
                 },
                 "the rows between were interpolated; look at the recorder's buffer if they become more",
             ),
             Self::Cut { pieces, checked } => (
-                format!("the only experiment: it was cut into {pieces} pieces, of which {checked} are scored and not fitted"),
+                format!(
+                    "the only experiment: it was cut into {pieces} pieces, of which {checked} are scored \
+                     and not fitted"
+                ),
                 "record one more with `role = \"check\"` to choose what is scored",
             ),
             Self::Uneven { share } => (
@@ -252,48 +262,80 @@ impl FaultKind {
                 "bring the time to seconds, or record every command",
             ),
             Self::OtherSpacing { spacing_s, usual_s } => (
-                format!("rows are {} ms apart, in most experiments {} ms", short(1e3 * spacing_s), short(1e3 * usual_s)),
+                format!(
+                    "rows are {} ms apart, in most experiments {} ms",
+                    short(1e3 * spacing_s),
+                    short(1e3 * usual_s)
+                ),
                 "taken as it is; if the recorder's rate was the same, mend its time stamps",
             ),
-            Self::Constant { tells_place: false } => {
-                ("the value never changes".into(), "the column does not count in this experiment; check the wiring")
-            }
+            Self::Constant { tells_place: false } => (
+                "the value never changes".into(),
+                "the column does not count in this experiment; check the wiring",
+            ),
             Self::Constant { tells_place: true } => ("the value never changes".into(), NOT_PLACED),
-            Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
+            Self::ConstantCommand => {
+                ("the command never changes".into(), "excite the drive, or remove the experiment")
+            }
             Self::Clipped { value, share, tells_place } => {
-                let remedy = if *tells_place { NOT_PLACED } else { "the column does not count in this experiment; widen its range" };
+                let remedy = if *tells_place {
+                    NOT_PLACED
+                } else {
+                    "the column does not count in this experiment; widen its range"
+                };
                 (format!("{:.1} % of rows sit at {value}", 100.0 * share), remedy)
             }
-            Self::Quantised { step } => {
-                (format!("values are multiples of {}, coarser than believed", short(*step)), "taken as a finding, not as noise")
-            }
-            Self::WeakExcitation { ratio } => {
-                (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
-            }
+            Self::Quantised { step } => (
+                format!("values are multiples of {}, coarser than believed", short(*step)),
+                "taken as a finding, not as noise",
+            ),
+            Self::WeakExcitation { ratio } => (
+                format!("the series varies only {ratio:.1} times its noise"),
+                "it carries little information; excite more strongly",
+            ),
             Self::BelowNoise { ratio } => (
                 format!("the series varies only {ratio:.2} times its noise, less than noise alone would"),
                 "check the unit of the column, and the `noise` that is stated",
             ),
             Self::Units { other, factor, what, experiments } => (
-                format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
-                if *factor < 0.0 { "turn the sign of one of the two columns" } else { "bring both columns to SI" },
+                format!(
+                    "reads {} times what `{other}` says of the same motion, about {what}{}",
+                    short(*factor),
+                    as_in(*experiments)
+                ),
+                if *factor < 0.0 {
+                    "turn the sign of one of the two columns"
+                } else {
+                    "bring both columns to SI"
+                },
             ),
             Self::ClockOffset { against, late_s, experiments } => {
                 let late_ms = format!("{:.3} ms", 1e3 * late_s.abs());
                 let (later, side) = if *late_s > 0.0 { ("later", "behind") } else { ("earlier", "ahead of") };
                 let message = match against {
-                    Yardstick::Itself { file } => format!("runs {late_ms} {later} here than in {file}, each against what moves with it"),
+                    Yardstick::Itself { file } => {
+                        format!("runs {late_ms} {later} here than in {file}, each against what moves with it")
+                    }
                     Yardstick::Column(other) => format!("runs {late_ms} {side} `{other}`"),
-                    Yardstick::ColumnAsIn { other, file } => format!("runs {late_ms} {side} `{other}`, held against {file}"),
+                    Yardstick::ColumnAsIn { other, file } => {
+                        format!("runs {late_ms} {side} `{other}`, compared with {file}")
+                    }
                 } + &as_in(*experiments);
-                (message, "shift the column, or, where the sensor itself is late, set its `delay` in the machine file")
+                (
+                    message,
+                    "shift the column; if the sensor itself is late, set its `delay` in the machine file",
+                )
             }
             Self::NoiseNotStated { scatter } => (
-                format!("no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, SI)"),
-                "state `noise` under its column or sensor, from a record at rest, for a floor that is known",
+                format!(
+                    "no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, \
+                     SI)"
+                ),
+                "state `noise` under its column or sensor, from a record at rest, for a known floor",
             ),
             Self::SetAside => (
-                "every experiment is to be fitted, so that none would be left to score: this one is set aside".into(),
+                "all experiments were to be fitted, and none would be left to score: this one is set aside"
+                    .into(),
                 "give one `role = \"check\"` to choose which",
             ),
         };
@@ -314,16 +356,16 @@ fn as_in(experiments: usize) -> String {
     }
 }
 
-/// One fault, with its place.
+/// A fault with its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
     /// The file.
     pub file: String,
-    /// The column, if it applies.
+    /// The column, if one is affected.
     pub column: Option<String>,
-    /// The row in the file (the header is row 1), if it applies.
+    /// The row in the file, if one is affected. The header is row 1.
     pub row: Option<usize>,
-    /// What is wrong.
+    /// The kind of the fault.
     pub kind: FaultKind,
 }
 
@@ -334,14 +376,14 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    /// File, row and column, as far as they apply.
+    /// File, row and column, as far as they are known.
     pub fn place(&self) -> String {
         let row = self.row.map_or_else(String::new, |row| format!(":{row}"));
         let column = self.column.as_ref().map_or_else(String::new, |column| format!(": `{column}`"));
         format!("{}{row}{column}", self.file)
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn remedy(&self) -> String {
         self.problem().remedy
     }
@@ -353,8 +395,7 @@ impl Fault {
     }
 }
 
-/// The problems of some faults. One that columns of several experiments share is reported once, for the first
-/// of them.
+/// The problems of faults. A fault that columns of several experiments share is reported once, at the first.
 pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     let mut told: Vec<(&Fault, usize)> = Vec::new();
     for fault in faults {
@@ -376,7 +417,7 @@ pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     told.into_iter().map(of).collect()
 }
 
-/// Faults in words, a sentence each.
+/// Describes each fault in one sentence.
 pub fn in_words(faults: &[Fault]) -> Vec<String> {
     problems(faults).iter().map(Problem::to_string).collect()
 }

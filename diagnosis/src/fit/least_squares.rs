@@ -1,4 +1,4 @@
-//! Fitting unknowns to records: Levenberg and Marquardt's method with bounds, priors and a robust loss.
+//! Fits unknowns to records by the Levenberg-Marquardt method, with bounds, priors and a robust loss.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -12,41 +12,40 @@ use crate::fit::wander::{commanded_acceleration, wander};
 use crate::inverse::Inverse;
 use crate::predict::{Prediction, Predictor};
 
-/// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors
-/// last: whole stretches of motion are one piece.
+/// Independent pieces of evidence in one channel of one experiment. There are many samples, but a model error
+/// lasts over whole stretches of motion.
 pub(crate) const PIECES: f64 = 100.0;
-/// Residuals beyond this many sigmas count linearly.
+/// Residuals beyond this many sigmas enter the cost linearly.
 const ROBUST_SIGMAS: f64 = 8.0;
 /// Share of a channel's variation that no model is expected to explain.
 const DISCREPANCY: f64 = 0.01;
-/// Share of a channel's variation over all experiments below which one experiment's own is not taken as its
-/// scale.
+/// Smallest scale of a channel in one experiment, as a share of its variation over all experiments.
 const SMALLEST_SCALE: f64 = 0.1;
-/// Least damping of a step.
+/// Smallest damping of a step.
 const LEAST_DAMPING: f64 = 1e-9;
-/// Gain of the cost in one step below which a fit has converged: a hundredth of what one unknown costs.
+/// A fit has converged if a step reduces the cost by less than this: a hundredth of the cost of one unknown.
 const CONVERGED: f64 = 0.02;
-/// The same as a share of the cost: models are told apart by far larger differences.
+/// The same as a share of the cost. The differences that separate models are far larger.
 const CONVERGED_SHARE: f64 = 1e-5;
 
-/// Independent looks per channel and second of motion: errors of a model last a tenth of a second.
+/// Independent samples per channel and second of motion: errors of a model last about a tenth of a second.
 const LOOKS_PER_S: f64 = 8.0;
-/// Looks per radian where nothing but positions keeps a prediction on the motion: errors last as long as the
-/// anchor remembers.
+/// Independent samples per radian if only positions correct a prediction: errors last as long as the memory
+/// of the observer.
 const LOOKS_PER_RADIAN: f64 = 0.2;
-/// Looks of a short experiment, and rows that a look takes at least.
+/// Smallest number of independent samples of an experiment, and of rows per sample.
 const FEWEST_LOOKS: f64 = 4.0;
 const ROWS_PER_LOOK: f64 = 10.0;
-/// Per record and channel, what the residuals are compared with.
+/// Scales of the residuals, per record and channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights {
     /// One sigma of noise.
     pub(crate) noise: Vec<Vec<f64>>,
     /// Root mean square of the variation.
     pub(crate) scale: Vec<Vec<f64>>,
-    /// What a residual is divided by.
+    /// Divisor of a residual.
     pub(crate) sigma: Vec<Vec<f64>>,
-    /// Per record, independent looks at one of its channels.
+    /// Per record, the number of independent samples in one channel.
     pub(crate) looks: Vec<f64>,
 }
 
@@ -68,7 +67,7 @@ impl Weights {
         let pooled: Vec<f64> = (0..channels)
             .map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt())
             .collect();
-        // A channel that never changes says nothing, however far its prediction is from it.
+        // A channel that never changes carries no information, however wrong its prediction is.
         let scale =
             |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
         let scale: Vec<Vec<f64>> = own
@@ -86,8 +85,8 @@ impl Weights {
                     .collect()
             })
             .collect();
-        // The anchored prediction of a position differs from its reading only by what an acceleration error
-        // makes within the anchor's memory.
+        // The anchored prediction of a position differs from its reading only by the effect of an
+        // acceleration error within the memory of the observer.
         let is_position: Vec<bool> = dataset
             .channels
             .iter()
@@ -101,7 +100,7 @@ impl Weights {
         let is_blind = !dataset.channels.iter().any(is_read);
         let sigma = (0..dataset.records.len())
             .map(|r| {
-                // Accelerometers keep a prediction on its way whatever the command's noise.
+                // Accelerometers keep a prediction on the motion despite noise of the command.
                 let wander = if is_blind { wander(dataset, r, reference[r].omega) } else { 0.0 };
                 let commanded = if is_blind { commanded_acceleration(dataset, r) } else { 0.0 };
                 let accelerations =
@@ -128,16 +127,16 @@ impl Weights {
     }
 }
 
-/// Independent looks at one channel of a record; `omega` is the natural frequency of the anchoring (rad/s)
-/// where nothing but positions keeps a prediction on the motion.
+/// Number of independent samples in one channel of a record. `omega` is the natural frequency of the
+/// anchoring, rad/s, if only positions correct the prediction.
 fn looks(record: &Record, omega: Option<f64>) -> f64 {
     let rows = record.len() as f64;
     let per_s = omega.map_or(LOOKS_PER_S, |omega| (LOOKS_PER_RADIAN * omega).min(LOOKS_PER_S));
     (per_s * rows * record.spacing_s).min(rows / ROWS_PER_LOOK).max(FEWEST_LOOKS)
 }
 
-/// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's
-/// frequency.
+/// Root mean square acceleration of a record: measured, or from the variation of the position at the
+/// frequency of the observer.
 fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
     use feeler_plant::description::Quantity;
     let of = |wanted: Quantity| {
@@ -148,7 +147,7 @@ fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f6
         return scale[c];
     }
     let Some(c) = of(Quantity::Position) else { return 0.0 };
-    // Second difference over the anchor's memory.
+    // Second difference over the memory of the observer.
     let series = &dataset.records[record].series[c];
     let span = ((1.0 / (omega * dataset.records[record].spacing_s)).round() as usize).max(1);
     let h = span as f64 * dataset.records[record].spacing_s;
@@ -159,13 +158,13 @@ fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f6
     (sum / n as f64).sqrt()
 }
 
-/// Records, weights and which records are fitted.
+/// Records with their weights, and the indices of those that are fitted.
 pub(crate) struct Task<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) weights: Weights,
     pub(crate) fitted: Vec<usize>,
     pub(crate) budget: Budget,
-    /// The same records as balances of forces, where they are ones that a balance shows.
+    /// The records as balances of forces, if a balance can show them.
     pub(crate) inverse: Option<Inverse>,
 }
 
@@ -186,19 +185,20 @@ fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 
     sum / measured.len() as f64
 }
 
-/// What of a residual a quantised reading can vouch for.
+/// The part of a residual that exceeds the quantisation of its reading.
 pub(crate) fn beyond(residual: f64, dead_zone: f64) -> f64 {
     residual - residual.clamp(-dead_zone, dead_zone)
 }
 
-/// Pseudo-Huber loss (Charbonnier) and the weight it gives a residual.
+/// Pseudo-Huber loss (Charbonnier), and the weight of a residual in it.
 pub(crate) fn robust(r: f64) -> (f64, f64) {
     let t = (1.0 + (r / ROBUST_SIGMAS).powi(2)).sqrt();
     (2.0 * ROBUST_SIGMAS.powi(2) * (t - 1.0), 1.0 / t)
 }
 
 impl Task<'_> {
-    /// The anchored prediction of one record; none where the model makes no machine or leaves all bounds.
+    /// The anchored prediction of one record; `None` if the model makes no valid machine or its motion is not
+    /// finite.
     pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
         let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
         let prediction =
@@ -245,8 +245,8 @@ impl Task<'_> {
         })
     }
 
-    /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either
-    /// way.
+    /// The prediction with unknown `i` shifted slightly, and the shift. `None` if the model is invalid with
+    /// either sign of the shift.
     pub(crate) fn moved(
         &self,
         model: &Model,
@@ -276,7 +276,7 @@ impl Task<'_> {
             let residual =
                 |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
             let residuals: Vec<f64> = measured.iter().zip(&base.smooth[c]).map(residual).collect();
-            // Within a dead zone a slope changes nothing.
+            // Within the dead zone a slope has no effect.
             let counts = |r: f64| r != 0.0 || base.dead_zone[c] == 0.0;
             let weights: Vec<f64> =
                 residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
@@ -337,8 +337,8 @@ impl Task<'_> {
                 }
                 damping *= 8.0;
             }
-            // Along a valley, where two unknowns do the same and only priors tell them apart, a damped fit
-            // creeps: one more step, freely.
+            // If only priors separate two unknowns, the cost has a valley and a damped fit creeps along it.
+            // One more step is therefore taken undamped.
             match gained {
                 Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
                 Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
@@ -349,8 +349,8 @@ impl Task<'_> {
     }
 }
 
-/// Slopes of channel `c` of a prediction in sigmas, by unknown, from predictions that were moved; zero along
-/// what bears no move.
+/// Slopes of channel `c` in sigmas, by unknown, from shifted predictions. The slope is zero if an unknown
+/// cannot be shifted.
 pub(crate) fn slopes(
     base: &Prediction,
     moved: &[Option<(Prediction, f64)>],
@@ -370,7 +370,7 @@ pub(crate) fn slopes(
 /// Longest step of one unknown: a factor of e, or its unit.
 const LONGEST_STEP: f64 = 1.0;
 
-/// How far down and up one step may take every unknown.
+/// Largest step of each unknown, downward and upward.
 pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let of = |(unknown, theta): (&Unknown, &f64)| {
         let (low, high) = unknown.bounds;
@@ -382,7 +382,7 @@ pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>)
 /// Standard deviations from the normal matrix.
 pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
     let n = a.nrows();
-    // Unknowns that nothing depends on must not spoil the others.
+    // Unknowns without influence must not spoil the others.
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
     let scaled =
         DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });

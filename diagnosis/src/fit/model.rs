@@ -1,4 +1,4 @@
-//! A machine with unknowns: believed values free within their tolerance, and effects that are being tried.
+//! A machine with unknowns: believed values, free within their tolerance, and trial effects.
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Believed, Element, Engagement, Machine, Site, Table};
@@ -15,41 +15,41 @@ use crate::tolerance;
 
 /// Step of finite differences in `theta`.
 const DIFFERENCE: f64 = 1e-3;
-/// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only
-/// what is believed tells them apart.
+/// Step of finite differences for a gap, m. It equals the step for the offset of a surface, which has the
+/// same effect. The slopes then agree, and only the priors separate the two.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
-/// Share of the width of a tolerance within which a value is at its end.
+/// A value is at its end within this share of the width of its tolerance.
 const AT_END: f64 = 5e-3;
-/// A tolerance is taken as this many standard deviations.
+/// Number of standard deviations that a tolerance stands for.
 const SIGMAS: f64 = 2.0;
 
-/// Damping may be this many times smaller than believed and still be calibration.
+/// Calibration may reduce damping by this factor.
 const LESS_DAMPING: f64 = 8.0;
 
-/// What one unknown stands for.
+/// The quantity that one unknown represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
-    /// A believed number: its place among the keys of the element.
+    /// A believed number: its element, and its index among the element's keys.
     Value(Site, usize),
-    /// A parameter of a believed effect: its element, the effect's place there, the parameter's among its
-    /// own.
+    /// A parameter of a believed effect: the element, and the indices of the effect and the parameter.
     Belief(Site, usize, usize),
-    /// Parameter of an effect: index of the effect in the model, of the parameter in its definition.
+    /// A parameter of a trial effect: the index of the effect in the model, and of the parameter in its
+    /// definition.
     Effect(usize, usize),
-    /// How sticking guides give way: frequency.
+    /// Pre-sliding of sticking guides: natural frequency.
     PreslidingFrequency,
-    /// How sticking guides give way: damping ratio.
+    /// Pre-sliding of sticking guides: damping ratio.
     PreslidingDamping,
 }
 
-/// One unknown of a fit. It is walked in `theta`: the logarithm of the value, or the value in units of
+/// One unknown of a fit. The fit changes `theta`: the logarithm of the value, or the value in units of
 /// `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Unknown {
     target: Target,
     log: bool,
     unit: f64,
-    /// Where the prior has its centre, and its one sigma in `theta`; none for an effect's parameter.
+    /// Centre and standard deviation of the prior in `theta`; `None` for a parameter of an effect.
     pub(crate) prior: Option<(f64, f64)>,
     pub(crate) bounds: (f64, f64),
     /// Step of finite differences in `theta`.
@@ -65,7 +65,7 @@ impl Unknown {
         if self.log { value.max(f64::MIN_POSITIVE).ln() } else { value / self.unit }
     }
 
-    /// Standard deviation of the value for one of `theta`.
+    /// Standard deviation of the value from that of `theta`.
     pub(crate) fn spread(&self, theta: f64, sigma: f64) -> f64 {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
     }
@@ -74,7 +74,7 @@ impl Unknown {
         matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
     }
 
-    /// Whether it is a parameter of effect `effect`; if so, which.
+    /// The parameter's index if the unknown belongs to effect `effect`.
     pub(crate) fn parameter_of(&self, effect: usize) -> Option<usize> {
         match self.target {
             Target::Effect(e, parameter) if e == effect => Some(parameter),
@@ -83,12 +83,12 @@ impl Unknown {
     }
 }
 
-/// An effect under an element, as tried.
+/// A trial effect under an element.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tried {
     /// The element.
     pub site: Site,
-    /// The effect with the values it starts from.
+    /// The effect with its start values.
     pub effect: EffectUse,
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// The believed machine, its own values free within their tolerances.
+    /// The believed machine, with its values free within their tolerances.
     pub(crate) fn calibration(
         machine: &Machine,
         stated: &IndexMap<String, f64>,
@@ -129,8 +129,8 @@ impl Model {
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
-            // Beyond its tolerance a value is no calibration any more, but an effect to be found. Less damping
-            // than believed is none: no effect takes damping away.
+            // A value beyond its tolerance is an effect to be found, not calibration. Lower damping is
+            // calibration: no effect reduces damping.
             let down =
                 if believed.dimension() == Dimension::DAMPING { sigma.max(LESS_DAMPING.ln()) } else { sigma };
             unknown.bounds = (centre - down, centre + sigma);
@@ -160,7 +160,7 @@ impl Model {
         Ok(model)
     }
 
-    /// Lets how sticking guides give way be fitted.
+    /// Adds the pre-sliding of sticking guides to the unknowns.
     fn free_presliding(&mut self) {
         let usual = Presliding::default();
         for (target, value, sigma) in [
@@ -181,12 +181,11 @@ impl Model {
         }
     }
 
-    /// The same with an effect more.
+    /// The model with one more effect.
     pub(crate) fn with(&self, site: Site, definition: &'static Definition, values: &[f64]) -> Self {
         let mut model = self.clone();
         let index = model.tried.len();
-        // A value that a file may leave out is a choice of the model, unless the start gives it one of its
-        // own.
+        // An optional value is a choice of the model. It is fitted only if the start sets it explicitly.
         let is_free = |(i, parameter): &(usize, &Parameter)| {
             parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits())
         };
@@ -211,7 +210,7 @@ impl Model {
         model
     }
 
-    /// The same without one of its effects, and which unknowns stay.
+    /// The model without one of its effects, and the indices of the unknowns that remain.
     pub(crate) fn without(&self, effect: usize) -> (Self, Vec<usize>) {
         let mut model = self.clone();
         model.tried.remove(effect);
@@ -230,7 +229,7 @@ impl Model {
         (model, keep)
     }
 
-    /// Where the fit starts: believed values, and the effects as they were tried.
+    /// Start of the fit: believed values, and the start values of trial effects.
     pub(crate) fn start(&self) -> Vec<f64> {
         self.unknowns
             .iter()
@@ -244,7 +243,7 @@ impl Model {
             .collect()
     }
 
-    /// The start with some parts of the believed machine this many times as large as believed.
+    /// The start with some parts of the believed machine scaled by these factors.
     pub(crate) fn start_at(&self, factors: &[(Part, f64)]) -> Vec<f64> {
         let part_of = |target: Target| match target {
             Target::Value(site, index) => {
@@ -271,7 +270,8 @@ impl Model {
         self.unknowns.iter().zip(self.start()).map(moved).collect()
     }
 
-    /// A start, and the same with guides that give way at lower and higher frequencies, where any sticks.
+    /// The start itself, and the same with sticking guides at lower and higher frequencies. Only the start if
+    /// none sticks.
     pub(crate) fn stiffer(&self, start: &[f64]) -> Vec<Vec<f64>> {
         let Some(i) = self.unknowns.iter().position(|unknown| unknown.target == Target::PreslidingFrequency)
         else {
@@ -292,20 +292,19 @@ impl Model {
         believed.flatten().chain(self.tried.iter().map(|tried| &tried.effect)).any(is_dry)
     }
 
-    /// Whether an effect that is tried stands in the place of a believed one: it says the same, contains it
-    /// or is contained in it.
+    /// Whether a trial effect replaces a believed one: the kinds are equal, or one contains the other.
     fn replaces(&self, site: Site, kind: Kind) -> bool {
         self.tried.iter().any(|tried| tried.site == site && overlaps(tried.effect.definition.kind, kind))
     }
 
-    /// Whether nothing depends on an unknown any more: its effect has been replaced.
+    /// Whether an unknown has no influence because its effect was replaced.
     pub(crate) fn is_idle(&self, unknown: usize) -> bool {
         let Target::Belief(site, e, _) = self.unknowns[unknown].target else { return false };
         let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
         effects.get(e).is_some_and(|effect| self.replaces(site, effect.definition.kind))
     }
 
-    /// Whether effect `effect` at `theta` is one that is believed, within its tolerance.
+    /// Whether effect `effect` at `theta` matches a believed effect within its tolerance.
     pub(crate) fn is_believed(&self, effect: usize, theta: &[f64]) -> bool {
         let Tried { site, effect: tried } = &self.tried[effect];
         let values = self.parameters(effect, theta);
@@ -326,13 +325,13 @@ impl Model {
         }) && any
     }
 
-    /// Parameters of effects among the unknowns: what a cause costs in simplicity.
+    /// Number of effect parameters among the unknowns, the measure of complexity.
     pub(crate) fn effect_parameters(&self) -> usize {
         self.unknowns.iter().filter(|unknown| matches!(unknown.target, Target::Effect(..))).count()
     }
 
-    /// Takes over what `other` found at `theta` for the unknowns that both have, effects from `effects` on
-    /// left aside.
+    /// Copies the values of `other` at `theta` for shared unknowns. Effects from index `effects` on are
+    /// skipped.
     pub(crate) fn take_over(&self, start: &mut [f64], other: &Self, theta: &[f64], effects: usize) {
         for (unknown, start) in self.unknowns.iter().zip(start) {
             let shared = !matches!(unknown.target, Target::Effect(e, _) if e >= effects);
@@ -343,8 +342,8 @@ impl Model {
         }
     }
 
-    /// Believes what another model found at `theta` for effects that it tried in the place of believed ones of
-    /// the same kind.
+    /// Copies the values of another model's trial effects into the believed effects of the same kind that
+    /// they replaced.
     pub(crate) fn take_back(&self, start: &mut [f64], other: &Self, theta: &[f64]) {
         for (unknown, start) in self.unknowns.iter().zip(start) {
             let Target::Belief(site, e, p) = unknown.target else { continue };
@@ -358,7 +357,7 @@ impl Model {
         }
     }
 
-    /// How sticking guides give way at `theta`.
+    /// Pre-sliding of sticking guides at `theta`.
     pub(crate) fn presliding(&self, theta: &[f64]) -> Presliding {
         let mut found = Presliding::default();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {
@@ -371,7 +370,7 @@ impl Model {
         found
     }
 
-    /// Whether a believed value, by its dotted key, would sit at an end of its tolerance if it were `value`.
+    /// Whether `value` lies at an end of the tolerance of a believed value, given by its dotted key.
     pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
         let key_of = |target: Target| match target {
             Target::Value(site, index) => {
@@ -439,10 +438,10 @@ impl Model {
         machine
     }
 
-    /// The assembly at `theta` as an experiment with this engagement sees it; none where the numbers make no
+    /// The assembly at `theta` with the engagement of an experiment; `None` if the values make no valid
     /// machine.
     ///
-    /// A clamped tool is attached: the laws of surfaces that part (Hertz, Hunt and Crossley) do not act
+    /// A clamped tool is attached. The laws of surfaces that part (Hertz, Hunt and Crossley) do not act
     /// there.
     pub(crate) fn assembly(&self, theta: &[f64], engagement: Option<Engagement>) -> Option<Assembly> {
         assemble_for(self.machine(theta), engagement).ok()
@@ -458,7 +457,7 @@ fn beliefs(
     stated: &IndexMap<String, f64>,
 ) -> Vec<Unknown> {
     let definition = effect.definition;
-    // A step of the readings is read off them, and stays.
+    // The step of a reading is visible in the readings and is not fitted.
     let is_fitted =
         matches!(definition.change, Change::Plant(_)) && dossier(definition.kind).read_off.is_none();
     let parameters = definition.parameters.iter().zip(&effect.values).enumerate();
@@ -485,7 +484,7 @@ fn beliefs(
     if is_fitted { parameters.filter_map(unknown).collect() } else { Vec::new() }
 }
 
-/// A machine as an experiment with this engagement sees it.
+/// A machine with the engagement of an experiment.
 pub(crate) fn assemble_for(
     mut machine: Machine,
     engagement: Option<Engagement>,
@@ -498,11 +497,11 @@ pub(crate) fn assemble_for(
     assemble(&machine)
 }
 
-/// How much stiffer a guide is tried, as a logarithm of its frequency.
+/// Shift of the trial frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;
 
-/// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
+/// Prior standard deviations of pre-sliding frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 
-/// Share of the typical value below which an effect counts as absent.
+/// An effect counts as absent below this share of its typical value.
 const NEXT_TO_NOTHING: f64 = 1e-5;

@@ -1,9 +1,9 @@
-//! How strongly the records speak for one model against another.
+//! Evidence of the records for one model against another.
 //!
-//! Evidence is counted in stretches of motion, not in samples: each channel of each experiment counts as a
-//! handful of independent looks at its mean square residual, and the looks compare logarithms, so that the
-//! size of what no model explains cancels. A white-noise likelihood of all samples would make every
-//! comparison certain, also the wrong ones.
+//! Evidence counts stretches of motion, not samples. Each channel of each experiment counts as a few
+//! independent samples of its mean square residual. Logarithms are compared, so that the size of what no
+//! model explains cancels. A white-noise likelihood of all samples would make every comparison certain, even
+//! the wrong ones.
 
 use crate::dataset::scatter;
 use crate::fit::least_squares::{Task, Weights, robust};
@@ -11,13 +11,13 @@ use crate::fit::scored::Scored;
 
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;
-/// Evidence on all experiments that it must bring, nats.
+/// Evidence on all experiments that a cause must bring, nats.
 pub(crate) const ACCEPT_ALL: f64 = 15.0;
-/// Evidence that an unknown more must bring, nats.
+/// Evidence that each additional unknown must bring, nats.
 const PER_UNKNOWN: f64 = 1.5;
-/// Mean squares below this are noise; differences there tell nothing.
+/// Smaller mean squares are noise, and their differences carry no information.
 const QUIET: f64 = 0.05;
-/// Scatter of the mean square of noise over an experiment, from its mean down.
+/// Lowest mean square of noise over an experiment, relative to its expectation.
 const LEAST_NOISE: f64 = 0.97;
 
 /// Evidence for `new` against `old` over `records`, nats.
@@ -41,8 +41,8 @@ pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
     weights.iter().map(|w| w / sum).collect()
 }
 
-/// Largest evidence, nats, that a further cause can bring: on the check experiments, and on all. Infinite
-/// if a balance of forces counts too.
+/// Largest evidence that a further cause can bring, nats: on the check experiments, and on all. Infinite if a
+/// balance of forces counts too.
 pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0) {
         return [f64::INFINITY; 2];
@@ -52,7 +52,7 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     let rows = perfect.misfits.iter_mut().zip(&task.weights.sigma).zip(&dataset.records);
     for ((misfits, sigmas), record) in rows {
         for (c, (misfit, sigma)) in misfits.iter_mut().zip(sigmas).enumerate() {
-            // Steps of an encoder leave nothing that a fit sees, and stated noise may be too large.
+            // A fit does not see the steps of an encoder, and stated noise may be too large.
             let noise = dataset.channels[c].noise.min(scatter(&record.series[c]));
             *misfit = misfit.min(LEAST_NOISE * mean_loss(noise / sigma));
         }
@@ -63,7 +63,7 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     [checks, all].map(|records| gain(&task.weights, scored, &perfect, &records))
 }
 
-/// Mean loss of normal noise of this many sigmas, by the Gauss-Hermite rule of three points.
+/// Mean loss of normal noise of this many sigmas, by the three-point Gauss-Hermite rule.
 fn mean_loss(sigmas: f64) -> f64 {
     robust(3.0_f64.sqrt() * sigmas).0 / 3.0
 }

@@ -1,8 +1,9 @@
-//! Deviations of fitted values where residuals last: a model's errors are no white noise.
+//! Standard deviations of fitted values under lasting residuals: the errors of a model are not white noise.
 //!
-//! The normal matrix says how far values move per residual; how residuals really pull is read off the fit
-//! itself, block by block of motion (the sandwich of Huber and White, with blocks as clusters: Cameron and
-//! Miller, A Practitioner's Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
+//! The normal matrix gives the change of the values per residual. The effect of the actual residuals is
+//! estimated from the fit itself, block by block of motion. This is the sandwich of Huber and White, with
+//! blocks as clusters (Cameron and Miller, A Practitioner's Guide to Cluster-Robust Inference, Journal of
+//! Human Resources 50, 2015).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -10,10 +11,11 @@ use rayon::prelude::*;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
 use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, robust, slopes};
 
-/// Blocks that all fitted records together are cut into, at least.
+/// Smallest number of blocks over all fitted records together.
 const BLOCKS: usize = 12;
 
-/// One deviation of every unknown of a fitted model; `None` if it does not predict or the records hold no information.
+/// One standard deviation of every unknown of a fitted model. `None` if it does not predict or the records
+/// hold no information.
 pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let n = fitted.theta.len();
     let each = BLOCKS.div_ceil(task.fitted.len().max(1));
@@ -28,7 +30,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         }
     }
     for (i, unknown) in fitted.model.unknowns.iter().enumerate() {
-        // Unknowns that nothing depends on stay where they are.
+        // Unknowns without influence keep their values.
         bread[(i, i)] += unknown.prior.map_or(0.0, |(_, sigma)| sigma.powi(-2)) + 1e-9;
         filling[(i, i)] += unknown.prior.map_or(0.0, |(_, sigma)| sigma.powi(-2));
     }
@@ -38,7 +40,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)
 }
 
-/// Curvature of the cost of one record, and how the residuals of each of its blocks pull.
+/// Curvature of the cost of one record, and the gradient from the residuals of each block.
 fn pulls(
     task: &Task<'_>,
     fitted: &Fitted,

@@ -1,9 +1,9 @@
-//! Candidates compared cheaply: a few steps in the parameters of an effect, the other unknowns following
+//! Compares candidates cheaply: a few steps in the parameters of an effect, while the other unknowns follow
 //! linearly.
 //!
-//! The slopes of the base model are taken once; every trial value of the effect then costs one prediction,
-//! and the best shift of the other unknowns follows from the normal equations (variable projection with
-//! frozen slopes: Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
+//! The slopes of the base model are computed once. Every trial value of the effect then costs one prediction.
+//! The best shift of the other unknowns follows from the normal equations. This is variable projection with
+//! frozen slopes (Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, deviations, reach,
 use crate::fit::model::Model;
 use crate::predict::Prediction;
 
-/// Trials of a shorter step before a fit is left where it is.
+/// Attempts with a shorter step before screening stops.
 const TRIALS: usize = 4;
 /// Gain of the cost in one step below which screening stops, and the same as a share of the cost.
 const SETTLED: f64 = 1.0;
@@ -26,32 +26,33 @@ pub(crate) struct Linearised<'a> {
     base: &'a Fitted,
     /// Per fitted record and channel, the slopes of the prediction in sigmas along every unknown.
     slopes: Vec<Vec<Vec<Vec<f64>>>>,
-    /// Curvature of the cost along the other unknowns, residuals weighted as at the base, and all alike.
+    /// Curvature of the cost along the other unknowns: with the robust weights of the base, and with equal
+    /// weights.
     normal: DMatrix<f64>,
     plain: DMatrix<f64>,
-    /// What the priors pull with at the base.
+    /// Gradient of the priors at the base.
     pull: DVector<f64>,
 }
 
-/// A fit of a few steps, with what its last step gained.
+/// A fit of a few steps, with the gain of its last step.
 pub(crate) struct Screened {
     pub(crate) fitted: Fitted,
     pub(crate) gain: f64,
 }
 
-/// Trial values of an effect, with the other unknowns where they follow to.
+/// Trial values of an effect, with the other unknowns shifted to fit.
 struct Trial {
     cost: f64,
     shift: DVector<f64>,
-    /// The part of the shift that the residuals were weighted after.
+    /// The part of the shift at which the residuals were weighted.
     weighed_at: DVector<f64>,
-    /// Which of the other unknowns follow; the rest are at their bounds.
+    /// The other unknowns that follow freely; the rest are at their bounds.
     free: Vec<usize>,
     predictions: Vec<Prediction>,
 }
 
 impl<'a> Linearised<'a> {
-    /// Takes the slopes of a fitted model; none where it does not predict.
+    /// Computes the slopes of a fitted model; `None` if it does not predict.
     pub(crate) fn new(task: &'a Task<'a>, base: &'a Fitted) -> Option<Self> {
         let n = base.theta.len();
         let parts: Option<Vec<_>> = task
@@ -94,7 +95,7 @@ impl<'a> Linearised<'a> {
         let mut pull = DVector::zeros(n);
         for (i, unknown) in base.model.unknowns.iter().enumerate() {
             for curvature in [&mut normal, &mut plain] {
-                // Unknowns that nothing depends on stay.
+                // Unknowns without influence keep their values.
                 curvature[(i, i)] += unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)) + 1e-9;
             }
             pull[i] = unknown.prior.map_or(0.0, |(mean, prior)| (base.theta[i] - mean) / prior.powi(2));
@@ -102,7 +103,7 @@ impl<'a> Linearised<'a> {
         Some(Self { task, base, slopes, normal, plain, pull })
     }
 
-    /// A few steps from `start`, of which the first unknowns are those of the base.
+    /// Takes a few steps from `start`, whose first unknowns are those of the base.
     pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Screened> {
         let n = self.base.theta.len();
         let own = start.len() - n;
@@ -148,7 +149,7 @@ impl<'a> Linearised<'a> {
         Some(Screened { fitted, gain })
     }
 
-    /// The cost at trial values, the other unknowns shifted to where they fit best within their bounds.
+    /// The cost at trial values, with the other unknowns at their best fit within their bounds.
     pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
         self.trial(model, theta).map_or(f64::INFINITY, |trial| trial.cost)
     }
@@ -162,8 +163,8 @@ impl<'a> Linearised<'a> {
         for i in (0..n).filter(|&i| model.is_idle(i)) {
             (low[i], high[i]) = (0.0, 0.0);
         }
-        // Far from where the others belong the robust loss hardly feels how far: they are first brought near
-        // by plain least squares.
+        // Far from the best fit, the robust loss hardly depends on the distance. Plain least squares
+        // therefore finds the neighbourhood first.
         let still = DVector::zeros(n);
         let [here, alike] = self.along(&predictions, &still);
         let near = minimise(&self.plain, &(alike.1 - &self.pull), &low, &high)?;
@@ -193,8 +194,8 @@ impl<'a> Linearised<'a> {
         cost.is_finite().then_some(Trial { cost, shift, weighed_at: start, free, predictions })
     }
 
-    /// Cost without priors with the other unknowns shifted, and the residuals along their slopes: first with
-    /// robust weights, then all alike.
+    /// Cost without priors at a shift of the other unknowns, and its gradient along their slopes. The first
+    /// gradient has robust weights, the second equal ones.
     fn along(&self, predictions: &[Prediction], shift: &DVector<f64>) -> [(f64, DVector<f64>); 2] {
         let n = self.base.theta.len();
         let parts: Vec<(f64, DVector<f64>, DVector<f64>)> =
@@ -225,8 +226,8 @@ impl<'a> Linearised<'a> {
         [(cost, weighted), (cost, alike)]
     }
 
-    /// Residuals of a channel in sigmas, the other unknowns shifted; none where it never changes, and so says
-    /// nothing.
+    /// Residuals of a channel in sigmas at a shift of the other unknowns; `None` if the channel never
+    /// changes.
     fn residuals(
         &self,
         r: usize,
@@ -248,8 +249,8 @@ impl<'a> Linearised<'a> {
         )
     }
 
-    /// Normal equations of the effect's own parameters, what the other unknowns can take over being projected
-    /// out.
+    /// Normal equations of the effect's own parameters. The part that the other unknowns can take over is
+    /// projected out.
     fn own_normal(&self, model: &Model, theta: &[f64], here: &Trial) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = self.base.theta.len();
         let own = theta.len() - n;

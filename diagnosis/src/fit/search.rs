@@ -1,4 +1,4 @@
-//! From calibration to single effects to compounds.
+//! The search: calibration, then single effects, then combinations.
 
 use feeler_plant::description::Quantity;
 use feeler_plant::effects::Parameter;
@@ -21,42 +21,42 @@ use crate::predict::{Prediction, Predictor};
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
-/// Steps after which candidates are compared, and those after which the hopeless are left.
+/// Steps after which candidates are compared, and steps after which hopeless ones are dropped.
 const SCREENING_STEPS: usize = 6;
 const FIRST_STEPS: usize = 2;
-/// How often a candidate may still gain what its last step gained: steps that converge halve their gain.
+/// Bound on a candidate's further gain, in gains of its last step: converging steps halve their gain.
 const STILL_TO_GAIN: f64 = 2.0;
-/// Shares of what the best takes off the logarithm of the cost, which evidence compares: with less a candidate
-/// is left after its first steps, or is not fitted to the end.
+/// Shares of the best candidate's reduction of the logarithm of the cost, which is what evidence compares.
+/// Below the first a candidate is dropped after its first steps. Below the second it is not fitted to the
+/// end.
 const PROMISING: f64 = 0.1;
 const RIVAL: f64 = 0.2;
-/// Starts of a candidate that are fitted, and those fitted where all predict worse than without it.
+/// Starts of a candidate that are fitted, and the number if all predict worse than the base.
 const BEST_STARTS: usize = 3;
 const POOR_STARTS: usize = 2;
-/// Starts whose values all differ by less than this, as a fraction, are one.
+/// Starts are equal if all their values differ by less than this, as a fraction.
 const NEIGHBOURS: f64 = 0.16;
-/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that
-/// is ever accepted, which takes about ten of cost per nat.
+/// A candidate is fitted only if screening reduces the cost by this much. It is a fraction of the least
+/// evidence that is ever accepted: one nat takes a cost of about ten.
 const WORTH_FITTING: f64 = 25.0;
-/// Candidates that are fitted fully, and at least one of every place.
+/// Candidates that are fitted fully. At least one of every place is among them.
 const FULLY: usize = 7;
 
-/// All that a search has tried.
+/// Everything that a search has tried.
 pub(crate) struct Search<'a> {
     pub(crate) task: Task<'a>,
     pub(crate) calibrated: Scored,
     pub(crate) singles: Vec<Scored>,
-    /// Singles that were not fitted to the end, and those that nothing in the records leads to.
+    /// Singles that were not fitted to the end, and singles that nothing in the records suggests.
     pub(crate) others: Vec<Scored>,
     pub(crate) silent: Vec<Candidate>,
-    /// Singles that the time did not suffice for.
+    /// Singles that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
-    /// What the fitted records cover.
+    /// Range that the fitted records cover.
     pub(crate) seen: Seen,
 }
 
-/// Calibrates, and tries every single cause if `has_room` says of what calibration leaves that one may be
-/// there.
+/// Calibrates the machine, then tries every single cause if `has_room` finds enough residual for one.
 pub(crate) fn search(
     dataset: &Dataset,
     budget: Budget,
@@ -88,11 +88,11 @@ pub(crate) fn search(
         return Ok(Search { task, calibrated, singles, others, silent: all, untried, seen });
     }
     let mut extended = extensions(&task, &calibrated, &all, &glance);
-    // Every cause contains calibration: where one of next to nothing fits better, calibration had stopped.
+    // Every cause contains calibration. If a cause of nearly zero fits better, calibration had stopped early.
     if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
         calibrated = better;
         glance = self::glance(&task, &calibrated);
-        // Late, what was fitted from the worse calibration is better than nothing.
+        // If time runs out, fits from the worse calibration are better than none.
         let again = extensions(&task, &calibrated, &all, &glance);
         if again.untried.len() <= extended.untried.len() {
             extended = again;
@@ -103,12 +103,12 @@ pub(crate) fn search(
     Ok(Search { task, calibrated, singles, others, silent, untried, seen })
 }
 
-/// What the fitted records cover.
+/// Range that the fitted records cover.
 fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
     Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset) }
 }
 
-/// The finest step of an encoder, m, where no accelerometer tells of what is smaller.
+/// The finest step of an encoder, m. Zero if an accelerometer resolves smaller motion.
 fn finest_step(dataset: &Dataset) -> f64 {
     let of =
         |wanted: Quantity| dataset.channels.iter().filter(move |c| c.quantity(&dataset.machine) == wanted);
@@ -119,14 +119,15 @@ fn finest_step(dataset: &Dataset) -> f64 {
     if finest.is_finite() { finest } else { 0.0 }
 }
 
-/// Values of the believed machine: fitted from where they are believed, from where forces balance, and both
-/// with guides that give way less and more; dry friction leaves valleys between these.
+/// Fits the values of the believed machine from several starts: the believed values, and those that balance
+/// the forces. Each start is tried with softer and stiffer sticking guides, because dry friction makes
+/// valleys between them.
 fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     let believed = model.start();
     let balanced = task.inverse.as_ref().map(|inverse| model.start_at(&inverse.believed()));
     let starts: Vec<Vec<f64>> =
         std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start)).collect();
-    // Causes that are never tried cost more than values that are not quite calibrated.
+    // Leaving causes untried costs more than a slightly worse calibration.
     let is_late = || task.budget.is_over(Stage::Calibrate);
     let begun = starts.into_par_iter().enumerate().filter(|(i, _)| *i == 0 || !is_late());
     let fits = begun.map(|(_, start)| task.fit(model, &start, SCREENING_STEPS));
@@ -137,7 +138,7 @@ fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     }
 }
 
-/// Calibration from where causes beside it ended, where that costs clearly less.
+/// Calibration from the end points of causes beside it, if that costs clearly less.
 fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option<Scored> {
     let begin = |scored: &Scored| {
         let mut start = calibrated.fitted.theta.clone();
@@ -151,15 +152,15 @@ fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option
     is_worth.then(|| score(task, Vec::new(), task.fit(&calibrated.fitted.model, &start, STEPS)))
 }
 
-/// One more effect, for every candidate.
+/// The results of adding one effect, for every candidate.
 pub(crate) struct Extended {
     /// Fitted to the end.
     pub(crate) fits: Vec<Scored>,
-    /// Left after a few steps.
+    /// Dropped after a few steps.
     pub(crate) others: Vec<Scored>,
-    /// Those that nothing in the records leads to, or that make no machine that moves.
+    /// Candidates that nothing in the records suggests, or with which no machine moves.
     pub(crate) silent: Vec<Candidate>,
-    /// Those that the time did not suffice for.
+    /// Candidates that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
 }
 
@@ -169,13 +170,13 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
     let misfits = task
         .misfits(&fitted.model, &fitted.theta, &records)
         .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
-    // What a balance does not show adds nothing to it.
+    // A cause that a balance does not show adds nothing to it.
     let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&Inverse::shown_of(&causes)));
     Scored { causes, fitted, misfits, balanced }
 }
 
-/// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of
-/// every place to the end.
+/// Adds each candidate to `base`. All are fitted for a few steps; the best, and the best of every place, are
+/// fitted to the end.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
         let (fits, others, untried) = (Vec::new(), Vec::new(), Vec::new());
@@ -194,7 +195,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         begun.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
     };
     let (silent, untried) = (without(false), without(true));
-    // A linearised cost may fall below nothing.
+    // A linearised cost may become negative.
     let decline = |fitted: &Fitted| (base.fitted.cost / fitted.cost.max(1.0)).ln();
     let begun: Vec<(Candidate, Screened)> =
         begun.into_iter().filter_map(|(candidate, _, begun)| Some((candidate, begun?))).collect();
@@ -249,12 +250,12 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     Extended { fits, others, silent, untried }
 }
 
-/// A model that was left after a few steps, fitted to the end.
+/// Fits a model that was dropped after a few steps to the end.
 pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
     score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
 }
 
-/// The first steps with one more effect than `base`.
+/// The first steps with one effect more than `base`.
 fn screen(
     task: &Task<'_>,
     linearised: &Linearised<'_>,
@@ -290,7 +291,7 @@ fn screen(
         .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
 }
 
-/// The values of a candidate beside those of `base` that a balance of forces gives.
+/// Values of a candidate beside `base` that a balance of forces gives.
 fn balanced_start(task: &Task<'_>, base: &Scored, candidate: Candidate) -> Option<Vec<f64>> {
     let causes: Vec<Candidate> = base.causes.iter().copied().chain([candidate]).collect();
     let values = task.inverse.as_ref()?.weigh(&causes)?.values.pop()?;
@@ -302,7 +303,7 @@ fn balanced_start(task: &Task<'_>, base: &Scored, candidate: Candidate) -> Optio
     values.iter().zip(parameters).all(is_within).then_some(values)
 }
 
-/// Whether two starts of one candidate are so near that a fit from either ends at the same place.
+/// Whether two starts of a candidate are so close that fits from both end at the same point.
 fn are_neighbours(a: &Model, b: &Model) -> bool {
     let values =
         |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();

@@ -1,9 +1,9 @@
-//! Inverse dynamics: the balance of forces between the measured command and the measured motion, smoothed a
-//! few times above the motion.
+//! Inverse dynamics: the balance of forces between measured command and measured motion. Both are smoothed at
+//! a few times the frequency of the motion.
 //!
-//! Nothing is predicted forward, so that the noise of a command does not add up along the way. It sees slow
-//! motion under a noisy command better than a prediction does, and sees nothing of contact, impacts and hidden
-//! modes: there it says nothing.
+//! Nothing is predicted forward, so that the noise of a command does not accumulate. Slow motion under a
+//! noisy command shows more clearly in a balance than in a prediction. A balance does not see contact,
+//! impacts and hidden modes, and gives no answer there.
 
 mod base;
 mod rows;
@@ -26,37 +26,37 @@ use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
 
-/// Rows that are kept of every independent one: twice the corner's rate is independent.
+/// Kept rows per independent one: twice the rate of the corner is independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
-/// Evidence that an unknown more must bring, nats.
+/// Evidence that each additional unknown must bring, nats.
 const PER_UNKNOWN: f64 = 1.5;
 /// Rounds in which the shapes of several causes are found in turn.
 const ROUNDS: usize = 3;
-/// Kept rows that fitted and check experiments must have each.
+/// Smallest number of kept rows, for fitted and for check experiments each.
 const FEWEST_ROWS: usize = 60;
 
-/// Experiments made ready for balances of forces.
+/// Experiments prepared for balances of forces.
 pub(crate) struct Inverse {
     base: Base,
     fitted: Vec<Rows>,
     checked: Vec<Rows>,
     extent: Extent,
-    /// Middle of the travel, m, and time of the last row, s.
+    /// Centre of the travel, m, and time of the last row, s.
     centre: f64,
     until_s: f64,
-    /// How much it weighs against predictions.
+    /// Weight of the balance against predictions.
     pub(crate) weight: f64,
-    /// What the believed machine leaves of the check experiments, its own values fitted.
+    /// Mean square of the check experiments that the calibrated machine leaves.
     alone: f64,
 }
 
-/// Ways that guides may give way before they slide, over the travel.
+/// Trial pre-sliding distances of guides, as shares of the travel.
 const WAYS: [f64; 6] = [1e-6, 1e-4, 2.5e-4, 6e-4, 1.5e-3, 4e-3];
 
-/// A set of causes, balanced.
+/// The balance of a set of causes.
 #[derive(Clone, Debug)]
 pub(crate) struct Balanced {
-    /// What it gains over calibration alone on the check experiments, nats.
+    /// Gain over calibration alone on the check experiments, nats.
     pub(crate) nats: f64,
     /// Parameters of each cause.
     pub(crate) values: Vec<Vec<f64>>,
@@ -70,8 +70,8 @@ struct Shaped<'a> {
 }
 
 impl Inverse {
-    /// Of the free experiments with a command that is a force and a position; `None` where there are none to
-    /// fit or to check, or where the believed machine is no axis that moves as one.
+    /// Prepares the free experiments that have a position and a command of force. `None` if none of them is
+    /// to fit or none to check, or if the believed machine does not move as a single axis.
     pub(crate) fn new(dataset: &Dataset) -> Option<Self> {
         let base = Base::of(dataset)?;
         let channel = base.position;
@@ -84,7 +84,7 @@ impl Inverse {
             let [motion, _] = pace(&record.series[channel], record.spacing_s)?;
             Some(corner_hz(motion, record.spacing_s))
         });
-        // One corner for all: likelihoods of different bands cannot be compared.
+        // All share one corner, because likelihoods of different bands cannot be compared.
         let corner = corners.fold(f64::INFINITY, f64::min);
         let ready = |is_check: bool| -> Vec<Rows> {
             let of = |record: &&Record| {
@@ -114,8 +114,8 @@ impl Inverse {
         (inverse.alone > 0.0).then_some(inverse)
     }
 
-    /// Finds how far guides give way before they slide: where the believed machine with friction of any level
-    /// leaves least.
+    /// Finds the pre-sliding distance of guides: the trial distance at which the believed machine, with
+    /// friction of any level, has the smallest residual.
     fn turn(&mut self) {
         let stroke = self.extent.stroke;
         let ways = WAYS.map(|share| share * stroke);
@@ -136,15 +136,14 @@ impl Inverse {
         self.fitted.iter_mut().chain(&mut self.checked).for_each(|rows| rows.turn_over(best));
     }
 
-    /// Those of some causes that a balance shows.
+    /// The causes that a balance shows.
     pub(crate) fn shown_of(causes: &[Candidate]) -> Vec<Candidate> {
         let is_shown =
             |cause: &&Candidate| Base::shows(cause) && dossier(cause.definition.kind).balance.is_some();
         causes.iter().filter(is_shown).copied().collect()
     }
 
-    /// Over what the believed machine states, its mass, its damping and its effects where forces balance best:
-    /// the key of each with a factor.
+    /// Factors for mass, damping and effects of the believed machine at which the forces balance best.
     pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
         let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
         let (terms, target) = self.balance(&self.fitted, &nothing, None);
@@ -152,14 +151,14 @@ impl Inverse {
         self.base.sides(&[]).zip(found).map(|(side, found)| side.over(found)).collect()
     }
 
-    /// Root mean squares of the force that is missing on the check experiments over that of the drive: by the
-    /// believed machine alone, and with some causes.
+    /// Root mean square of the missing force over the drive force on the check experiments: with the believed
+    /// machine alone, and with the causes.
     pub(crate) fn missing(&self, causes: &[Candidate]) -> Option<[f64; 2]> {
         let left = self.left(&self.shaped(causes)?, None)?;
         Some([self.alone, left].map(|left| left.sqrt() / self.drive_force()))
     }
 
-    /// Balances a set of causes; `None` where no balance shows one of them.
+    /// Balances a set of causes; `None` if the balance does not show one of them.
     pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
         let shaped = self.shaped(causes)?;
         let left = self.left(&shaped, None)?;
@@ -172,7 +171,7 @@ impl Inverse {
         })
     }
 
-    /// The shapes with which some causes leave least of the fitted experiments.
+    /// The shapes of the causes with the smallest residual on the fitted experiments.
     fn shaped<'b>(&self, causes: &'b [Candidate]) -> Option<Shaped<'b>> {
         let shown: Vec<Shown> = causes
             .iter()
@@ -200,21 +199,21 @@ impl Inverse {
         Some(shaped)
     }
 
-    /// Evidence of the check experiments for what leaves `new` (a mean square) against what leaves `old`.
+    /// Evidence of the check experiments for a residual `new` against a residual `old`, both mean squares.
     fn nats(&self, old: f64, new: f64) -> f64 {
         let rows: usize = self.checked.iter().map(|rows| rows.thin(&rows.speed).len()).sum();
         let independent = rows as f64 / ROWS_PER_INDEPENDENT;
         0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
     }
 
-    /// Root mean square of the drive's force on the check experiments.
+    /// Root mean square of the drive force on the check experiments.
     fn drive_force(&self) -> f64 {
         let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean square that a set of causes, fitted, leaves of the check experiments; beside a smooth force at a
-    /// place, where one is named.
+    /// Mean square residual of a set of fitted causes on the check experiments. A smooth force at a place is
+    /// included if given.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
         let (terms, target) = self.balance(&self.fitted, shaped, smooth);
         let coefficients = solve(&terms, &target)?;
@@ -223,7 +222,7 @@ impl Inverse {
         left.is_finite().then_some(left)
     }
 
-    /// All terms of some experiments and what they must add up to.
+    /// All terms of some experiments, and their target sum.
     fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
         let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
         for rows in rows {
@@ -290,7 +289,7 @@ impl Inverse {
         (terms, rows.thin(&command))
     }
 
-    /// Parameters of the causes from all coefficients.
+    /// Extracts the parameters of the causes from all coefficients.
     fn values(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let gains = shaped.shown.iter().zip(&shaped.shapes);
         let gain =
@@ -319,8 +318,8 @@ impl Inverse {
     }
 }
 
-/// How much a balance weighs: half where nothing but positions keeps predictions on the motion and the command
-/// is measured with noise, which adds up in predictions; nothing elsewhere.
+/// Weight of a balance: half if only positions correct predictions and the command has measurement noise,
+/// which accumulates in predictions. Otherwise zero.
 fn weight(dataset: &Dataset) -> f64 {
     let is_read = |channel: &Channel| channel.quantity(&dataset.machine) == Quantity::Acceleration;
     let is_noisy = dataset
@@ -330,10 +329,10 @@ fn weight(dataset: &Dataset) -> f64 {
     if is_noisy && !dataset.channels.iter().any(is_read) { HALF } else { 0.0 }
 }
 
-/// Weight of a balance where it tells as much as predictions.
+/// Weight of a balance that is as informative as predictions.
 const HALF: f64 = 0.5;
 
-/// Share of the largest command over which its sign turns from one to the other.
+/// Share of the largest command over which its sign changes smoothly.
 const COMMAND_TURNS: f64 = 0.01;
 
 fn direction(command: f64, largest: f64) -> f64 {

@@ -1,25 +1,25 @@
-//! Records made ready for a balance of forces: motion and command without what lies far above the motion.
+//! Records prepared for a balance of forces: motion and command without components far above the motion.
 
 use std::f64::consts::TAU;
 
 use crate::filter;
 use crate::kinds::{At, Extent};
 
-/// Corner of the smoothing over the frequency of the motion.
+/// Ratio of the smoothing's corner to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
 /// Largest corner, in cycles per row.
 const MOST_CORNER: f64 = 0.15;
-/// Corner of the motion that terms are made of, over that of the smoothing: what is smoothed before a term
-/// bends turns it at the wrong instant and to a wrong size.
+/// Corner of the motion in the terms, over that of the smoothing. Strong smoothing before a nonlinear term
+/// would turn it at the wrong instant, and give it the wrong size.
 const LIGHT: f64 = 2.0;
-/// Rows per period of the corner at which terms are made, so many that the instant of a reversal between two
-/// of them does not show, and how many of them are kept.
+/// Rows per period of the corner at which terms are computed, and the number kept. There are enough that the
+/// instant of a reversal between two rows has no effect.
 const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
-/// Periods of the corner that are left out at either end, where the smoothing settles.
+/// Periods of the corner omitted at either end, where the smoothing settles.
 const ENDS: f64 = 1.0;
 
-/// What was measured in one experiment.
+/// The measured series of one experiment.
 pub(super) struct Measured<'a> {
     pub(super) start_s: f64,
     pub(super) spacing_s: f64,
@@ -27,24 +27,24 @@ pub(super) struct Measured<'a> {
     pub(super) position: &'a [f64],
 }
 
-/// An experiment made ready.
+/// A prepared experiment.
 pub(super) struct Rows {
-    /// Spacing of the rows at which terms are made, s, and how many rows of the record it is.
+    /// Spacing of the rows at which terms are computed: in s, and in rows of the record.
     spacing_s: f64,
     apart: usize,
     corner_hz: f64,
-    /// Rows left out at either end, and the distance of those that are kept.
+    /// Rows omitted at either end, and spacing of the kept ones.
     end: usize,
     kept: usize,
-    /// The command as it was measured, row by row.
+    /// The command as measured, row by row.
     command: Vec<f64>,
     measured_spacing_s: f64,
-    /// The command without what lies above the corner.
+    /// The command below the corner.
     pub(super) smooth: Vec<f64>,
-    /// Speed and acceleration without what lies above the corner.
+    /// Speed and acceleration below the corner.
     pub(super) speed: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// Position and speed that terms are made of, smoothed lightly.
+    /// Lightly smoothed position and speed, for the terms.
     position: Vec<f64>,
     light_speed: Vec<f64>,
     /// See [`At::direction`].
@@ -53,7 +53,7 @@ pub(super) struct Rows {
     start_s: f64,
 }
 
-/// Corner of the smoothing for a motion of this frequency, rad/s.
+/// Corner of the smoothing for a motion of frequency `motion`, rad/s.
 pub(super) fn corner_hz(motion: f64, spacing_s: f64) -> f64 {
     (ABOVE_MOTION * motion / TAU).min(MOST_CORNER / spacing_s)
 }
@@ -91,32 +91,32 @@ impl Rows {
         }
     }
 
-    /// When the rows were taken, s.
+    /// Times of the rows, s.
     pub(super) fn times_s(&self) -> Vec<f64> {
         (0..self.position.len()).map(|k| self.start_s + k as f64 * self.spacing_s).collect()
     }
 
-    /// The rows that are kept.
+    /// The kept rows of a series.
     pub(super) fn thin(&self, series: &[f64]) -> Vec<f64> {
         series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
     }
 
-    /// The command, changed row by row, without what lies above the corner.
+    /// The command below the corner, after `change` is applied to every row.
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
         let changed: Vec<f64> = self.command.iter().map(|u| change(*u)).collect();
         let smooth = smoothed(&changed, self.corner_hz, self.measured_spacing_s);
         smooth.into_iter().step_by(self.apart).collect()
     }
 
-    /// Lets the direction turn as the friction of a guide that gives way by `way_m` before it slides: that
-    /// comes up to its level by the share of the way still missing (Dahl, Solid Friction Damping of
-    /// Mechanical Vibrations, AIAA Journal 14, 1976).
+    /// Sets the direction to that of friction in a guide with pre-sliding distance `way_m`. The friction
+    /// approaches its level exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical
+    /// Vibrations, AIAA Journal 14, 1976).
     pub(super) fn turn_over(&mut self, way_m: f64) {
         let mut direction = self.light_speed.first().map_or(0.0, |v| v.signum());
         for k in 0..self.light_speed.len() {
             let [from, to] = [self.light_speed[k.saturating_sub(1)], self.light_speed[k]];
-            // Where the motion turns between two rows it goes both ways: a turn that is seen at the next row
-            // passes for a delay.
+            // If the motion turns between two rows, both directions count. A turn that is noticed only at the
+            // next row would resemble a delay.
             let turn = from / (from - to);
             let shares = if from * to < 0.0 { [turn, 1.0 - turn] } else { [1.0; 2] };
             for (speed, share) in [from, to].into_iter().zip(shares) {
@@ -128,7 +128,7 @@ impl Rows {
         }
     }
 
-    /// A function of the motion at every row, without what lies above the corner.
+    /// A function of the motion at every row, below the corner.
     pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
         let at = |k: usize| At {
             position: self.position[k],
@@ -140,7 +140,7 @@ impl Rows {
         smoothed(&values, self.corner_hz, self.spacing_s)
     }
 
-    /// A series this much earlier, between rows; its ends are held.
+    /// A series shifted earlier by `by_s`, interpolated between rows; its ends are held.
     pub(super) fn earlier(&self, series: &[f64], by_s: f64) -> Vec<f64> {
         let last = series.len() - 1;
         (0..series.len())
@@ -157,7 +157,8 @@ impl Rows {
         slope(series, self.spacing_s)
     }
 
-    /// Largest command and excursion, and usual speed, of several experiments, and the middle of their travel.
+    /// Extent of several experiments (largest command and excursion, and usual speed), and the centre of
+    /// their travel.
     pub(super) fn extent(rows: &[Self]) -> (Extent, f64) {
         let over = |of: &dyn Fn(&Self) -> Vec<f64>| rows.iter().flat_map(of).collect::<Vec<f64>>();
         let positions = over(&|rows| rows.thin(&rows.position));

@@ -1,5 +1,5 @@
-//! Whether a smooth force that no effect of the library makes would balance clearly more: of position, speed,
-//! direction and time at the guide, of the command in the drive.
+//! Tests whether a smooth force that no effect of the library makes would balance clearly better. At the
+//! guide it depends on position, speed, direction and time; in the drive on the command.
 
 use feeler_plant::effects::Place;
 
@@ -11,18 +11,18 @@ use crate::fit::candidates::Candidate;
 /// A smooth force beyond some causes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smooth {
-    /// Where it acts.
+    /// The place at which it acts.
     pub(crate) place: Place,
-    /// What it gains on the check experiments, nats.
+    /// Gain on the check experiments, nats.
     pub(crate) nats: f64,
-    /// Over what the causes leave of the check experiments, the part that it takes out, of the variance.
+    /// Share of the remaining variance on the check experiments that it removes.
     pub(crate) share: f64,
-    /// Root mean square of what the causes leave, over that of the drive's force.
+    /// Root mean square of the force that the causes leave, over the drive force.
     pub(crate) left: f64,
 }
 
 impl Inverse {
-    /// Smooth forces at the guide and in the drive beyond some causes; `None` if no balance shows them.
+    /// Smooth forces at the guide and in the drive beyond some causes; empty if no balance shows the causes.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
         let Some(shaped) = self.shaped(causes) else { return Vec::new() };
         let Some(left) = self.left(&shaped, None) else { return Vec::new() };

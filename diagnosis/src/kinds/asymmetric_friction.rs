@@ -5,7 +5,7 @@ use feeler_plant::effects::{AsymmetricFriction, CoulombFriction, Kind, Parameter
 use super::start::levels;
 use super::{Balance, Element, Force, Glance, Inner, Known, Seen};
 
-/// Asymmetries below this are none.
+/// Smaller asymmetries count as zero.
 const LEAST_ASYMMETRY: f64 = 0.02;
 
 impl Known for AsymmetricFriction {
@@ -26,8 +26,9 @@ impl Known for AsymmetricFriction {
     const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,
-        "both hold and drag with the same force in either direction, so that no command tells them apart: incline the axis, or take cables and \
-         counterweights off, and record again; a load changes with them, friction does not",
+        "both hold and drag with the same force in either direction, so that no command tells them apart: \
+         incline the axis, or take cables and counterweights off, and record again; a load changes with \
+         them, friction does not",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

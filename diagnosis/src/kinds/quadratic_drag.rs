@@ -12,7 +12,8 @@ impl Known for QuadraticDrag {
     ));
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ViscousFriction,
-        "move at steady speeds, the fastest three times the slowest: drag grows nine times, viscous friction three times",
+        "move at steady speeds, the fastest three times the slowest: drag grows nine times, viscous friction \
+         three times",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

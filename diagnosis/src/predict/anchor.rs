@@ -1,12 +1,16 @@
-//! Keeping the rigid motion of a prediction on what was measured.
+//! Keeps the rigid motion of a prediction on the measured motion.
 //!
-//! The bodies that an encoder rides on, and all that hang on them by springs, are moved together: by what
-//! accelerometers on them read beyond the prediction (so that a force the model lacks does not spoil its
-//! motion), and slowly towards the encoder (so that the accelerometers' noise does not add up). Relative
-//! motion inside the chain, and bodies that are not part of it (base, workpiece), keep their predicted
-//! course: a hidden mode needs no restart. The gains are those of the steady Kalman filter of a mass whose
-//! acceleration is read with noise and whose position is read with noise: a critically shaped pair at
-//! `omega = (q / r)^(1/4)`, `q` and `r` the two noise densities.
+//! The bodies that carry an encoder, and all bodies connected to them by springs, are corrected together. The
+//! correction has two parts:
+//!
+//! - Accelerometers correct by their readings beyond the prediction, so that a force missing in the model
+//!   does not spoil the motion.
+//! - The encoder corrects slowly, so that the noise of accelerometers does not accumulate.
+//!
+//! Relative motion inside the chain keeps its prediction, and so do bodies outside it (base, workpiece). A
+//! hidden mode therefore needs no restart. The gains are those of the steady Kalman filter of a mass whose
+//! acceleration and position are read with noise. They are a critically shaped pair at
+//! `omega = (q / r)^(1/4)`, where `q` and `r` are the two noise densities.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source};
 use feeler_plant::description::Quantity;
@@ -19,38 +23,39 @@ use crate::dataset::{Channel, Record};
 /// Slowest and fastest anchoring, rad/s.
 const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
 /// Fastest anchoring without accelerometers, rad/s: slow against vibration, so that the model's forces show,
-/// and fast against drift.
+/// but fast against drift.
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
-/// Acceleration that noise and steps of an encoder may seem to be, over that of the motion. An anchored
-/// position shows an acceleration by the square of the anchoring time: anchored fast, a slow motion hides its
-/// forces in the steps of the encoder; anchored slowly, friction turns at other instants than the motion.
+/// Largest apparent acceleration by noise and steps of an encoder, over that of the motion. The error of an
+/// anchored position is an acceleration times the square of the anchoring time. With fast anchoring, the
+/// forces of a slow motion disappear in the steps of the encoder. With slow anchoring, friction reverses at
+/// other instants than in the motion.
 const NOISE_SHARE: f64 = 0.05;
-/// Anchoring without accelerometers is at least so many times faster than the motion.
+/// Smallest ratio of anchoring without accelerometers to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
 /// Slowest anchoring without accelerometers, rad/s.
 const SLOWEST: f64 = 2.0;
-/// A step this many times the noise rules the error of a reading.
+/// A step of this many times the noise dominates the error of a reading.
 const COARSE: f64 = 4.0;
 
-/// Whether predictions are kept on the measured motion.
+/// Whether predictions are corrected toward the measured motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchoring {
-    /// At every row.
+    /// Corrected at every row.
     Continuous,
-    /// Never: the prediction runs freely from its start.
+    /// Never corrected: the prediction runs freely from its start.
     Never,
 }
 
-/// One channel that corrects.
+/// A channel that corrects the prediction.
 #[derive(Clone, Debug)]
 struct Tap {
     channel: usize,
     weight: f64,
     gain: f64,
     bias: f64,
-    /// Half the step, where the step is coarse against the noise.
+    /// Half the step if it is coarse against the noise, otherwise zero.
     dead_zone: f64,
-    /// Rows by which the reading is late.
+    /// Delay of the reading, rows.
     late: usize,
 }
 
@@ -63,15 +68,15 @@ pub(super) struct Anchor {
     omega: f64,
 }
 
-/// Nodes that move with `node` when nothing is excited: joined rigidly or by stiffness, without passing
-/// through ground or `stop`.
+/// Nodes that move with `node` in rigid motion: connected rigidly or by stiffness, without passing through
+/// ground or `stop`.
 fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
     let holds = |link: &Link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0;
     assembly.reached(vec![node], &[GROUND_NODE, stop], holds)
 }
 
-/// Natural frequency of the correction where no accelerometer tells more, rad/s: by the motion of the first
-/// position that is measured.
+/// Natural frequency of the correction without accelerometers, rad/s, from the motion of the first measured
+/// position.
 pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record) -> f64 {
     let is_position = |c: &usize| {
         let nodes = assembly.node_read(channels[*c].source);
@@ -89,14 +94,14 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
         .map_or(OMEGA_WITHOUT_ACCELEROMETERS, |omega| omega.clamp(SLOWEST, OMEGA_WITHOUT_ACCELEROMETERS))
 }
 
-/// Puts the bodies of the first measured chain where the encoder's first rows say, with the speed that they
-/// say, where the record begins in motion. `omega` is the natural frequency of the correction.
+/// Sets position and speed of the first measured chain from the first rows of its encoder, if the record
+/// begins in motion. `omega` is the natural frequency of the correction, rad/s.
 pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
         };
-        // What is imposed moves by itself, and what hangs on it begins as it is described.
+        // An imposed motion is given; bodies attached to it begin as described.
         if assembly.drives.iter().any(|drive| drive.imposed.is_some() && drive.on == node) {
             continue;
         }
@@ -123,8 +128,9 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
 }
 
 impl Anchor {
-    /// The anchor of the first chain that a position is measured of, if there is one, by what is not silent.
-    /// Sliding surfaces are left where friction holds them. Without accelerometers it corrects at `pace`.
+    /// The corrections of the first chain with a measured position, from the channels that are not silent.
+    /// `None` if there is no such chain. Sliding surfaces stay where friction holds them. Without
+    /// accelerometers the natural frequency is `pace`, rad/s.
     pub(super) fn new(
         motion: &Motion,
         channels: &[Channel],
@@ -206,7 +212,7 @@ impl Anchor {
         self.omega
     }
 
-    /// Corrects a state at row `row`, for the span until the next.
+    /// Corrects a state at row `row`, for the time until the next row.
     pub(super) fn correct(
         &self,
         machine: &Moving,

@@ -1,4 +1,4 @@
-//! Along a whole record.
+//! Prediction along a whole record.
 
 use std::sync::Arc;
 
@@ -15,41 +15,41 @@ use super::sensor::readings;
 use crate::dataset::{Channel, Dataset, Record};
 use crate::error::DiagnosisError;
 
-/// A step this many times the noise is put on predictions too; a finer one counts as noise.
+/// Predictions are quantised if the step is this many times the noise. A finer step counts as noise.
 const COARSE: f64 = 4.0;
-/// Share of a row below which a command is taken to arrive with the row.
+/// A command that arrives within this share of a row arrives with the row.
 const NEGLIGIBLE_PART: f64 = 1e-6;
 
 /// Where a prediction starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// At what the first row measured.
+    /// At the measurements of the first row.
     FirstRow,
-    /// Freely again every so many rows from the anchored state.
+    /// From the anchored state, again after every given number of rows.
     Windows(usize),
 }
 
-/// What a machine would have measured.
+/// The readings that a machine would have given.
 #[derive(Clone, Debug, Default)]
 pub struct Prediction {
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
     /// The same without coarse quantisation steps, for slopes.
     pub(crate) smooth: Vec<Vec<f64>>,
-    /// Half the step of channels whose quantisation is coarse against their noise, else zero: a reading says
-    /// no more than that.
+    /// Half the step of each channel if its quantisation is coarse against its noise, otherwise zero. A
+    /// reading carries no finer information.
     pub(crate) dead_zone: Vec<f64>,
-    /// Relative position and speed of the first drive, and its force, as predicted.
+    /// Predicted position and speed of the first drive relative to its reaction body, and its force.
     pub(crate) stroke: Vec<[f64; 3]>,
     /// Whether any contact pushes.
     pub(crate) touching: Vec<bool>,
-    /// How deep the bodies of every contact are in each other, one series per contact; negative apart.
+    /// Indentation of every contact, one series each; negative while apart.
     pub(crate) compressions: Vec<Vec<f64>>,
-    /// Natural frequency of the anchoring, rad/s; zero without.
+    /// Natural frequency of the anchoring, rad/s; zero without anchoring.
     pub(crate) omega: f64,
 }
 
-/// A machine set up to follow one record.
+/// A machine prepared to follow one record.
 #[derive(Debug)]
 pub struct Predictor<'a> {
     record: &'a Record,
@@ -63,16 +63,16 @@ pub struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
-    /// Sets up an assembled machine for one record of a dataset: it moves as [`feeler_studies`] runs it.
+    /// Prepares an assembled machine for one record of a dataset. It moves as [`feeler_studies`] runs it.
     ///
     /// # Errors
-    /// Where the machine has no motion.
+    /// If the machine has no motion.
     pub fn new(assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
         Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record)
     }
 
-    /// The same for a fit: sticking guides give way a little, so that every small motion of a record does not
-    /// count against dry friction, and the motion is followed row by row.
+    /// Prepares a machine for a fit. Sticking guides yield slightly, so that small motion in a record does
+    /// not count against dry friction. The motion advances row by row.
     pub(crate) fn with(
         mut assembly: Assembly,
         presliding: Presliding,
@@ -112,23 +112,23 @@ impl<'a> Predictor<'a> {
     /// Predicts freely from the first row to the last.
     ///
     /// # Errors
-    /// Where an exponential fails.
+    /// If an exponential fails.
     pub fn free(&mut self) -> Result<Prediction, DiagnosisError> {
         self.follow(Anchoring::Never, Start::FirstRow)
     }
 
-    /// Predicts row by row on the measured motion.
+    /// Predicts row by row, corrected toward the measured motion.
     ///
     /// # Errors
-    /// Where an exponential fails.
+    /// If an exponential fails.
     pub fn anchored(&mut self) -> Result<Prediction, DiagnosisError> {
         self.follow(Anchoring::Continuous, Start::FirstRow)
     }
 
-    /// Predicts row by row on the measured motion, or in free windows from it.
+    /// Predicts row by row, corrected toward the measured motion, or in free windows from it.
     ///
     /// # Errors
-    /// Where an exponential fails.
+    /// If an exponential fails.
     pub(crate) fn follow(
         &mut self,
         anchoring: Anchoring,
@@ -161,7 +161,7 @@ impl<'a> Predictor<'a> {
                     {
                         window = Some(state.clone());
                     }
-                    // A row shows an imposed motion as it goes on from there.
+                    // A row shows an imposed motion at the rate that follows the row.
                     for state in window.iter_mut().chain([&mut state]) {
                         self.machine.impose(state, k as f64 * dt);
                     }
@@ -212,7 +212,8 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
-    /// Commands after the static part of each drive's chain: deadband, gain, limit; of a servo its targets.
+    /// Commands after the static part of each drive's chain: deadband, gain and limit. For a servo, its
+    /// targets.
     fn effective_commands(&self) -> Vec<Vec<f64>> {
         let drives = &self.machine.motion.assembly().drives;
         self.drives
@@ -227,13 +228,13 @@ impl<'a> Predictor<'a> {
             .collect()
     }
 
-    /// Whether a controller commands a drive, whose recorded command is the reference of that.
+    /// Whether a controller commands a drive. The recorded command is then the reference of the controller.
     fn has_controller(&self, drive: usize) -> bool {
         self.servos.iter().any(|servo| servo.is_controller && servo.drive == drive)
     }
 
-    /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive
-    /// arrive between rows.)
+    /// Advances from row `k` to the next, through the commands that arrive in between. Commands of a delayed
+    /// drive arrive between rows.
     #[inline(always)]
     fn drive_on(
         &mut self,
@@ -249,7 +250,7 @@ impl<'a> Predictor<'a> {
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
             let whole = delay.floor() as usize;
-            // A part of a row too short to matter would only spoil the reuse of exponentials.
+            // A negligible part of a row would only prevent the reuse of exponentials.
             let is_part = delay - whole as f64 > NEGLIGIBLE_PART;
             is_delayed |= is_part;
             let back = whole + usize::from(is_part);
@@ -262,15 +263,15 @@ impl<'a> Predictor<'a> {
         }
     }
 
-    /// The command of a row; before the first, that of a servo is its first target, and that of others nothing.
+    /// The command of a row. Before the first row, a servo has its first target and other drives have zero.
     fn command_at(&self, drive: usize, commands: &[f64], row: Option<usize>) -> f64 {
         let is_servo = self.machine.motion.assembly().drives[drive].servo.is_some();
         let before = if is_servo { commands[0] } else { 0.0 };
         row.map_or(before, |row| commands[row])
     }
 
-    /// From row `k` to the next where servos sample: through their samples and outputs, and the commands that
-    /// arrive on the way.
+    /// Advances from row `k` to the next with servos: through their samples and outputs, and the commands
+    /// that arrive in between.
     fn drive_on_sampled(
         &mut self,
         state: &mut State,
@@ -344,7 +345,7 @@ impl<'a> Predictor<'a> {
     }
 }
 
-/// Gives every imposed motion of an assembly the positions of a record, at the rates from row to row.
+/// Gives every imposed motion the positions of a record, with the rates between rows.
 fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
     for ((drive, _), commands) in dataset.drives.iter().zip(&record.commands) {
         let part = &mut assembly.drives[*drive];

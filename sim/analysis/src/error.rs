@@ -1,4 +1,4 @@
-//! What can go wrong in the linear view of a machine.
+//! Errors of the linear analysis of a machine.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use feeler_lti::LtiError;
 use feeler_problem::{Problem, Remedy};
 use thiserror::Error;
 
-/// Why an analysis has no result.
+/// The reason why an analysis has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum AnalysisError {
@@ -24,11 +24,11 @@ pub enum AnalysisError {
     /// A signal does not exist.
     #[error("{}", problem.headline())]
     Signal {
-        /// What is wrong with the name.
+        /// The problem with the name.
         problem: Problem,
     },
     /// The signal is not a linear function of the state: for example, whether a contact touches.
-    #[error("`{name}` is no linear function of the machine's state")]
+    #[error("`{name}` is not a linear function of the machine's state")]
     NotLinear {
         /// The signal.
         name: String,
@@ -40,17 +40,17 @@ pub enum AnalysisError {
         name: String,
     },
     /// No state of rest was found about which to linearise.
-    #[error("no equilibrium was found: the forces left over give {residual_m_per_s2:.3e} m/s²")]
+    #[error("no equilibrium was found: the remaining forces give {residual_m_per_s2:.3e} m/s²")]
     NoEquilibrium {
-        /// Largest acceleration that remains.
+        /// Largest remaining acceleration.
         residual_m_per_s2: f64,
     },
     /// No controller has this name.
     #[error("there is no controller `{name}`")]
     NoController {
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The existing controllers.
         known: Vec<String>,
     },
     /// A controller closes a loop around the loop of a sampled servo.
@@ -66,27 +66,28 @@ pub enum AnalysisError {
     NoGain {
         /// The law.
         law: &'static str,
-        /// What was asked for.
+        /// The requested gain.
         key: String,
-        /// What there is.
+        /// The gains of the law.
         known: String,
     },
-    /// The controllers' periods have no common multiple that is short enough to lift over.
+    /// The common period of the controllers is too long for a lifted model.
     #[error("the controllers' periods repeat together only after more than {limit} samples of the fastest")]
     Rates {
-        /// The most samples a common period may hold.
+        /// Largest number of samples in a common period.
         limit: usize,
     },
     /// The delays are so long that the sampled loop has too many states.
     #[error(
-        "{stored} samples are under way in the delays of this loop, and {most} are the most (it repeats every {common_s} s)"
+        "the delays of this loop hold {stored} samples, more than the limit of {most} (it repeats every \
+         {common_s} s)"
     )]
     LongDelay {
         /// Samples in transit when a common period begins. Each is a state.
         stored: usize,
-        /// The most there may be.
+        /// Largest number of stored samples.
         most: usize,
-        /// The period with which all controllers repeat.
+        /// The common period of all controllers.
         common_s: f64,
     },
     /// A loop broken at one controller is time-invariant only if no other controller repeats more slowly.
@@ -96,7 +97,7 @@ pub enum AnalysisError {
         name: String,
         /// Its period.
         period_s: f64,
-        /// The period with which all controllers repeat.
+        /// The common period of all controllers.
         common_s: f64,
     },
     /// The continuous form of a law differentiates a signal that jumps with the command.
@@ -106,15 +107,15 @@ pub enum AnalysisError {
         name: String,
     },
     /// Describing functions do not cover this machine.
-    #[error("no prediction of limit cycles: {reason}")]
+    #[error("limit cycles cannot be predicted: {reason}")]
     NoLimitCycle {
-        /// What is missing or in the way.
+        /// Why the prediction is impossible.
         reason: &'static str,
     },
     /// A measured response needs a record.
     #[error("the run ended at {t_s} s, before its record was complete")]
     RunEnded {
-        /// When.
+        /// End of the run.
         t_s: f64,
     },
 }
@@ -159,7 +160,7 @@ impl Remedy for AnalysisError {
             Self::Improper { .. } => {
                 "read a signal that follows the command later, or leave the derivative out".into()
             }
-            Self::NoLimitCycle { .. } => "run the scenario, or look at it with the effects left out".into(),
+            Self::NoLimitCycle { .. } => "run the scenario, or analyse it without the effects".into(),
             Self::RunEnded { .. } => "excite the machine less, or hold it".into(),
         }
     }

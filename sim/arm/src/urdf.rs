@@ -12,7 +12,8 @@ use crate::xml::{attribute, child, line_of, number, optional_number, origin, vec
 
 /// Standard acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.806_65;
-/// Rounding in a table of inertias: the triangle inequality of principal moments holds within this share.
+/// The triangle inequality of principal moments holds within this share, because tables of inertias are
+/// rounded.
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
@@ -48,9 +49,9 @@ impl Link {
 pub struct MeshFile {
     /// The link.
     pub link: String,
-    /// The file as it is written, with its scheme if it has one.
+    /// The file as written, with its scheme if it has one.
     pub file: String,
-    /// The line, from 1.
+    /// Line number, from 1.
     pub line: u32,
 }
 
@@ -92,10 +93,11 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let mut principal = tensor.symmetric_eigenvalues();
     principal.as_mut_slice().sort_by(f64::total_cmp);
-    // All zero is a point: what moves it must turn more than the point (see `check_masses`).
+    // If all are zero, the link is a point mass. The joint must then turn other inertia too (see
+    // `check_masses`).
     if principal[0] <= 0.0 && tensor.amax() > 0.0 {
         let what = format!(
-            "link `{name}` has an inertia of {} kg m2 about one of its axes, and no body has zero or less",
+            "link `{name}` has an inertia of {} kg m2 about one of its axes; it must be above zero",
             principal[0]
         );
         return wrong(inertia, what, "give the inertia of its shape");
@@ -105,7 +107,8 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
         return wrong(
             inertia,
             format!(
-                "the principal moments {a}, {b}, {c} kg m2 of link `{name}` are those of no body: each is at most the sum of the other two"
+                "the principal moments {a}, {b}, {c} kg m2 of link `{name}` are impossible: each must \
+                 be at most the sum of the other two"
             ),
             "give the inertia of its shape",
         );
@@ -144,7 +147,7 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         Some(end) => attribute(end, "link").map(str::to_owned),
         None => wrong(node, format!("joint `{name}` has no `{tag}`"), format!("add `<{tag} link=\"...\"/>`")),
     };
-    // What does not move needs no axis, and exporters write zeros there.
+    // A fixed joint needs no axis, and exporters write zeros there.
     let axis = child(node, "axis").filter(|_| kind.is_some());
     let axis = axis.map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
     let Some(axis) = Unit::try_new(axis, 1e-9) else {
@@ -283,7 +286,7 @@ impl Urdf {
     }
 
     /// The chain from the base to a link, whose frame is the tool's. Bodies on fixed joints move with their
-    /// link. So do bodies on joints that are not on the path, which stay at zero.
+    /// link. Joints off the path stay at zero, and bodies on them move with their link too.
     ///
     /// # Errors
     /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for
@@ -291,7 +294,7 @@ impl Urdf {
     pub fn chain(&self, tool: &str) -> Result<Chain, ArmError> {
         let way = self.way(tool)?;
         let mut joints: Vec<Joint> = Vec::new();
-        // Frame of the present link in that of the last moving joint.
+        // Frame of the current link, relative to that of the last moving joint.
         let mut frame = Isometry3::identity();
         for described in &way {
             frame *= described.joint.place;
@@ -317,8 +320,8 @@ impl Urdf {
         Ok(chain)
     }
 
-    /// Shapes for collision detection, in the frames of the bodies that carry them: first those of the base,
-    /// then those that each joint on the path to the tool moves.
+    /// Shapes for collision detection, in the frames of the bodies that carry them. The first list belongs to
+    /// the base, the others to the bodies that each joint on the path to the tool moves.
     ///
     /// # Errors
     /// [`ArmError::Unknown`], and [`ArmError::Urdf`] for links in a circle.
@@ -363,7 +366,7 @@ impl Urdf {
         }
     }
 
-    /// The joints from the base to a link.
+    /// The joints on the path from the base to a link.
     fn way(&self, tool: &str) -> Result<Vec<&Described>, ArmError> {
         if !self.links.contains_key(tool) {
             return Err(ArmError::Unknown {
@@ -378,7 +381,7 @@ impl Urdf {
             if way.len() > self.joints.len() {
                 return Err(ArmError::Urdf {
                     line: joint.line,
-                    what: format!("link `{link}` hangs on itself"),
+                    what: format!("link `{link}` is attached to itself"),
                     remedy: "open the circle: remove one of its joints".into(),
                 });
             }

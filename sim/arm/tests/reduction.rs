@@ -41,7 +41,7 @@ fn six_joint() -> Arm {
     Arm::new(chain, vec![large.clone(), large, elbow, wrist.clone(), wrist.clone(), wrist]).unwrap()
 }
 
-/// Twenty poses that point the tool down on a table of 0.4 by 0.6 m.
+/// Twenty poses with the tool pointing down on a table of 0.4 by 0.6 m.
 fn poses(arm: &Arm) -> Vec<Vec<f64>> {
     let mut poses = Vec::new();
     for i in 0..5 {
@@ -60,9 +60,12 @@ fn poses(arm: &Arm) -> Vec<Vec<f64>> {
 #[test]
 fn truth_one_joint_is_two_masses_exactly() {
     let text = r#"<robot name="lever"><link name="base"/>
-        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
-        <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 -1 0"/></joint>
-        <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
+        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link>
+        <link name="tip"/>
+        <joint name="hinge" type="continuous">
+        <parent link="base"/><child link="rod"/><axis xyz="0 -1 0"/></joint>
+        <joint name="end" type="fixed">
+        <parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
     let chain = Urdf::parse(text).unwrap().chain("tip").unwrap();
     let arm = Arm::new(chain, vec![drive(1.1, 3e4, 25.0, 7.0)]).unwrap();
     for others in [Others::Held, Others::Free] {
@@ -88,8 +91,7 @@ fn truth_one_joint_is_two_masses_exactly() {
     assert!(matches!(arm.reduce(&[0.0], [0.0; 3], Others::Free), Err(ArmError::Normal { .. })));
 }
 
-/// Contribution of modes that are too weak to be counted, relative to the arm's mass: 1e-9 each, with a
-/// margin for closely spaced ones.
+/// Share of the arm's mass in modes too weak to be counted: 1e-9 each, with a margin for closely spaced ones.
 const LEFT_OUT: f64 = 1e-6;
 
 #[test]
@@ -116,9 +118,9 @@ fn truth_with_all_its_branches_the_axis_has_the_arm_s_frequencies() {
     }
 }
 
-/// Tolerance of the phase crossover, on any contact.
+/// Tolerance of the phase crossover on any contact.
 const CROSSOVER: f64 = 0.012;
-/// Contacts (N/m, N s/m), and the tolerance of the contact mode on each. The documents give figures for the
+/// Contacts (N/m, N s/m), each with the tolerance of its contact mode. The documents give figures for the
 /// second. A softer and a harder one show that the axis is valid beyond one contact. On harder contacts the
 /// mode is closer to those in which several joints bend against each other.
 const CONTACTS: [([f64; 2], f64); 3] = [([5e3, 20.0], 2e-3), ([2e4, 40.0], 5e-3), ([5e4, 60.0], 0.01)];
@@ -150,11 +152,11 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
     }
 }
 
-/// A place of the tool, m, a normal, and a contact, N/m and N s/m.
+/// A position of the tool, m, a normal, and a contact, N/m and N s/m.
 type Touch = ([f64; 3], [f64; 3], [f64; 2]);
 
-/// Places all over the arm's reach at heights from the table to 0.45 m, vertical and inclined normals, and
-/// contacts from soft to hard.
+/// Positions all over the arm's reach, from the table to a height of 0.45 m. Normals are vertical and
+/// inclined, contacts soft to hard.
 fn workspace() -> Vec<Touch> {
     let (xs, ys) = ([0.4, 0.55, 0.7, 0.85], [-0.3, 0.0, 0.2]);
     let mut all: Vec<Touch> = Vec::new();
@@ -196,7 +198,7 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
                 found.misfits(),
                 axis.branches.len()
             );
-            // A thousandth of the whole, up to rounding.
+            // A thousandth of the whole, except for rounding.
             let lightest = axis
                 .branches
                 .iter()
@@ -213,21 +215,22 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     }
 }
 
-/// Tolerance of contact mode, phase crossover and largest stable ki with damped motors, anywhere; the files
+/// Tolerance of contact mode, phase crossover and largest stable ki with damped motors, anywhere. The files
 /// promise it.
 const ANYWHERE: f64 = 0.05;
 /// Tolerance of the largest stable kp. If the phase stays near -180 degrees over several hertz, a hundredth
 /// of a radian decides which of two crossings is the loop's edge. The axis then reports the misfit.
 const KP_ANYWHERE: f64 = 0.3;
 
-/// The largest misfit of the landmarks promised anywhere; that of the stable kp is bounded here.
+/// The largest misfit of the landmarks that are promised everywhere. The misfit of the stable kp is bounded
+/// here.
 fn promised(found: &Agreement) -> f64 {
     let [mode, crossover, kp, ki] = found.misfits();
     assert!(kp < KP_ANYWHERE, "{found:?}");
     mode.max(crossover).max(ki)
 }
 
-/// Several modes share the tool's displacement: the error was up to 71 % with one of them as the tool.
+/// Several modes share the tool's displacement. With only one of them as the tool, the error was up to 71 %.
 #[test]
 fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
     let arm = six_joint();
@@ -246,8 +249,8 @@ fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
     }
 }
 
-/// With other directions held the tool leads its drive here under a slow push, unlike any two masses. Such
-/// poses were rejected as if the arm could not move.
+/// With other directions held, a slow push moves the tool here more than its drive, unlike any two masses.
+/// Such poses were rejected as if the arm could not move.
 #[test]
 fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
     let arm = six_joint();
@@ -274,7 +277,7 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     assert!(all.len() > 80 && worst < ANYWHERE && doubted * 8 < all.len(), "{worst} {doubted}");
 }
 
-/// The fit ignored the mass at the drive: its motor of 0.56 kg, against the arm's rotors of 1.70 kg, had no
+/// The fit ignored the mass at the drive. Its motor of 0.56 kg, against the arm's rotors of 1.70 kg, had no
 /// stable ki, although the arm is stable up to 114 1/s.
 #[test]
 fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
@@ -285,7 +288,7 @@ fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
     }
 }
 
-/// Contacts so hard that no mode moves the tool on them: these had no contact mode, and no damping of the
+/// On very hard contacts no mode moves the tool. The axis then had no contact mode, and no damping of the
 /// motors.
 #[test]
 fn regress_a_hard_contact_has_its_contact_mode() {
@@ -297,7 +300,7 @@ fn regress_a_hard_contact_has_its_contact_mode() {
         found.contact_mode_hz
     };
     for others in [Others::Free, Others::Held] {
-        // Beyond the arm's own stiffness the mode is that of the arm against a wall.
+        // A contact stiffer than the arm acts like a rigid wall.
         let ([hard, own], [harder, _]) = (mode(others, 1e9), mode(others, 1e11));
         assert!(
             (harder / hard - 1.0).abs() < 1e-3 && (own / hard - 1.0).abs() < ANYWHERE,
@@ -316,16 +319,15 @@ fn regress_no_body_is_a_mere_point_between_dampers() {
     assert!(promised(&misfit(&six_joint(), ([0.266, -0.263, 0.194], DOWN, [5e4, 60.0])).unwrap()) < ANYWHERE);
 }
 
-/// Tolerance over the force's amplitude: the remaining transient after two seconds, and the error of the
-/// fourth-order steps.
+/// Tolerance relative to the force's amplitude: the remaining transient after two seconds, and the error of
+/// the fourth-order steps.
 const SIMULATED: f64 = 5e-3;
 
 #[test]
 fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
     let arm = six_joint();
     let q = &poses(&arm)[5];
-    // Pressed on so that the tool stays in contact, but so lightly that a free arm does not drift into
-    // another pose meanwhile.
+    // The force keeps the tool in contact, but is too light for a free arm to drift into another pose.
     let (contact, frequency_hz, press, swing) = ([2e4, 400.0], 12.0, 0.2, 0.01);
     for others in [Others::Free, Others::Held] {
         let wall = Wall { gap_m: 0.0, stiffness_n_per_m: contact[0], damping_n_s_per_m: contact[1] };
@@ -373,8 +375,8 @@ fn measured_misfit(poses: &[Vec<f64>], others: Others) -> f64 {
     worst
 }
 
-/// Tolerance of lines of the simulated arm against its linear model: remaining transient, fourth-order steps,
-/// and the amplitude of the motion.
+/// Tolerance of the lines of the simulated arm against its linear model: remaining transient, fourth-order
+/// steps, and the amplitude of the motion.
 const SIMULATED_LINES: f64 = 2e-3;
 
 #[test]
@@ -396,7 +398,7 @@ fn reference_measured_landmarks_are_the_axis_s_at_twenty_poses() {
     }
 }
 
-/// Peak force of an impact.
+/// Tolerance of the peak force of an impact.
 const IMPACT: f64 = 0.05;
 
 #[test]
@@ -425,7 +427,7 @@ fn reference_impact_peaks_are_the_whole_arm_s_at_twenty_poses() {
     }
 }
 
-/// Largest force of the reduced axis that meets the wall at a speed, by small steps.
+/// Largest force when the reduced axis meets the wall at the given speed, computed with small steps.
 fn reduced_peak(axis: &Reduction, wall: &Wall, speed: f64) -> f64 {
     let h = 1e-6;
     let [mut x1, mut x2, mut v1, mut v2] = [0.0, 0.0, speed, speed];

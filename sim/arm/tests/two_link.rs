@@ -1,5 +1,5 @@
-//! A planar arm of two links against the closed-form Lagrangian, its free swing, and Rapier's reduced
-//! coordinates.
+//! A planar arm of two links, compared with the closed-form Lagrangian, with conservation of energy in a free
+//! swing, and with Rapier's reduced coordinates.
 
 #![expect(
     clippy::unwrap_used,
@@ -10,7 +10,7 @@
 use feeler_arm::{Chain, Urdf, free_swing};
 use rapier3d_f64::prelude as rapier;
 
-/// Rounding of a few dozen products of numbers about one.
+/// Rounding of a few dozen products of numbers near one.
 const ROUNDING: f64 = 1e-12;
 
 /// Lengths, centres of mass, masses and inertias.
@@ -24,17 +24,21 @@ struct Links {
 const LINKS: Links = Links { l1: 0.7, c: [0.31, 0.22], m: [3.4, 2.1], i: [0.21, 0.09] };
 const G: f64 = 9.806_65;
 
-/// In the x-z plane: joints turn about -y, so that angles count from x towards z.
+/// An arm in the x-z plane. Joints turn about -y, so that angles count from x towards z.
 fn arm() -> Chain {
     let Links { l1, c, m, i } = LINKS;
     let text = format!(
         r#"<robot name="planar"><link name="base"/>
-        <link name="one"><inertial><origin xyz="{} 0 0"/><mass value="{}"/><inertia ixx="{i0}" iyy="{i0}" izz="{i0}"/></inertial></link>
-        <link name="two"><inertial><origin xyz="{} 0 0"/><mass value="{}"/><inertia ixx="{i1}" iyy="{i1}" izz="{i1}"/></inertial></link>
+        <link name="one"><inertial><origin xyz="{} 0 0"/><mass value="{}"/>
+        <inertia ixx="{i0}" iyy="{i0}" izz="{i0}"/></inertial></link>
+        <link name="two"><inertial><origin xyz="{} 0 0"/><mass value="{}"/>
+        <inertia ixx="{i1}" iyy="{i1}" izz="{i1}"/></inertial></link>
         <link name="tip"/>
         <joint name="a" type="continuous"><parent link="base"/><child link="one"/><axis xyz="0 -1 0"/></joint>
-        <joint name="b" type="continuous"><parent link="one"/><child link="two"/><origin xyz="{l1} 0 0"/><axis xyz="0 -1 0"/></joint>
-        <joint name="c" type="fixed"><parent link="two"/><child link="tip"/><origin xyz="0.5 0 0"/></joint></robot>"#,
+        <joint name="b" type="continuous"><parent link="one"/><child link="two"/>
+        <origin xyz="{l1} 0 0"/><axis xyz="0 -1 0"/></joint>
+        <joint name="c" type="fixed"><parent link="two"/><child link="tip"/>
+        <origin xyz="0.5 0 0"/></joint></robot>"#,
         c[0],
         m[0],
         c[1],
@@ -105,8 +109,8 @@ fn order_energy_of_the_free_swing_drifts_with_the_fourth_power_of_the_step() {
     };
     let drifts = [8e-3, 4e-3, 2e-3].map(drift);
     println!("energy drift over 10 s at 8, 4, 2 ms: {drifts:?}");
-    // An error of fourth order dissipates one order higher if it has a sign; a double pendulum has almost
-    // none: from 4 to 5.
+    // An error of fourth order dissipates energy at fifth order if its sign is constant. In a double pendulum
+    // it hardly is: the order lies between 4 and 5.
     for pair in drifts.windows(2) {
         let order = (pair[0] / pair[1]).log2();
         assert!((3.5..6.0).contains(&order), "{drifts:?} {order}");

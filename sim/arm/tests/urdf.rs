@@ -4,14 +4,18 @@ use feeler_arm::{ArmError, CollisionShape, Target, Urdf, inverse_kinematics};
 use feeler_problem::Remedy;
 use nalgebra::Vector3;
 
-const GOOD: &str = r#"<robot name="two">
-<link name="base"/>
-<link name="one"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
-<collision><geometry><mesh filename="one.stl"/></geometry></collision></link>
-<link name="two"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.02" izz="0.02"/></inertial></link>
-<joint name="a" type="revolute"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="10"/></joint>
-<joint name="b" type="prismatic"><parent link="one"/><child link="two"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5"/></joint>
-</robot>"#;
+const GOOD: &str = "<robot name=\"two\">\n\
+     <link name=\"base\"/>\n\
+     <link name=\"one\"><inertial><mass value=\"2\"/>\
+     <inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\"/></inertial>\n\
+     <collision><geometry><mesh filename=\"one.stl\"/></geometry></collision></link>\n\
+     <link name=\"two\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/>\
+     <inertia ixx=\"0.01\" iyy=\"0.02\" izz=\"0.02\"/></inertial></link>\n\
+     <joint name=\"a\" type=\"revolute\"><parent link=\"base\"/><child link=\"one\"/>\
+     <axis xyz=\"0 0 1\"/><limit lower=\"-2\" upper=\"2\" effort=\"10\"/></joint>\n\
+     <joint name=\"b\" type=\"prismatic\"><parent link=\"one\"/><child link=\"two\"/>\
+     <axis xyz=\"1 0 0\"/><limit lower=\"0\" upper=\"0.5\"/></joint>\n\
+     </robot>";
 
 #[test]
 fn truth_what_is_written_is_read() {
@@ -27,7 +31,7 @@ fn truth_what_is_written_is_read() {
         (mass[(0, 0)] - (0.1 + 0.02 + 0.16)).abs() < 1e-12 && (mass[(1, 1)] - 1.0).abs() < 1e-12,
         "{mass}"
     );
-    // Turning at 2 rad/s pulls it outward, and sliding out brakes the turn.
+    // Rotation at 2 rad/s pulls the slide outward, and its outward motion brakes the rotation.
     let efforts = chain.coriolis_efforts(&[0.4, 0.3], &[2.0, 0.5]);
     assert!(
         (efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12,
@@ -40,10 +44,13 @@ fn truth_collision_shapes_stand_in_the_frame_of_what_carries_them() {
     let text = r#"<robot name="post">
         <link name="base"><collision><geometry><box size="0.2 0.4 0.6"/></geometry></collision></link>
         <link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
-        <link name="hand"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.2"/></geometry></collision></link>
+        <link name="hand"><collision><origin xyz="0 0 0.1"/>
+        <geometry><cylinder radius="0.03" length="0.2"/></geometry></collision></link>
         <link name="tip"/>
-        <joint name="a" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/></joint>
-        <joint name="wrist" type="fixed"><parent link="arm"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
+        <joint name="a" type="continuous">
+        <parent link="base"/><child link="arm"/><origin xyz="0 0 1"/></joint>
+        <joint name="wrist" type="fixed">
+        <parent link="arm"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
         <joint name="end" type="fixed"><parent link="hand"/><child link="tip"/></joint></robot>"#;
     let found = Urdf::parse(text).unwrap().collisions("tip").unwrap();
     assert_eq!(found.len(), 2);
@@ -113,8 +120,10 @@ fn truth_poses_are_checked_and_found() {
 
 #[test]
 fn truth_a_point_of_mass_and_a_fixed_joint_without_an_axis_are_no_mistakes() {
-    let frame = "<link name=\"tip\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\"/></inertial></link>
-        <joint name=\"fixed\" type=\"fixed\"><origin xyz=\"0.1 0 0\"/><parent link=\"two\"/><child link=\"tip\"/>
+    let frame = "<link name=\"tip\"><inertial><mass value=\"0.5\"/>
+        <inertia ixx=\"0\" iyy=\"0\" izz=\"0\"/></inertial></link>
+        <joint name=\"fixed\" type=\"fixed\">
+        <origin xyz=\"0.1 0 0\"/><parent link=\"two\"/><child link=\"tip\"/>
         <axis xyz=\"0 0 0\"/></joint></robot>";
     let with = Urdf::parse(&GOOD.replacen("</robot>", frame, 1)).unwrap().chain("tip").unwrap();
     let without = Urdf::parse(GOOD).unwrap().chain("two").unwrap();

@@ -5,7 +5,7 @@ use feeler_catalogue::{
     Word, field, form, keys, number, optional, required, word,
 };
 
-/// A control law.
+/// A control law with its gains.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Law {
@@ -32,7 +32,7 @@ impl Law {
         self.form().map_or("", |form| form.name)
     }
 
-    /// Its gains, the most important first.
+    /// The gains of the law, the most important first.
     pub fn gains(&self) -> Vec<&'static Field<Self>> {
         let rank =
             |field: &Field<Self>| if let Role::Gain { rank, .. } = field.role { Some(rank) } else { None };
@@ -41,7 +41,7 @@ impl Law {
         gains
     }
 
-    /// Unit of its reference.
+    /// Unit of the reference.
     pub fn follows(&self) -> Unit {
         match self {
             Self::OpenLoop => Unit::Output,
@@ -174,7 +174,8 @@ const PER_LENGTH: Unit = Unit::OutputPer(Dimension::LENGTH);
 const PER_LENGTH_TIME: Unit = Unit::OutputPer(Dimension::new(0.0, 1.0, 1.0));
 const PER_VELOCITY: Unit = Unit::OutputPer(Dimension::VELOCITY);
 
-/// A gain of a law with its own name. Its rank is its position among the law's gains, most important first.
+/// A gain whose key is its own name. Its rank is its position among the law's gains, the most important
+/// first.
 macro_rules! gain {
     ($law:ident.$gain:ident, $unit:expr, $rank:expr, $text:expr) => {
         gain!($law.$gain, $unit, Bound::Any, Role::Gain { rank: $rank, on_reading: false }, $text)
@@ -257,12 +258,12 @@ const ADMITTANCE: &[Field<Law>] = &[
     gain!(Admittance.velocity_feed_forward, PER_VELOCITY, 2, "on the virtual body's velocity"),
 ];
 
-/// The key of the sensor that a law controls, which belongs to its wiring.
+/// The key of the sensor that a law controls. It belongs to the wiring.
 pub const READS: Key = required("reads", Kind::Name("a force sensor"), "the sensor it controls");
 const READS_POSITION: Key = Key { kind: Kind::Name("a position sensor"), ..READS };
 const READS_INNER: Key = Key {
     absent: Absent::Nothing,
-    text: "the force sensor, where force_gain is not zero or there is an approach",
+    text: "the force sensor; needed if force_gain is not zero or there is an approach",
     ..READS
 };
 const READS_ANSWERED: Key = Key { text: "the force sensor", ..READS };
@@ -297,7 +298,8 @@ impl Record for Law {
         ),
         form!(
             "admittance",
-            "mass a_v + damping v_v + stiffness (x_v - x_0) = r - f; u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v",
+            "mass a_v + damping v_v + stiffness (x_v - x_0) = r - f; u = kp (x_v - x) + kd (v_v - v) + \
+             velocity_feed_forward v_v",
             Law: Law::Admittance(_),
             Law::Admittance(AdmittanceGains::default()),
             ADMITTANCE,
@@ -344,7 +346,8 @@ const ANTI_WINDUP: Key = Key {
     name: "anti_windup",
     kind: Kind::WordOrTable(ANTI_WINDUPS, &TRACKING),
     absent: Absent::Word(CONDITIONAL),
-    text: "what the integrator does at the output limit; { tracking_time = ... } drives it back at that time constant",
+    text: "behaviour of the integrator at the output limit; { tracking_time = ... } drives it back with that \
+           time constant",
 };
 const ANTI_WINDUPS: &[Word] =
     &[word(CONDITIONAL, "it stops while the error would drive the output further"), word(OFF, "it winds up")];

@@ -8,7 +8,7 @@ use crate::hertz::Material;
 use crate::shape::{Place, Shape};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
-// Pure numbers of rad; a text may say `deg`.
+// Rotation components are pure numbers in rad; a text may say `deg`.
 const ANGLE: Unit = Unit::Of(Dimension::NONE);
 
 const fn length(name: &'static str, text: &'static str) -> Key {
@@ -81,10 +81,10 @@ impl Record for Place {
         field!(Place: position_m[2], number("z", LENGTH, Bound::Any, 0.0, "position")),
         field!(
             Place: rotation_rad[0],
-            number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle")
+            number("turn_x", ANGLE, Bound::Any, 0.0, "x component of the rotation vector: axis times angle")
         ),
-        field!(Place: rotation_rad[1], number("turn_y", ANGLE, Bound::Any, 0.0, "part along y")),
-        field!(Place: rotation_rad[2], number("turn_z", ANGLE, Bound::Any, 0.0, "part along z")),
+        field!(Place: rotation_rad[1], number("turn_y", ANGLE, Bound::Any, 0.0, "y component")),
+        field!(Place: rotation_rad[2], number("turn_z", ANGLE, Bound::Any, 0.0, "z component")),
     ];
 
     fn blank() -> Option<Self> {

@@ -8,15 +8,14 @@ use feeler_lti::{
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-/// A stable system of order n: a random matrix shifted to the left of its norm, so that growth rates are
-/// below -0.1 times the scale.
+/// A system of order 1 to 5, stable in most cases: a random matrix, shifted left by 0.1 plus 0.6 times its
+/// norm. Rates are multiples of the scale.
 fn stable_system(scale: f64) -> impl Strategy<Value = StateSpace> {
     (1_usize..6).prop_flat_map(move |n| {
         let entries = |count: usize| proptest::collection::vec(-1.0_f64..1.0, count);
         (entries(n * n), entries(n), entries(n), -1.0_f64..1.0).prop_map(move |(a, b, c, d)| {
             let a = DMatrix::from_vec(n, n, a);
-            // Gershgorin with the symmetric part would be tighter; the Frobenius norm bounds every
-            // eigenvalue.
+            // The Frobenius norm bounds every eigenvalue, and most lie far inside the bound.
             let shift = DMatrix::<f64>::identity(n, n) * (a.norm() * 0.6 + 0.1);
             let a = (a - shift) * scale;
             let b = DMatrix::from_vec(n, 1, b) * scale;
@@ -31,8 +30,8 @@ fn growth_rates<T: TimeDomain>(system: &StateSpace<T>, gain: f64) -> Vec<f64> {
     eigenvalues(&closed).unwrap().into_iter().map(|p| system.domain().growth_per_s(p)).collect()
 }
 
-/// Motions that grow or decay by less than this (1/s) are too close to the edge to be compared; the systems
-/// have rates of about 100 1/s.
+/// A motion that grows or decays by less than this (1/s) is too close to the edge for a comparison. The
+/// systems have rates of about 100 1/s.
 const UNDECIDED_PER_S: f64 = 1e-6;
 
 fn check_gains<T: TimeDomain>(system: &StateSpace<T>, exponents: &[f64]) -> Result<(), TestCaseError> {
@@ -64,7 +63,8 @@ fn check_count<T: TimeDomain>(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// exp(A (s + t)) = exp(A s) exp(A t). Sixteen time constants at most, so a few hundred roundings.
+    /// exp(A (s + t)) = exp(A s) exp(A t). The spans are at most sixteen time constants, so a few hundred
+    /// roundings.
     #[test]
     fn prop_exponential_is_a_semigroup(system in stable_system(50.0), s in 1e-4_f64..0.1, t in 1e-4_f64..0.1) {
         let e = |time: f64| expm(&(system.a() * time)).unwrap();
@@ -72,7 +72,7 @@ proptest! {
         prop_assert!((&whole - &parts).amax() <= 1e-13 * whole.amax().max(1.0));
     }
 
-    /// A delay of whole quarters of a sample is the same as whole samples at four times the rate.
+    /// A delay of whole quarters of a sample equals whole samples at four times the rate.
     #[test]
     fn prop_fractional_delay_equals_fine_sampling(
         system in stable_system(300.0),
@@ -91,7 +91,7 @@ proptest! {
         }
     }
 
-    /// Held input: the sampled response is the sum of the aliases of hold times plant (Poisson). Without
+    /// The sampled response to a held input is the sum of the aliases of hold times plant (Poisson). Without
     /// feed-through they fall as 1/k^2.
     #[test]
     fn prop_sampled_response_is_the_sum_of_its_aliases(system in stable_system(300.0), share in 0.05_f64..0.9) {
@@ -120,7 +120,7 @@ proptest! {
         prop_assert!((sampled[(0, 0)] - direct[(0, 0)]).norm() < 1e-11 * (1.0 + direct[(0, 0)].norm()));
     }
 
-    /// A first-order hold is exact for straight lines: for a constant and a ramp at once, against the
+    /// A first-order hold is exact for straight lines. The test compares a constant plus a ramp with the
     /// continuous solution.
     #[test]
     fn prop_first_order_hold_follows_a_ramp(system in stable_system(300.0), start in -1.0_f64..1.0, slope in -50.0_f64..50.0) {
@@ -140,7 +140,7 @@ proptest! {
         }
     }
 
-    /// The response is zero at each zero and infinite at each pole, and both lists together reproduce it.
+    /// The response is zero at each zero and infinite at each pole. Both lists together reproduce it.
     #[test]
     fn prop_zeros_and_poles_by_substitution(system in stable_system(100.0), angle in 0.0_f64..6.0) {
         let form = system.zero_pole_gain().unwrap();
@@ -174,7 +174,7 @@ proptest! {
         prop_assert!((at(&first.feedback(&second).unwrap()) - truth).norm() < 1e-9 * (1.0 + truth.norm()));
     }
 
-    /// A gain is in one of the stable intervals exactly if the closed loop's eigenvalues are stable: the
+    /// A gain lies in one of the stable intervals exactly if the closed loop's eigenvalues are stable. The
     /// search misses no interval or gap.
     #[test]
     fn prop_stable_gains_agree_with_eigenvalues(
@@ -188,7 +188,8 @@ proptest! {
         check_gains(&sampled, &exponents)?;
     }
 
-    /// Nyquist's count uses only the response, and finds as many unstable poles as there are eigenvalues.
+    /// Nyquist's count uses only the response, and its number of unstable poles equals that of the
+    /// eigenvalues.
     #[test]
     fn prop_nyquist_count_equals_eigenvalues(system in stable_system(100.0), gain in -300.0_f64..300.0, period_share in 0.0_f64..1.0) {
         let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
@@ -197,7 +198,7 @@ proptest! {
         check_count(&sampled, &LoopTransfer::discrete(&sampled).unwrap(), gain)?;
     }
 
-    /// Branches of a root locus hold the eigenvalues of the loop at every gain, and move little in a small
+    /// Branches of a root locus hold the eigenvalues of the loop at every gain. They move little in a small
     /// step.
     #[test]
     fn prop_root_locus_is_continuous(system in stable_system(10.0)) {
@@ -208,7 +209,7 @@ proptest! {
             let sum: C64 = locus.branches.iter().map(|b| b[j]).sum();
             prop_assert!((sum - a(gain).trace()).norm() < 1e-10 * (1.0 + sum.norm()));
         }
-        // Eigenvalues of an n x n matrix move by at most about |dA|^(1/n) times the norm; order 5 and 1e-3
+        // Eigenvalues of an n x n matrix move by at most about |dA|^(1/n) times the norm. Order 5 and 1e-3
         // give a quarter.
         let norm = system.a().norm() + system.b().norm() * system.c().norm();
         for branch in &locus.branches {

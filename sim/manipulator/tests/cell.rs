@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
 const RADIUS_M: f64 = 0.01;
-/// Height of the tool at the start, and of the table's top.
+/// Initial height of the tool, and height of the table's top, m.
 const TOOL_M: f64 = 0.1;
 
 fn drive(reflected: f64, stiffness: f64, damping: f64, friction: f64, dry: f64) -> JointDrive {
@@ -80,8 +80,8 @@ fn contact(stiffness: f64, damping: f64) -> Contact {
     Contact::kelvin_voigt("tip", GROUND, stiffness, damping)
 }
 
-/// A table whose top is `gap_m` below the tool, which points down at a place; the tip's lowest point is the
-/// tool's origin.
+/// A table whose top is `gap_m` below the tool, which points down at a place. The lowest point of the tip is
+/// the origin of the tool.
 fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenario) -> Cell {
     let joints = arm
         .chain()
@@ -114,8 +114,8 @@ fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
     simulation.into_record().measures.columns.swap_remove(0)
 }
 
-/// Fourth order: halving the step divides the error by 16. This is the smallest slope of its logarithm that
-/// separates fourth order from third.
+/// Smallest slope of the error's logarithm that separates fourth order from third. At fourth order, halving
+/// the step divides the error by 16.
 const FOURTH: f64 = 3.6;
 
 #[test]
@@ -136,8 +136,8 @@ fn order_the_force_of_an_impact_converges_at_fourth_order_through_touch_and_lift
     }
 }
 
-/// The tip's point moves away from the tool's origin by the radius times the rotation of the tool in an
-/// impact; the errors of both integrators are smaller.
+/// In an impact the tip's point moves away from the tool's origin by the radius times the rotation of the
+/// tool. The errors of both integrators are smaller.
 const SAME_ARM: f64 = 2e-3;
 
 #[test]
@@ -162,8 +162,8 @@ fn reference_an_impact_on_a_table_is_that_of_the_arm_against_a_plane_wall() {
 
 #[test]
 fn truth_motors_held_by_dry_friction_stay_where_they_are() {
-    // 2 N at 0.7 m at most are 1.4 N m, below the friction of the three large joints; the wrist's 1 N m holds
-    // 2 N at 0.26 m.
+    // A force of 2 N at 0.7 m gives at most 1.4 N m, less than the friction of the three large joints. The
+    // wrist's 1 N m holds 2 N at 0.26 m.
     let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
     let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
     let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
@@ -208,9 +208,12 @@ fn truth_starts_that_make_no_sense_are_refused() {
 /// A lever of 0.8 m about y; nothing is within its reach.
 fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, force_n: f64) -> Cell {
     let text = r#"<robot name="lever"><link name="base"/>
-        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
-        <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
-        <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
+        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link>
+        <link name="tip"/>
+        <joint name="hinge" type="continuous">
+        <parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+        <joint name="end" type="fixed">
+        <parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
     let arm = Arm::new(Urdf::parse(text).unwrap().chain("tip").unwrap(), vec![drive.clone()]).unwrap();
     let of = |(kind, values): &(&str, &[f64])| EffectUse {
         definition: find(kind).unwrap(),
@@ -249,7 +252,7 @@ fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The gear rings at 2650 1/s when friction begins. The motor's speed then differs from the lever's by 3e-4
+/// When friction begins, the gear rings at 2650 1/s. The motor's speed then differs from the lever's by 3e-4
 /// of 1.1 rad/s^2 times 0.056 s.
 const RINGING_S: f64 = 5e-5;
 
@@ -262,7 +265,7 @@ fn truth_dry_friction_stops_a_lever_when_its_momentum_is_spent() {
     assert!((stops[0] - expected_s).abs() < RINGING_S, "{stops:?}");
 }
 
-/// The lever turns by 10 mrad, and the torque of a force at its end falls by half the square of that, 5e-5.
+/// The lever turns by 10 mrad. The torque of a force at its end falls by half the square of that, 5e-5.
 const ALMOST_LEVEL: f64 = 5e-5;
 
 #[test]
@@ -274,7 +277,7 @@ fn truth_a_motor_crosses_half_its_play_under_its_own_inertia() {
     assert!((meets[0] / expected_s - 1.0).abs() < ALMOST_LEVEL, "{meets:?}");
 }
 
-/// Tolerance of row times, in the arithmetic of the clocks.
+/// Tolerance of row times, from the arithmetic of the clocks.
 const ROW: f64 = 1e-9;
 
 #[test]
@@ -293,8 +296,8 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
     }
 }
 
-/// The time is reported at the end of a step, of at most 0.2 ms here; the joint's speed changes by some per
-/// cent on the way.
+/// The time is reported at the end of a step, of at most 0.2 ms here. Meanwhile the joint's speed changes by
+/// a few per cent.
 const MET_S: f64 = 0.1;
 
 #[test]

@@ -11,9 +11,9 @@ use crate::machine::prepare::{FrictionView, PlayView, View};
 /// One nonlinear property and its linear replacement.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Assumption {
-    /// Key of the element with this property, as in `springs.transmission`.
+    /// Key of the element, such as `springs.transmission`.
     pub of: String,
-    /// The property, as in `backlash`.
+    /// The property, such as `backlash`.
     pub property: &'static str,
     /// What the linear model assumes.
     pub taken: String,
@@ -77,14 +77,16 @@ impl ControlLoop {
             let of = format!("springs.{}", link.name);
             let play = match view.play {
                 PlayView::Closed => {
-                    "taken as closed: one flank bears, stiffness and damping act in full; a motion that crosses the gap meets less"
+                    "taken as closed: one flank bears, stiffness and damping act in full; a motion that \
+                     crosses the gap meets less"
                 }
                 PlayView::Open => "taken as open: neither stiffness nor damping acts",
             };
             found.when(link.play > 0.0, &of, Kind::Backlash.name(), play);
             let friction = match view.friction {
                 FrictionView::Ignored => {
-                    "taken as sliding one way: a constant force, which neither damps nor holds; at rest it sticks instead"
+                    "taken as sliding one way: a constant force, which neither damps nor holds; at rest it \
+                     sticks instead"
                 }
                 FrictionView::Stuck => "taken as sticking: both bodies move as one",
             };
@@ -107,8 +109,8 @@ impl ControlLoop {
         }
     }
 
-    /// Whether a spring is so soft beside what else holds the bodies at both of its ends that their sum does
-    /// not show it.
+    /// Whether rounding hides the stiffness of a spring, because the other springs at both its ends are far
+    /// stiffer.
     fn is_lost(&self, link: &Link) -> bool {
         let plant = self.plant();
         let (motion, layout) = (plant.motion(), plant.motion().layout());
@@ -121,7 +123,7 @@ impl ControlLoop {
     }
 
     fn of_contacts(&self, view: &View, found: &mut Found) {
-        // The contacts as linearised, next to those of the file.
+        // The linearised contacts, in the order of those in the file.
         let taken = &self.plant().motion().assembly().contacts;
         for (contact, taken) in self.assembly().contacts.iter().zip(taken) {
             if taken.engagement == Engagement::Free {
@@ -150,8 +152,8 @@ impl ControlLoop {
 /// Text for every force that depends on position.
 const TANGENT: &str = "taken as its tangent where the machine rests: a stiffness";
 /// Text for a spring between far stiffer ones.
-const LOST: &str = "lost in rounding beside the stiffness of its neighbours: the slow modes that it makes are \
-     not determined; join the stiffly held bodies rigidly";
+const LOST: &str = "lost in rounding beside the stiffness of its neighbours: its slow modes are not \
+     determined; join the stiffly held bodies rigidly";
 /// Text for every limit.
 const NOT_REACHED: &str =
     "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
@@ -185,7 +187,7 @@ fn of_drive(drive: &Drive, found: &mut Found) {
     found.when(drive.noise > 0.0, &of, "noise", "left out: it disturbs the loop and does not change it");
 }
 
-/// What has been found so far.
+/// The assumptions found so far.
 struct Found(Vec<Assumption>);
 
 impl Found {

@@ -14,8 +14,8 @@ words!(Sweep {
 });
 words!(Lines {
     All = "all", "every multiple of 1 / period";
-    Odd = "odd", "odd ones: even distortion shows between them";
-    OddSparse = "odd-sparse", "odd ones with one of four left out: odd distortion shows there";
+    Odd = "odd", "odd multiples: even distortion shows between them";
+    OddSparse = "odd-sparse", "odd multiples with one in four omitted: odd distortion shows there";
 });
 words!(Between {
     Hold = "hold", "each value holds until the next";
@@ -26,7 +26,7 @@ const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const R: Unit = Unit::Reference;
 
-/// A key with one of some words; the first is the default.
+/// A key whose value is one of some words; the first is the default.
 const fn one_of(name: &'static str, words: &'static [feeler_catalogue::Word], text: &'static str) -> Key {
     Key { name, kind: Kind::Word(words), absent: Absent::Word(words[0].name), text }
 }
@@ -57,7 +57,7 @@ const OFFSET: Field<ReferenceSpec> = field!(
         | ReferenceSpec::Table { offset, .. } => *offset,
     OFFSET_KEY
 );
-const BETWEEN_KEY: Key = one_of("between", Between::WORDS, "what lies between samples");
+const BETWEEN_KEY: Key = one_of("between", Between::WORDS, "values between samples");
 const BAND: Field<ReferenceSpec> = Field {
     key: required("band", Kind::Range(FREQUENCY), "lowest and highest frequency"),
     role: Role::Structure,
@@ -94,7 +94,7 @@ const CHIRP: &[Field<ReferenceSpec>] = &[
     ),
     field!(
         ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
-        one_of("sweep", Sweep::WORDS, "how the frequency moves")
+        one_of("sweep", Sweep::WORDS, "how the frequency changes")
     ),
     OFFSET,
 ];
@@ -157,7 +157,7 @@ impl Record for ReferenceSpec {
     const FORMS: &'static [Form<Self>] = &[
         form!(
             "constant",
-            "one value for ever",
+            "one value throughout the run",
             ReferenceSpec: ReferenceSpec::Constant(_),
             ReferenceSpec::Constant(0.0),
             &[VALUE] as &[Field<ReferenceSpec>]
@@ -178,7 +178,7 @@ impl Record for ReferenceSpec {
         ),
         form!(
             "chirp",
-            "a sine of moving frequency from t = 0 on",
+            "a sine of changing frequency, from t = 0",
             ReferenceSpec: ReferenceSpec::Chirp { .. },
             ReferenceSpec::Chirp {
                 sweep: Sweep::default(),
@@ -220,7 +220,7 @@ impl Record for ReferenceSpec {
         ),
         form!(
             "samples",
-            "samples written out",
+            "a list of samples",
             ReferenceSpec: ReferenceSpec::Table { .. },
             ReferenceSpec::samples(Vec::new(), Vec::new()),
             SAMPLES
@@ -252,7 +252,7 @@ impl ReferenceSpec {
 /// The key that names a file of samples.
 pub const SAMPLES_PATH: Key = required("file", Kind::Text, "the file, relative to this one");
 
-/// The form of a reference with samples in a file, which the reader of the file fills in.
+/// The form of a reference with samples in a file. The reader of the file fills it in.
 pub const SAMPLES_FILE: Variant = Variant {
     name: "file",
     text: "samples from a CSV file with the header `t_s,value`",

@@ -1,4 +1,4 @@
-//! Machines drawn at random: no panic, no event storm, no NaN, and the ledger closes.
+//! Random machines: no panic, no event storm and no NaN, and the energy ledger closes.
 
 use feeler_control::ForceGains;
 use feeler_engine::{Integrator, RunEnd, Scenario};
@@ -8,8 +8,8 @@ use proptest::prelude::*;
 
 use crate::common::{body, contact, drive, effect, force_control, run, scenario, sensor, spring};
 
-/// Relative to the energy exchanged. An impact of an integrated law costs about 1e-13, and there may be
-/// hundreds.
+/// Residual relative to the energy exchanged. An impact of an integrated law costs about 1e-13, and there may
+/// be hundreds.
 const LEDGER: f64 = 1e-9;
 
 fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
@@ -57,7 +57,7 @@ fn machines() -> impl Strategy<Value = Scenario> {
             let mut part = body(mass, x);
             part.velocity_m_per_s = v;
             machine.bodies.insert(names[i].clone(), part);
-            // A tree: each body hangs on an earlier one or on ground.
+            // A tree: each body is attached to an earlier one or to ground.
             let on = match to.index(i + 1) {
                 0 => GROUND,
                 j => &names[j - 1],

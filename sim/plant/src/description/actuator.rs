@@ -1,4 +1,4 @@
-//! Drives.
+//! Drives as described in a file.
 
 use feeler_catalogue::{
     Absent, Bound, Dimension, Field, Form, Key, Kind, LONGEST_DELAY, Record, Role, Unit, field, form, number,
@@ -11,7 +11,7 @@ use crate::effects::EffectUse;
 /// A drive: a force on one body and its reaction on another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {
-    /// The body that is pushed towards +x by a positive force.
+    /// The body that a positive force pushes towards +x.
     pub on: String,
     /// The body that carries the reaction.
     pub reacts_on: String,
@@ -74,7 +74,7 @@ impl ActuatorKind {
         }
     }
 
-    /// The quantity that names the command in a record: `servo.target`, `motor.voltage`.
+    /// The quantity that names the command in a record, such as `servo.target` or `motor.voltage`.
     pub fn input(&self) -> Quantity {
         match self {
             Self::PositionServo(_) => Quantity::Target,
@@ -85,10 +85,11 @@ impl ActuatorKind {
     }
 }
 
-/// The loop of a position servo: `f = kp e + ki int(e) - kd v`. `e` is the target less the position of the
-/// driven body against the reacting one, `v` is its speed, and the actuator's limit bounds `f`.
+/// The loop of a position servo: `f = kp e + ki int(e) - kd v`. The error `e` is the target minus the
+/// position of the driven body relative to the reaction body. The speed `v` is that of the same relative
+/// position. The actuator's limit bounds `f`.
 ///
-/// Without a period the loop is continuous; with one it is sampled and its output held.
+/// Without a period the loop is continuous. With one it is sampled, and its output is held.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PositionServo {
     /// Force per error, > 0, N/m.
@@ -117,7 +118,7 @@ pub struct PositionServo {
 /// A DC motor with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DcMotor {
-    /// What the command is.
+    /// The quantity that the command sets.
     pub input: MotorInput,
     /// `R`, > 0, ohm.
     pub resistance_ohm: f64,
@@ -127,11 +128,11 @@ pub struct DcMotor {
     pub back_emf_constant: Option<f64>,
     /// `N`, turns of the motor per turn of the driven body.
     pub gear_ratio: f64,
-    /// Largest voltage, of which a duty cycle is a share; `None` without a limit.
+    /// Largest voltage; a duty cycle is a share of it. `None` without a limit.
     pub supply_voltage_v: Option<f64>,
     /// Largest current, A.
     pub current_limit_a: Option<f64>,
-    /// Inertia of the rotor on the motor's side of the gear, kg m^2. Times `N^2` it is added to the driven
+    /// Inertia of the rotor on the motor's side of the gear, kg m^2. It adds `N^2` times this to the driven
     /// body.
     pub rotor_inertia: f64,
     /// `L`, H.
@@ -228,12 +229,12 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
 ];
 
 impl Actuator {
-    /// Its largest effort.
+    /// The largest effort of the drive.
     pub const LIMIT: Field<Self> = field!(
         Actuator: limit_n,
         optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort")
     );
-    /// The largest rate of its force.
+    /// The largest rate of the drive's force.
     pub const RATE_LIMIT: Field<Self> = field!(
         Actuator: rate_limit_per_s,
         optional(
@@ -244,7 +245,7 @@ impl Actuator {
     );
 }
 
-/// A parameter of a servo with its own name.
+/// A parameter of a servo whose key is its own name.
 macro_rules! servo {
     ($member:ident, $key:expr) => {
         servo!($member, $key, Role::Structure)
@@ -288,7 +289,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
         optional(
             "velocity_limit",
             Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
-            "largest speed at which the target that the loop follows moves",
+            "largest speed of the target within the loop",
         )
     ),
     servo!(
@@ -298,7 +299,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
             Unit::Of(Dimension::TIME),
             LONGEST_DELAY,
             0.0,
-            "how late a target arrives; any number"
+            "delay of the target; need not be a multiple of the period"
         )
     ),
     servo!(
@@ -308,7 +309,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
             Unit::Of(Dimension::LENGTH),
             Bound::NotNegative,
             0.0,
-            "size up to which kp and ki do not see the error; beyond it, it is lost",
+            "half-width of the deadband of the error for kp and ki; it is subtracted from larger errors",
         )
     ),
     servo!(
@@ -316,7 +317,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
         optional(
             "period",
             Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
-            "time between samples of the loop, whose output is held; continuous where absent",
+            "time between samples of the loop, whose output is held; without it the loop is continuous",
         )
     ),
     servo!(
@@ -326,7 +327,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
             Unit::Of(Dimension::TIME),
             LONGEST_DELAY,
             0.0,
-            "from a sample to the instant at which its output acts; needs a period",
+            "time from a sample until its output acts; needs a period",
         )
     ),
     servo!(
@@ -347,7 +348,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
     ),
 ];
 
-/// A parameter of a motor with its own name.
+/// A parameter of a motor whose key is its own name.
 macro_rules! motor {
     ($member:ident, $key:expr) => {
         motor!($member, $key, Role::Structure)
@@ -364,7 +365,7 @@ const DC_MOTOR: &[Field<Actuator>] = &[
             name: "input",
             kind: Kind::Word(MotorInput::WORDS),
             absent: Absent::Word(MotorInput::Voltage.name()),
-            text: "what the command is",
+            text: "the quantity that the command sets",
         }
     ),
     motor!(
@@ -390,7 +391,7 @@ const DC_MOTOR: &[Field<Actuator>] = &[
         optional(
             "back_emf_constant",
             Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
-            "voltage per speed on the motor's side of the gear; the torque constant where absent",
+            "voltage per speed on the motor's side of the gear; by default the torque constant",
         )
     ),
     motor!(
@@ -400,7 +401,7 @@ const DC_MOTOR: &[Field<Actuator>] = &[
             Unit::Of(Dimension::NONE),
             Bound::Positive,
             1.0,
-            "travel of the motor for each of the driven body",
+            "travel of the motor per travel of the driven body",
         )
     ),
     motor!(
@@ -408,7 +409,7 @@ const DC_MOTOR: &[Field<Actuator>] = &[
         optional(
             "supply_voltage",
             Kind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
-            "largest voltage at the winding, and what a duty cycle is a share of",
+            "largest voltage at the winding; a duty cycle is a share of it",
         )
     ),
     motor!(
@@ -426,7 +427,7 @@ const DC_MOTOR: &[Field<Actuator>] = &[
             Unit::Of(Dimension::MASS),
             Bound::NotNegative,
             0.0,
-            "on the motor's side of the gear; the driven body has it times the square of the ratio",
+            "on the motor's side of the gear; times the square of the ratio it adds to the driven body",
         )
     ),
     motor!(
@@ -486,7 +487,7 @@ impl Record for Actuator {
         ),
         form!(
             "imposed",
-            "the body moves as the command says, whatever acts on it",
+            "the body moves as commanded, whatever forces act on it",
             Actuator: Actuator { kind: ActuatorKind::Imposed, .. },
             Actuator { kind: ActuatorKind::Imposed, ..Actuator::ideal("", GROUND) },
             &[] as &[Field<Actuator>]

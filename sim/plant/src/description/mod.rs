@@ -1,7 +1,8 @@
-//! A machine as the user describes it, in SI units and by name. Nothing is resolved or checked yet.
+//! A machine as the user describes it, in SI units and by name. References are neither resolved nor checked
+//! yet.
 //!
-//! It has one axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg
-//! m², N m and rad for kg, N and m.
+//! The machine has one axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis
+//! read kg m², N m and rad for kg, N and m.
 
 mod actuator;
 mod building;
@@ -33,7 +34,7 @@ pub type Elements<T> = IndexMap<String, T>;
 /// The name of the fixed body.
 pub const GROUND: &str = "ground";
 
-/// Whether coordinates are lengths or angles; only units change.
+/// Whether coordinates are lengths or angles. Only the units differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// kg, N, m.
@@ -63,7 +64,8 @@ pub struct Machine {
     pub springs: Elements<Spring>,
     /// Contacts between tool and workpiece.
     pub contacts: Elements<Contact>,
-    /// Motions of gaps, by the names of their contacts: the surface under a tool that travels sideways.
+    /// Motions of gaps, by the names of their contacts. They describe the surface under a tool that travels
+    /// sideways.
     pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,
@@ -111,7 +113,7 @@ const STIFFNESS: Unit = Unit::Of(Dimension::STIFFNESS);
 const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
 
 impl Body {
-    /// Its mass.
+    /// The key of the mass.
     pub const MASS: Field<Self> = field!(
         Body: mass_kg,
         required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
@@ -122,8 +124,8 @@ impl Body {
 impl Record for Body {
     const FIELDS: &'static [Field<Self>] = &[
         Body::MASS,
-        field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "position at the start")),
-        field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "velocity at the start")),
+        field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "initial position")),
+        field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "initial velocity")),
         field!(
             Body: gravity_n,
             number(
@@ -142,7 +144,7 @@ impl Record for Body {
                 LENGTH,
                 Bound::Any,
                 0.0,
-                "angle of the body over that at which it hangs, where its position is zero",
+                "angle of the body from its hanging position, at zero position",
             )
         ),
     ];
@@ -153,13 +155,13 @@ impl Record for Body {
 }
 
 impl Spring {
-    /// Its stiffness.
+    /// The key of the stiffness.
     pub const STIFFNESS: Field<Self> = field!(
         Spring: stiffness_n_per_m,
         number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
         Role::Believed
     );
-    /// Its damping.
+    /// The key of the damping.
     pub const DAMPING: Field<Self> = field!(
         Spring: damping_n_s_per_m,
         number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),

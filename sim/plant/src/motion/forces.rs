@@ -15,19 +15,19 @@ pub(super) struct Forces {
     pub(super) contact_spring: Vec<Row>,
     /// Force on the second node from springs, dampers and loads, per link (friction comes later).
     pub(super) link: Vec<Row>,
-    /// Its elastic part.
+    /// Elastic part of the force on the second node, per link.
     pub(super) link_spring: Vec<Row>,
     /// Elongation and its rate, per link.
     pub(super) elongation: Vec<[Row; 2]>,
-    /// Force of the bristles on the second node and their rate, per link that has any.
+    /// Force of the bristles on the second node and the rate of their deflection, per link that has any.
     pub(super) bristle: Vec<Option<[Row; 2]>>,
     /// Force on the pulled node, per weight.
     pub(super) weight: Vec<Row>,
     /// Force on the pushed node, per drive.
     pub(super) drive: Vec<Row>,
-    /// Position and velocity of the pushed node against the reacting one, per drive.
+    /// Position and velocity of the pushed node relative to the reaction node, per drive.
     pub(super) stroke: Vec<[Row; 2]>,
-    /// For every term that acts in this mode, its arguments.
+    /// Arguments of every term that acts in this mode.
     pub(super) arguments: Vec<Option<[Row; 2]>>,
 }
 
@@ -183,7 +183,7 @@ impl Motion {
         forces.link_spring.push(spring);
     }
 
-    /// Damping of link `i` in the direction in which it moves.
+    /// Damping of link `i` in its direction of motion.
     pub(super) fn damping(&self, mode: Mode, i: usize) -> f64 {
         let link = &self.assembly.links[i];
         link.damping * (1.0 + link.asymmetry * self.direction(mode, i).sign())

@@ -149,17 +149,19 @@ pub fn diagnose_within(
             |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
         attempts.silent.extend(silent.into_iter().map(beside));
         attempts.untried.extend(untried.into_iter().map(beside));
-        let asked = Asked::beside(&accepted);
+        let asked = |scored: &Scored| Asked::of(scored, &accepted);
         let enough = |scored: &Scored| {
+            let asked = asked(scored);
             judge.check(&accepted, scored) >= asked.check
                 && judge.gain(&accepted, scored, &judge.everything()) >= asked.all
         };
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
-        prefer_simple(&mut further, asked.parsimony, |scored| judge.all(scored));
+        let parsimony = Asked::beside(&accepted).parsimony;
+        prefer_simple(&mut further, parsimony, |scored| judge.all(scored));
         judge.prefer_meant(&mut further);
         let Some(best) = further.first() else { break };
-        let pruned = judge.prune(best.clone(), asked.keep);
+        let pruned = judge.prune(best.clone(), asked(best).keep);
         // If a cause adds nothing beside a partner, the partner keeps its own rivals. A combination that
         // contains the partner is no rival.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
@@ -226,12 +228,27 @@ struct Asked {
 }
 
 impl Asked {
+    /// No more than of a first cause.
+    const FIRST: Self =
+        Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS };
+
+    /// Of a set of causes, the last of which is new beside those accepted before. If the last adds to a
+    /// believed value that ends at the limit of its tolerance, it must bring no more than a first.
+    fn of(scored: &Scored, accepted: &Scored) -> Self {
+        let is_at_limit = |cause: &Candidate| {
+            let key = dossier(cause.definition.kind).adds_to?;
+            Some(accepted.fitted.model.excess(cause.site, key, &accepted.fitted.theta)?.1)
+        };
+        let frees = scored.causes.last().and_then(is_at_limit).unwrap_or(false);
+        if frees { Self::FIRST } else { Self::beside(accepted) }
+    }
+
     /// The evidence required beside the accepted causes.
     fn beside(accepted: &Scored) -> Self {
         // A plain number describes reality exactly, so that a second cause has no error to patch. It needs no
         // more evidence than a first.
         if accepted.causes.iter().all(|cause| cause.definition.has(Trait::PlainNumber)) {
-            Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS }
+            Self::FIRST
         } else {
             Self { check: ACCEPT_FURTHER_CHECK, all: ACCEPT_FURTHER, keep: KEEP, parsimony: PARSIMONY }
         }
@@ -357,9 +374,12 @@ impl Judge<'_> {
         let Fitted { model, theta, .. } = &scored.fitted;
         scored.causes.iter().enumerate().all(|(i, cause)| {
             let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
-            let is_trivial = dossier(cause.definition.kind).is_trivial;
-            !model.is_believed(i, theta)
-                && !is_trivial(&model.parameters(i, theta), &element, self.search.seen)
+            let known = dossier(cause.definition.kind);
+            let mut values = model.parameters(i, theta);
+            // What the calibrated value took over belongs to the effect.
+            let taken = known.adds_to.and_then(|key| model.excess(cause.site, key, theta));
+            values[0] += taken.map_or(0.0, |(excess, _)| excess.max(0.0));
+            !model.is_believed(i, theta) && !(known.is_trivial)(&values, &element, self.search.seen)
         })
     }
 

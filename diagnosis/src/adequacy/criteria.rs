@@ -13,6 +13,9 @@ pub struct Criteria {
     pub most_floors: f64,
     /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
     pub most_left: f64,
+    /// Least share of the error beyond the floor that the causes must remove from the short predictions of the
+    /// calibrated machine: a cause that removes less explains little of the gap.
+    pub least_closed: f64,
     /// Limit on the missing force over the drive force (root mean squares over the check experiments). Above
     /// it the missing force must have fallen to [`Self::most_of_missing_force`] of its value after
     /// calibration.
@@ -74,6 +77,7 @@ impl Default for Criteria {
         Self {
             most_floors: 4.0,
             most_left: 0.05,
+            least_closed: 0.5,
             most_missing_force: 0.2,
             most_of_missing_force: 0.5,
             most_worsening: 1.1,

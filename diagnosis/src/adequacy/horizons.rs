@@ -109,6 +109,13 @@ pub(super) fn left(
     found
 }
 
+/// Says so if the causes remove too little of the error beyond the floor.
+pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
+    (closed < criteria.least_closed).then(|| {
+        format!("what was found removes only {} of the error beyond the noise floor", share(closed.max(0.0)))
+    })
+}
+
 /// Horizons at which the repaired machine predicts worse than the calibrated one.
 pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String> {
     let is_worse = |horizon: &&Horizon| match (horizon.refit, horizon.after) {
@@ -182,6 +189,8 @@ mod tests {
         // Most of the force is explained, or next to none of it.
         assert_eq!(told(0.03, [50.0, 3.0]), 0);
         assert_eq!(told(0.03, [4.0, 3.0]), 1);
+        assert_eq!(unclosed(0.9, &criteria), None);
+        assert!(unclosed(0.16, &criteria).is_some_and(|told| told.contains("16.0 %")));
         assert_eq!(share(1e24), "more than 1000 %");
     }
 }

@@ -10,6 +10,7 @@ mod horizons;
 mod plausible;
 mod residual;
 mod rivals;
+mod tolerance;
 
 pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;
@@ -34,6 +35,8 @@ pub enum Condition {
     Residual,
     /// Every fitted value can be meant.
     Plausible,
+    /// No believed value ends at the limit of its tolerance.
+    Tolerance,
     /// No other place predicts the check experiments as well.
     Rivals,
     /// Every cause was tried.
@@ -43,7 +46,7 @@ pub enum Condition {
 impl Condition {
     /// Whether it is about what else there may be, and not about the answer itself.
     fn is_of_others(self) -> bool {
-        matches!(self, Self::Rivals | Self::Tried)
+        matches!(self, Self::Tolerance | Self::Rivals | Self::Tried)
     }
 }
 
@@ -131,6 +134,8 @@ impl Adequacy {
 pub(crate) struct Sizes {
     /// What noise alone leaves of short predictions, over each channel's variation.
     pub(crate) floor: f64,
+    /// Share of the error beyond it that the accepted causes remove.
+    pub(crate) closed: f64,
     /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
     /// makes, N.
     pub(crate) missing_force_n: [f64; 2],
@@ -165,6 +170,9 @@ pub(crate) fn assess(
         Condition::Left,
         horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
     );
+    if is_found && !is_balanced {
+        short(Condition::Left, horizons::unclosed(sizes.closed, &criteria).into_iter().collect());
+    }
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
@@ -172,6 +180,7 @@ pub(crate) fn assess(
     if is_found {
         short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
+        short(Condition::Tolerance, tolerance::ends(accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
     Adequacy {

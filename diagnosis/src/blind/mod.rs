@@ -17,7 +17,8 @@ pub use cases::{Case, HiddenEffect};
 pub use make::{CASES, HELD_BACK, SEALED, make, write_case};
 pub use regression::{Regressed, named, regress};
 pub use score::{
-    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit, score,
+    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
+    score,
 };
 pub use seal::{seal, unseal};
 pub use wild::{Conditions, make_wild};

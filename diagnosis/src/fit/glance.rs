@@ -1,7 +1,7 @@
 //! What records show at a glance, for the starts of fits.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{ActuatorKind, Engagement};
+use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
 
 use crate::dataset::{Dataset, Record, quantum};
 use crate::fit::least_squares::Task;
@@ -52,6 +52,9 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
             }
         }
     }
+    for spring in 0..dataset.machine.springs.len() {
+        glance.elongations.extend(elongation(dataset, spring).map(|range| (spring, range)));
+    }
     for (contact, depths) in depths.iter_mut().enumerate() {
         depths.sort_by(f64::total_cmp);
         glance.surfaces.extend(depths.get(depths.len() / 2).map(|middle| (contact, *middle)));
@@ -66,6 +69,30 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         }
     }
     glance
+}
+
+/// Share of the rows beyond either end of a range: noise and impacts reach farther.
+const OUTSIDE: f64 = 0.02;
+
+/// Range of the measured elongation of a spring; `None` unless sensors read the positions of both its bodies.
+fn elongation(dataset: &Dataset, spring: usize) -> Option<f64> {
+    let (_, spring) = dataset.machine.springs.get_index(spring)?;
+    let [a, b] = spring.between.each_ref().map(|body| {
+        dataset.channels.iter().position(|channel| {
+            let Source::Sensor(sensor) = channel.source else { return false };
+            let reads = &dataset.machine.sensors[sensor].reads;
+            reads.element == *body && reads.quantity == Quantity::Position
+        })
+    });
+    let (a, b) = (a?, b?);
+    let fitted = dataset.records.iter().filter(|record| !record.is_check);
+    let mut elongations: Vec<f64> = fitted
+        .flat_map(|record| record.series[b].iter().zip(&record.series[a]).map(|(b, a)| b - a))
+        .collect();
+    elongations.sort_by(f64::total_cmp);
+    let last = elongations.len().checked_sub(1)?;
+    let outside = (OUTSIDE * last as f64) as usize;
+    Some(elongations[last - outside] - elongations[outside])
 }
 
 /// A force below this many times its noise is none.

@@ -70,6 +70,12 @@ impl Unknown {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
     }
 
+    /// Whether it lies at an end of what it may be.
+    fn is_at_end(&self, theta: f64) -> bool {
+        let (low, high) = self.bounds;
+        (theta - low).min(high - theta) < AT_END * (high - low)
+    }
+
     fn is_presliding(&self) -> bool {
         matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
     }
@@ -370,9 +376,9 @@ impl Model {
         found
     }
 
-    /// Whether `value` lies at an end of the tolerance of a believed value, given by its dotted key.
-    pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
-        let key_of = |target: Target| match target {
+    /// The dotted key of a believed value; `None` for other unknowns.
+    fn key_of(&self, target: Target) -> Option<String> {
+        match target {
             Target::Value(site, index) => {
                 let believed = self.believed.element(site)?.1.believed();
                 let found = believed.into_iter().find(|believed| believed.index == index)?;
@@ -384,13 +390,34 @@ impl Model {
                 Some(format!("{}.effects.{}.{name}", site.key(&self.believed), definition.kind))
             }
             _ => None,
-        };
-        let is_of = |unknown: &&Unknown| key_of(unknown.target).as_deref() == Some(key);
-        self.unknowns.iter().find(is_of).is_some_and(|unknown| {
-            let (low, high) = unknown.bounds;
-            let theta = unknown.theta(value);
-            (theta - low).min(high - theta) < AT_END * (high - low)
-        })
+        }
+    }
+
+    /// Whether `value` lies at an end of the tolerance of a believed value, given by its dotted key.
+    pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
+        let is_of = |unknown: &&Unknown| self.key_of(unknown.target).as_deref() == Some(key);
+        self.unknowns.iter().find(is_of).is_some_and(|unknown| unknown.is_at_end(unknown.theta(value)))
+    }
+
+    /// Believed values at an end of their tolerance: key, and percent of the believed value.
+    pub(crate) fn at_ends(&self, theta: &[f64]) -> Vec<(String, f64)> {
+        let rows = self.unknowns.iter().zip(theta).enumerate();
+        rows.filter(|(i, (unknown, theta))| unknown.is_at_end(**theta) && !self.is_idle(*i))
+            .filter_map(|(_, (unknown, theta))| {
+                let believed = unknown.value(unknown.prior?.0);
+                Some((self.key_of(unknown.target)?, 100.0 * (unknown.value(*theta) / believed - 1.0)))
+            })
+            .collect()
+    }
+
+    /// How far the fitted value of this key of an element exceeds the believed one, and whether it ends at the
+    /// limit of its tolerance; `None` if it is not fitted.
+    pub(crate) fn excess(&self, site: Site, key: &str, theta: &[f64]) -> Option<(f64, bool)> {
+        let key = format!("{}.{key}", site.key(&self.believed));
+        let of = |unknown: &Unknown| self.key_of(unknown.target).as_deref() == Some(key.as_str());
+        let (unknown, theta) = self.unknowns.iter().zip(theta).find(|(unknown, _)| of(unknown))?;
+        let excess = unknown.value(*theta) - unknown.value(unknown.prior?.0);
+        Some((excess, excess > 0.0 && unknown.is_at_end(*theta)))
     }
 
     /// The parameters of effect `effect` at `theta`.

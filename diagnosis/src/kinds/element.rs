@@ -109,6 +109,8 @@ pub(crate) struct Glance {
     /// Apparent additional distance of surfaces, by contact: from the positions of the bodies when a force is
     /// measured.
     pub(crate) surfaces: Vec<(usize, f64)>,
+    /// Range of the measured elongation, by spring: if sensors read the positions of both its bodies.
+    pub(crate) elongations: Vec<(usize, f64)>,
 }
 
 impl Glance {

@@ -39,6 +39,8 @@ pub(crate) trait Known: Parameters + 'static {
     const SAME_AS: Option<[Kind; 2]> = None;
     /// The actual kind if bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
+    /// Believed value of its element that its first parameter adds to.
+    const ADDS_TO: Option<&'static str> = None;
     /// Kinds that may look like it, with the means to separate them if no command does.
     const APART: &'static [(Kind, &'static str)] = &[];
 
@@ -91,6 +93,7 @@ pub(crate) struct Dossier {
     pub(crate) only_turning: bool,
     pub(crate) same_as: Option<[Kind; 2]>,
     pub(crate) where_it_rattles: Option<Kind>,
+    pub(crate) adds_to: Option<&'static str>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
@@ -136,6 +139,7 @@ impl Dossier {
             only_turning: K::ONLY_TURNING,
             same_as: K::SAME_AS,
             where_it_rattles: K::WHERE_IT_RATTLES,
+            adds_to: K::ADDS_TO,
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
             fractions_off: || K::fractions_off().map(K::values),

@@ -11,6 +11,8 @@ impl Known for ViscousFriction {
         |of, _| Self { damping: of[0] },
         |own| (vec![own.damping], 0.0),
     ));
+    const ADDS_TO: Option<&'static str> = Some("damping");
+
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let believed = element.spring().map_or(0.0, |spring| spring.damping_n_s_per_m);
         let own = believed.max(0.1 * glance.command / glance.speed.max(1e-9));

@@ -55,7 +55,7 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     let Some(settings) = settings.filter(|settings| !settings.is_empty()) else {
         let known: Vec<String> = setting_rows(found).into_iter().map(|mut row| row.swap_remove(0)).collect();
         return Err(BadInput::error(
-            format!("{} has no remedy {number} that settings apply", arguments.file.display()),
+            format!("{} has no remedy {number} that can be applied by settings", arguments.file.display()),
             if known.is_empty() {
                 "see `feeler why FILE`".into()
             } else {
@@ -68,7 +68,7 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
 }
 
-/// Writes a file with settings in it, comments kept, and reads it back.
+/// Writes a file with changed settings, and reads it back. Comments stay.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,

@@ -96,7 +96,7 @@ fn details(found: &Explanation, units: Units) -> String {
     );
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
-        rows => format!("\n\n{}", table(&["as small, also removes it", "takes away"], &[], rows)),
+        rows => format!("\n\n{}", table(&["equally small, also removes it", "removes"], &[], rows)),
     };
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let unlimited = if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) {
@@ -108,7 +108,7 @@ fn details(found: &Explanation, units: Units) -> String {
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
     } else {
-        let settings = table(&["remedy", "what applies it"], &[], setting_rows(found));
+        let settings = table(&["remedy", "applied by"], &[], setting_rows(found));
         let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
         let costs =
             table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies);

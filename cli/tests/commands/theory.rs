@@ -346,7 +346,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
         (
             &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
-            "no whole number of holds",
+            "not a whole number of holds",
         ),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
@@ -370,7 +370,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
         (
             &["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"],
-            "1e8 are the most",
+            "at most 1e8 are possible",
         ),
         (
             &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],

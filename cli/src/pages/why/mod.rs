@@ -21,8 +21,8 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
         page.heading("What was tried");
         page.paragraph(
             "Each row repeats the run with one property made ideal, or several if one is not enough. The \
-             last column is the stability limit of the sampled loop in contact over its gain, by linear theory. A \
-             dash: 50 or more, or linear theory has no answer.",
+             last column is the stability limit of the sampled loop in contact over its gain, by linear \
+             theory. A dash: 50 or more, or linear theory has no answer.",
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
         let others = others(found);

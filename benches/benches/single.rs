@@ -1,4 +1,4 @@
-//! One variant, or one block of lanes, on one thread. One element of throughput is one simulated millisecond.
+//! Speed of one variant, and of one block of lanes, on one thread. Throughput counts simulated milliseconds.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
 
@@ -17,8 +17,8 @@ use feeler_lanes::{Lane, Pack};
 
 const SAMPLES: usize = 2000;
 const STEP_S: f64 = 1e-4;
-/// Tolerance of the peak force, relative to the reference: rounding for the exact integrator, and at 0.1 ms
-/// the error of first-order steps without events on the worst machine.
+/// Tolerance of the peak force, relative to the reference. The exact integrator differs by rounding only. At
+/// 0.1 ms, the fixed-step tolerance covers first-order steps without events on the worst machine.
 const EXACT_TOLERANCE: f64 = 1e-9;
 const FIXED_STEP_TOLERANCE: f64 = 0.05;
 
@@ -37,8 +37,8 @@ fn settled<L: Lane>(group: &mut BenchmarkGroup<WallTime>, name: &str, scenario: 
     });
 }
 
-/// Stepping of M1, M2, M4 and the filtered loop for two seconds under sampled force control, without
-/// construction and without a record.
+/// Steps M1, M2, M4 and the filtered loop for two seconds under sampled force control. The time excludes
+/// construction, and no signal is recorded.
 fn reference_machines(criterion: &mut Criterion) {
     for reference in REFERENCES.iter().chain([&FILTERED_LOOP]) {
         for (integrator, name) in Integrator::ALL {
@@ -64,7 +64,7 @@ fn reference_machines(criterion: &mut Criterion) {
     }
 }
 
-/// The same with its contact force recorded every 0.1 ms: the cost of a trace.
+/// The exact runs of M1, M2 and M4 with the contact force recorded every 0.1 ms: the cost of a trace.
 fn recorded(criterion: &mut Criterion) {
     for reference in &REFERENCES {
         let scenario = reference.recorded(Integrator::Exact, STEP_S).unwrap();
@@ -74,8 +74,8 @@ fn recorded(criterion: &mut Criterion) {
     }
 }
 
-/// A force loop with sensor noise, resolution, filter and delay, an approach, friction and delayed commands,
-/// for two seconds.
+/// Two seconds of a force loop with an approach, friction and delayed commands. Its sensor has noise,
+/// resolution, a filter and a delay.
 fn force_loop(criterion: &mut Criterion) {
     let mut scenario = load(FORCE_LOOP).unwrap();
     let settled_force = peak_of(&scenario).unwrap().last;
@@ -91,7 +91,7 @@ fn force_loop(criterion: &mut Criterion) {
     }
 }
 
-/// The loops that an expert would write for exactly these machines, at 0.1 ms.
+/// The loops that an expert would write by hand for these machines, at a step of 0.1 ms.
 fn hand_written(criterion: &mut Criterion) {
     for reference in &REFERENCES {
         match reference.short {
@@ -122,5 +122,9 @@ fn yardstick<const S: usize>(criterion: &mut Criterion, reference: &Reference, p
     }
 }
 
-criterion_group! { name = suite; config = common::settings(); targets = reference_machines, recorded, force_loop, hand_written }
+criterion_group! {
+    name = suite;
+    config = common::settings();
+    targets = reference_machines, recorded, force_loop, hand_written
+}
 criterion_main!(suite);

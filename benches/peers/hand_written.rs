@@ -1,4 +1,4 @@
-//! The hand-written loops, compiled alone for the present processor: `rustc -O -C target-cpu=native`. Prints
+//! Times the hand-written loops, compiled for the host processor with `rustc -O -C target-cpu=native`. Prints
 //! the common CSV.
 
 #[expect(unused_imports, reason = "the library offers more than is needed here")]
@@ -21,7 +21,11 @@ fn main() {
 }
 
 fn rows<const S: usize>(machine: &str, plant: &impl Plant<S>) {
-    let methods = [(Method::SemiImplicitEuler, "semi-implicit Euler"), (Method::Rk4, "RK4"), (Method::Rk4WithEvents, "RK4 with events")];
+    let methods = [
+        (Method::SemiImplicitEuler, "semi-implicit Euler"),
+        (Method::Rk4, "RK4"),
+        (Method::Rk4WithEvents, "RK4 with events"),
+    ];
     for (method, name) in methods {
         for steps in [10, 20, 50, 100] {
             let mut times = Vec::new();
@@ -34,7 +38,11 @@ fn rows<const S: usize>(machine: &str, plant: &impl Plant<S>) {
                 peak_n = result.peak_force_n;
             }
             times.sort_by(f64::total_cmp);
-            println!("hand-written Rust,\"{name}\",{machine},{:e},{:.6e},{peak_n:.12}", 1e-3 / steps as f64, times[ROUNDS / 2]);
+            println!(
+                "hand-written Rust,\"{name}\",{machine},{:e},{:.6e},{peak_n:.12}",
+                1e-3 / steps as f64,
+                times[ROUNDS / 2]
+            );
         }
     }
 }

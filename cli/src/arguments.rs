@@ -1,4 +1,4 @@
-//! What can be asked of `feeler`: one definition from which parsing, help and completions follow.
+//! Command line of `feeler`: one definition gives parsing, help and completions.
 
 mod diagnosis;
 mod frf;
@@ -15,7 +15,7 @@ use feeler_engine::Integrator;
 use feeler_plant::effects::{Kind, LIBRARY};
 use feeler_studies::sweep::Shard;
 
-/// Folder of the scenario files where the project lies.
+/// Folder of the scenario files, relative to the root of the project.
 pub(crate) const DEFAULT_SCENARIOS: &str = "scenarios";
 
 pub(crate) use diagnosis::{Blind, BlindMake, BlindRun, BlindScore, Diagnose, Replay};
@@ -53,7 +53,7 @@ pub(crate) enum Command {
     Compare(Compare),
     /// Run a scenario in many variants, over the axes of a sweep file
     Sweep(Sweep),
-    /// Put the shards of a sweep together
+    /// Combine the shards of a sweep
     Merge(Merge),
     /// Find why a scenario chatters, by counterfactual runs, and what cures it
     Why(Why),
@@ -111,8 +111,8 @@ pub(crate) struct Run {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Folder for the results, made if absent [default: out/ and the name of the scenario, with what
-    /// --set says]
+    /// Folder for the results, made if absent [default: out/ and the name of the scenario, with the
+    /// values of --set]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Also write the trace as CSV
@@ -124,8 +124,8 @@ pub(crate) struct Run {
     /// Print the summary as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Run and measure like a variant of a sweep: extended until decided, at a sweep's rate, no energy
-    /// ledger
+    /// Run like a variant of a sweep: extended until the outcome is decided, recorded at a sweep's rate,
+    /// without an energy ledger
     #[arg(long)]
     pub(crate) as_sweep: bool,
     /// Threads for writing the results [default: one per processor]; results do not depend on it
@@ -144,8 +144,8 @@ pub(crate) struct Run {
     feeler sweep map.toml                          results in out/<name of the sweep>\n  \
     feeler sweep map.toml --threads 8 --out first\n  \
     feeler sweep map.toml --shard 3/16             one part of sixteen; then: feeler merge out/map\n\n\
-    Writes sweep.parquet (one row per variant), report.html, and drawings as SVG and PNG. You can kill a sweep \
-    at any time. The same command continues it and ends with the same bytes.")]
+    Writes sweep.parquet (one row per variant), report.html, and drawings as SVG and PNG. You can kill a \
+    sweep at any time. The same command continues it and ends with the same bytes.")]
 pub(crate) struct Sweep {
     /// Sweep file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -180,8 +180,8 @@ pub(crate) struct Merge {
     feeler why scenario.toml --out why             with why/report.html and why/why.json\n  \
     feeler why scenario.toml --json | jq .causes\n  \
     feeler why scenario.toml --try 1 --out cured.toml\n\n\
-    Runs the scenario again without one ingredient at a time (delay, flexibility, friction, ...), then without \
-    two or three. The smallest set whose absence removes the chatter is the cause.")]
+    Runs the scenario again without one ingredient at a time (delay, flexibility, friction, ...), then \
+    without two or three. The smallest set whose absence removes the chatter is the cause.")]
 pub(crate) struct Why {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -236,7 +236,7 @@ pub(crate) struct Analyze {
     /// what the first controller reads]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Gain whose stable range is asked for, as in controllers.force.kp [default: the first controller's
+    /// Gain whose stable range is computed, as in controllers.force.kp [default: the first controller's
     /// leading gain]
     #[arg(long, value_name = "KEY")]
     pub(crate) gain: Option<String>,
@@ -306,17 +306,23 @@ pub(crate) struct Figures {
     feeler fit-landmarks --out chain.toml        from 12 starts (seconds)\n  \
     feeler fit-landmarks --starts 1              from the first of them\n  \
     feeler fit-landmarks --start chain.toml      from your own machine with these bodies and springs\n\n\
-    The result is one chain that shows the landmarks of the paper's Figs. 15 to 17. Its parameters are not the \
-    robot's, which were never published. The table lists the parameters that the landmarks determine.")]
+    The result is one chain that shows the landmarks of the paper's Figs. 15 to 17. Its parameters are not \
+    the robot's, which were never published. The table lists the parameters that the landmarks determine.")]
 pub(crate) struct FitLandmarks {
-    /// Number of starts: chains with the paper's flexible resonances, everything else guessed, the same
-    /// each time
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "start")]
+    /// Number of starts: chains with the paper's flexible resonances, and fixed guesses for all other
+    /// parameters
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 12,
+        value_parser = clap::value_parser!(u64).range(1..=10_000),
+        conflicts_with = "start"
+    )]
     pub(crate) starts: u64,
     /// Machine file to start from instead: bodies base, motor and link1 to link4, as `--out` writes
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) start: Option<PathBuf>,
-    /// Steps of each fit at most
+    /// Largest number of steps of each fit
     #[arg(long, value_name = "N", default_value_t = 2000, allow_negative_numbers = true)]
     pub(crate) iterations: usize,
     /// Machine file to write (TOML)
@@ -334,7 +340,11 @@ pub(crate) struct FitLandmarks {
     feeler effects --json", Kind::CoulombFriction))]
 pub(crate) struct Effects {
     /// Explain this effect
-    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.name)), hide_possible_values = true)]
+    #[arg(
+        value_name = "KIND",
+        value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.name)),
+        hide_possible_values = true
+    )]
     pub(crate) kind: Option<String>,
     /// Print as JSON
     #[arg(long)]
@@ -356,11 +366,11 @@ pub(crate) struct New {
         value_parser = PossibleValuesParser::new(crate::commands::new::names())
     )]
     pub(crate) template: Option<String>,
-    /// URDF whose joints an arm file gets (template `arm`)
+    /// URDF with the joints of the arm file (template `arm`)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, required_if_eq("template", "arm"))]
     pub(crate) urdf: Option<PathBuf>,
-    /// File to write, or folder where a template has several; standard output where absent. What exists is left
-    /// alone
+    /// File to write, or folder for a template of several files; existing files are kept [default: standard
+    /// output]
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::AnyPath)]
     pub(crate) out: Option<PathBuf>,
     /// List the templates
@@ -423,7 +433,7 @@ mod tests {
 
     /// The help of a command and of those below it, as sections of the page.
     fn sections(command: &mut clap::Command, name: &str, text: &mut String) {
-        // As `--help` prints it: long only where there is more to say.
+        // `--help` prints the long form only if it says more than the short one.
         let help = command.clone().try_get_matches_from([name, "--help"]).unwrap_err().to_string();
         let lines = help.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
         let _ = writeln!(text, "\n## `{name}`\n\n```text\n{}\n```", lines.trim());

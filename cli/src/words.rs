@@ -1,4 +1,4 @@
-//! A run in plain words.
+//! The outcome of a run in plain words.
 
 use feeler_plant::description::SignalName;
 use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
@@ -6,7 +6,7 @@ use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecid
 use crate::numbers::{count, plain, with_unit};
 use crate::units::Units;
 
-/// Rates below this are written as a period.
+/// Rates below this are given as a period.
 const SLOW_HZ: f64 = 1.0;
 
 /// One or two sentences on the outcome of a run.
@@ -32,11 +32,12 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
         Outcome::Unstable if summary.bounces > 0 => match summary.verdict.growth_per_s {
             Some(rate) if rate > 0.0 => {
                 format!(
-                    "The motion is unstable: every bounce is harder than the last, by a factor of e every {}.",
+                    "The motion is unstable: every bounce is harder than the last, by a factor of e every \
+                     {}.",
                     with_unit(1.0 / rate, "s")
                 )
             }
-            _ => "The motion is unstable: it leaves all bounds.".to_owned(),
+            _ => "The motion is unstable: it grows without bound.".to_owned(),
         },
         Outcome::Unstable => match summary.verdict.growth_per_s {
             Some(rate) if rate > 0.0 => {
@@ -45,15 +46,17 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
                     with_unit(1.0 / rate, "s")
                 )
             }
-            _ => "The motion is unstable: it leaves all bounds.".to_owned(),
+            _ => "The motion is unstable: it grows without bound.".to_owned(),
         },
         Outcome::LimitCycle => format!(
-            "The force oscillates between the drive's limits at {}, with an amplitude of {}, and does not decay.",
+            "The force oscillates between the drive's limits at {}, with an amplitude of {}, and does not \
+             decay.",
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Hunting => format!(
-            "The axis hunts: it sticks and breaks loose at {}, and the force oscillates with an amplitude of {}.",
+            "The axis hunts: it sticks and breaks loose at {}, and the force oscillates with an amplitude of \
+             {}.",
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
@@ -93,7 +96,7 @@ pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
     signal.map_or(units.force, |signal| units.unit(signal.quantity))
 }
 
-/// The same for a loop without contact, from the motion that it controls.
+/// One or two sentences on a loop without contact, judged by the motion that it controls.
 fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
     let oscillation = summary.oscillation.unwrap_or_default();
     let swings = format!(
@@ -127,7 +130,7 @@ pub(crate) fn label(summary: &Summary) -> &'static str {
     }
 }
 
-/// The force at rest, if it is outside the band about its reference; `None` if it did not rest or is inside.
+/// Reports a force at rest outside the band about its reference; `None` if it is inside, or not at rest.
 pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     let rests = matches!(summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
     let response = summary.response.filter(|response| rests && response.settling_time_s.is_none())?;
@@ -140,7 +143,7 @@ pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     ))
 }
 
-/// Time of a contact's largest force, and whether it pulled then.
+/// Time of the largest force of a contact, and whether that was a pull.
 pub(crate) fn when(contact: &ContactSummary) -> String {
     format!("at {}{}", with_unit(contact.peak_at_s, "s"), if contact.peak_is_pull { ", a pull" } else { "" })
 }
@@ -234,7 +237,8 @@ fn undecided(why: Option<Undecided>) -> String {
             "it ends while the tool still approaches the workpiece; lengthen run.duration"
         }
         Some(Undecided::StillWinding) => {
-            "the force rests but the integrator winds up and will break the guide loose; lengthen run.duration"
+            "the force rests, but the integrator winds up and will break the guide loose; lengthen \
+             run.duration"
         }
         Some(Undecided::StillGrowing) => "the oscillation still grows slowly; lengthen run.duration",
         Some(Undecided::EventStorm) => "it stopped at an instant with too many events",

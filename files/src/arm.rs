@@ -19,12 +19,12 @@ use super::tree::{Table, Value};
 /// Bytes of the largest URDF.
 const LARGEST_URDF: u64 = 16 << 20;
 
-/// An arm file that has been checked.
+/// A checked arm file.
 #[derive(Clone, Debug)]
 pub struct ArmFile {
     /// Short name.
     pub name: String,
-    /// What it is.
+    /// Description of the arm.
     pub about: String,
     /// Links, joints and drives.
     pub arm: Arm,
@@ -61,8 +61,8 @@ pub(super) struct ReadArm {
     pub(super) folder: PathBuf,
 }
 
-/// Reads the tree of an arm file, which begins at `at`; ignores keys in `besides` of a joint. `None` if there
-/// are mistakes.
+/// Reads the tree of an arm file, which begins at `at`. Ignores the keys of joints in `besides`. `None` if
+/// there are mistakes.
 pub(super) fn read(
     root: &Table,
     sources: &Sources,
@@ -126,7 +126,7 @@ fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -
     for MeshFile { link, file, line } in urdf.meshes() {
         if !mesh_path(folder, file).is_some_and(|path| path.is_file()) {
             let message =
-                format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which is not there");
+                format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which does not exist");
             problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
         }
     }
@@ -172,7 +172,7 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
         problems.add(
             &Origin::default(),
             "joints",
-            "`joints` is missing: a URDF says nothing of gears and rotors",
+            "`joints` is missing: a URDF does not describe gears and rotors",
             remedy,
         );
         return Vec::new();

@@ -27,11 +27,11 @@ use super::tree::{Table, Value};
 pub struct DatasetFile {
     /// Short name; by default that of the folder.
     pub name: String,
-    /// What was measured.
+    /// Description of the measurements.
     pub about: String,
     /// The machine file, relative to the dataset.
     pub machine_path: PathBuf,
-    /// What is believed.
+    /// The believed machine.
     pub machine: Document,
     /// Unit of all clocks, if it differs from the headers.
     pub clock: Option<LogClock>,
@@ -39,7 +39,7 @@ pub struct DatasetFile {
     pub rate_hz: Option<f64>,
     /// Columns by their name in the files.
     pub columns: IndexMap<String, Column>,
-    /// What was done.
+    /// The experiments, one for each file.
     pub experiments: Vec<Experiment>,
 }
 

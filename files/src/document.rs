@@ -17,10 +17,10 @@ use super::read::{Reader, Scope};
 use super::source::Origin;
 use super::tree::{Table, Value, locate, node_at};
 
-/// A machine or scenario file that has been checked.
+/// A checked machine or scenario file.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// What it describes, in SI.
+    /// The described scenario, in SI.
     pub scenario: Scenario,
     /// How far believed values may be off, as fractions, by dotted key.
     pub tolerance: IndexMap<String, f64>,
@@ -60,7 +60,7 @@ impl Document {
         &self.draft.sources.0[self.draft.main].text
     }
 
-    /// The texts of the file and of those that it builds on, in the order in which they are read.
+    /// The texts of the file and of its base files, in reading order.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.draft.sources.0.iter().map(|source| &*source.text)
     }
@@ -70,10 +70,10 @@ impl Document {
         &self.draft
     }
 
-    /// The same with some keys set, as a sweep does.
+    /// This document with some keys set, as for a variant of a sweep.
     ///
     /// # Errors
-    /// Keys that do not exist, and every mistake that the values make.
+    /// Keys that do not exist, and all mistakes of the values.
     pub fn with<'a>(
         &self,
         settings: impl IntoIterator<Item = (&'a str, Setting)>,
@@ -85,7 +85,7 @@ impl Document {
         draft.build()
     }
 
-    /// Where a key was written, by its dotted path; `None` if it was left out.
+    /// The place of a key by its dotted path; `None` if the file does not have the key.
     pub fn place(&self, key: &str) -> Option<Place> {
         let (origin, complete) = locate(&self.draft.root, key);
         let origin = origin.filter(|_| complete)?;
@@ -93,7 +93,7 @@ impl Document {
         Some(Place { file: self.draft.sources.0[origin.source].name.clone(), line, column })
     }
 
-    /// Mistakes that only the engine found, at their places in the file.
+    /// Mistakes that only the engine finds, with their places in the file.
     pub fn locate_problems(&self, found: &[Problem]) -> FormatError {
         let mut problems = Problems::default();
         for problem in found {
@@ -118,8 +118,8 @@ impl Document {
         let machine = Machine { name, about: top.value(&ABOUT).unwrap_or_default(), ..builder.machine() };
         names::check(&draft.root, &mut problems);
         if let Err(found) = assemble(&machine) {
-            // What the reader has refused already is not assembled rightly; two mistakes of the assembly may
-            // share a key.
+            // A part that the reader rejected is not assembled correctly, so its problems are dropped here.
+            // Two mistakes of the assembly may share a key.
             for problem in
                 found.into_iter().filter(|problem| !problems.covers(&problem.key)).collect::<Vec<_>>()
             {
@@ -141,7 +141,7 @@ impl Draft {
     /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
     ///
     /// # Errors
-    /// Those of both; where settings are wrong, every other mistake with them.
+    /// The errors of both. If settings are wrong, all other mistakes are reported with them.
     pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
         let mut draft = Self::load(path)?;
         let wrong: Vec<FormatError> =
@@ -218,7 +218,7 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
     found
 }
 
-/// Whether a dotted path names a key that an element of the file has, be it written or left at its default.
+/// Whether a dotted path names a key of an element of the file, written or at its default.
 fn is_believed(root: &Table, path: &str) -> bool {
     let segments: Vec<&str> = path.split('.').collect();
     let [table, name, key, ..] = segments.as_slice() else { return false };

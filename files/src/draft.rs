@@ -30,7 +30,7 @@ const LONGEST_CHAIN: usize = 8;
 pub struct Draft {
     pub(crate) sources: Sources,
     pub(crate) root: Table,
-    /// The file itself among the sources.
+    /// Index of the file itself among the sources.
     pub(crate) main: usize,
 }
 
@@ -54,7 +54,7 @@ impl Draft {
         load(path, Self::parse)
     }
 
-    /// Takes `text` as the content of `file_name`; relative names in it refer to that file.
+    /// Reads `text` as the content of `file_name`. Relative names in it refer to that file.
     ///
     /// # Errors
     /// As [`Draft::load`].
@@ -66,7 +66,7 @@ impl Draft {
         Ok(draft)
     }
 
-    /// `table` on top of the machine that it names.
+    /// Merges a table over the base machine that it names.
     fn on_base(&mut self, table: Table, depth: usize) -> Result<Table, FormatError> {
         let Some(entry) = table.get("machine") else { return Ok(table) };
         // The reader rejects a value that is not a text.

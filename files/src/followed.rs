@@ -1,4 +1,4 @@
-//! Columns of a dataset that are what a controller of the machine's file followed, as in
+//! Columns of a dataset that recorded the reference of a controller in the machine file, as in
 //! `controllers.force.reference`.
 
 use feeler_catalogue::Dimension;
@@ -9,7 +9,7 @@ use feeler_plant::problem::Problem;
 use super::document::Document;
 use super::read::Scope;
 
-/// The controller whose reference a signal is.
+/// The controller whose reference the signal is; `None` for other signals.
 pub fn followed_by(signal: &SignalName) -> Option<&str> {
     let name = signal.element.as_str();
     (signal.quantity == Quantity::Reference).then(|| name.strip_prefix("controllers.").unwrap_or(name))
@@ -29,13 +29,13 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
     };
     let drive = &own.drives;
     if let Some((other, _)) = all.iter().find(|(other, used)| *other != name && used.drives == *drive) {
-        let message = format!("`{other}` drives `{drive}` too, and what it followed is not known");
+        let message = format!("`{other}` drives `{drive}` too, but its reference was not recorded");
         return Some(Problem::new("", message, format!("leave [controllers.{other}] out")));
     }
     let kind = machine.scenario.machine.actuators.get(drive).map(|actuator| actuator.kind);
     let (message, remedy) = match kind {
         Some(ActuatorKind::PositionServo(servo)) if servo.period_s.is_some() => (
-            format!("`{drive}` has a sampled loop of its own, and loops within loops are not predicted"),
+            format!("`{drive}` has its own sampled loop, and nested loops are not predicted"),
             format!("leave out the `period` of `{drive}`, or name its target instead"),
         ),
         Some(ActuatorKind::Imposed) => (
@@ -51,7 +51,7 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
 pub(crate) fn scope(machine: &Document, name: &str) -> Scope {
     let scenario = &machine.scenario;
     let rotational = Scope::new(scenario.machine.axis == Axis::Rotational);
-    // That it is absent is said; its unit is then no mistake besides.
+    // The absence of the controller is reported elsewhere, so its unit is no second mistake.
     let Some(own) = scenario.controllers.get(name) else {
         return Scope { signal: Dimension::UNKNOWN, ..rotational };
     };

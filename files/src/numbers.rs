@@ -74,8 +74,8 @@ impl Document {
         found
     }
 
-    /// The text of the file with some numbers changed; what it takes from another machine's file is written
-    /// over here. A number that had a unit keeps it.
+    /// The text of the file with some numbers changed. A number with a unit keeps its unit. A number of the
+    /// base machine gets a key in this file, which overrides it.
     ///
     /// # Errors
     /// A path that leads through something other than tables.
@@ -95,7 +95,7 @@ fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
         text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))?;
     for edit in edits {
         let (table, last) = table_of(&mut document, &edit.key)
-            .map_err(|part| (edit.key.clone(), format!("`{part}` is no table")))?;
+            .map_err(|part| (edit.key.clone(), format!("`{part}` is not a table")))?;
         if let Some(value) = table.get_mut(last).and_then(Item::as_value_mut) {
             let mut changed = written(edit.value, value);
             *changed.decor_mut() = value.decor().clone();
@@ -107,7 +107,7 @@ fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
     Ok(document.to_string())
 }
 
-/// A number as a value was written: with its unit, where it had one.
+/// A number in the form of the value that it replaces: with a unit if that has one.
 fn written(value: f64, before: &Toml) -> Toml {
     let unit = before.as_str().and_then(|text| {
         let (_, unit) = units::number_and_unit(text).ok().filter(|(_, unit)| !unit.is_empty())?;
@@ -117,7 +117,7 @@ fn written(value: f64, before: &Toml) -> Toml {
     unit.map_or_else(|| rounded(value, DIGITS).into(), Toml::from)
 }
 
-/// A number in so few significant digits, at least one.
+/// A number rounded to `digits` significant digits, at least one.
 pub fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }

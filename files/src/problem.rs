@@ -9,8 +9,8 @@ use super::located::Located;
 use super::report;
 use super::source::{Cursor, Origin, Sources};
 
-/// Largest number of mistakes that are kept; a file with more is of another kind, and the rest is only
-/// counted.
+/// Largest number of mistakes that are kept. Further ones are only counted: such a file is probably of
+/// another kind.
 pub(crate) const MOST_PROBLEMS: usize = 1000;
 
 /// Every mistake of a file, in the order of its lines.

@@ -1,4 +1,4 @@
-//! The written reference of the formats, generated from the declarations.
+//! The manual of the file formats, generated from the declarations.
 
 use std::fmt::Write as _;
 
@@ -29,7 +29,7 @@ pub fn reference_markdown() -> String {
     }
     section(&mut text, 3, "A `reference` as a table", "`reference = { kind = \"...\", ... }`", &REFERENCE);
     text.push_str(DISCRETE);
-    section(&mut text, 3, "`[run]`", "How to run it.", &RUN);
+    section(&mut text, 3, "`[run]`", "Settings of the run.", &RUN);
     let _ = write!(text, "\n### `[tolerance]`\n\n{TOLERANCE_TEXT}.\n");
     effects(&mut text);
     section(
@@ -43,7 +43,7 @@ pub fn reference_markdown() -> String {
         &mut text,
         3,
         "`[joints.NAME]`",
-        "One for each joint that moves; of a joint that slides read kg, N and m.",
+        "One table for each moving joint. For a sliding joint, read kg, N and m.",
         &JOINT,
     );
     let about = CELL_TEXT
@@ -61,8 +61,8 @@ pub fn reference_markdown() -> String {
     let _ = write!(
         text,
         "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in \
-         `[joints.lift.effects.{}]`, in rad and N m for a joint that turns. These effects: {}. Coulomb friction adds to \
-         `dry_friction`.\n",
+         `[joints.lift.effects.{}]`, in rad and N m for a revolute joint. Possible effects: {}. Coulomb \
+         friction adds to `dry_friction`.\n",
         effects::Kind::Backlash,
         quoted(&joint_effects().collect::<Vec<_>>())
     );
@@ -73,24 +73,24 @@ pub fn reference_markdown() -> String {
         "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.",
         &SWEEP,
     );
-    section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
-    section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);
+    section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; a table generates them.", &AXIS);
+    section(&mut text, 3, "`[keep]`", "The data kept of each run.", &KEEP);
     section(
         &mut text,
         3,
         "`[refine]`",
-        "Where this table stands, a grid of one or two axes is made finer along boundaries, and only there.",
+        "With this table, a grid of one or two axes is refined along boundaries, and only there.",
         &REFINE,
     );
     section(
         &mut text,
         2,
         "Dataset",
-        "What was measured on the real machine: `dataset.toml` in a folder of logs.",
+        "Measurements of a real machine: `dataset.toml` in a folder of logs.",
         &DATASET,
     );
     section(&mut text, 3, "`[columns.NAME]`", "A column of the files, by its header.", &COLUMN);
-    section(&mut text, 3, "`[[experiments]]`", "One for each file.", &EXPERIMENT);
+    section(&mut text, 3, "`[[experiments]]`", "One entry for each file.", &EXPERIMENT);
     wrapped(&text)
 }
 
@@ -125,7 +125,7 @@ is generated from the library: what `feeler effects KIND` prints, for every kind
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
 ";
 
-/// The text with its paragraphs and lists wrapped again.
+/// The text with its paragraphs and lists wrapped at `COLUMNS`.
 fn wrapped(text: &str) -> String {
     let mut all = String::new();
     let mut paragraph = String::new();
@@ -150,7 +150,7 @@ fn wrapped(text: &str) -> String {
     all
 }
 
-/// Ends a paragraph. An operator stays on the line of its left side, since it would start a list at the
+/// Ends a paragraph. An operator stays on the line of its left operand, since it would start a list at the
 /// beginning of a line.
 fn fill(all: &mut String, paragraph: &mut String) {
     let indent = if paragraph.starts_with("- ") { "\n  " } else { "\n" };
@@ -174,7 +174,7 @@ fn fill(all: &mut String, paragraph: &mut String) {
     paragraph.clear();
 }
 
-/// Columns of the page outside tables.
+/// Width of the page outside tables.
 const COLUMNS: usize = 98;
 
 const INTRODUCTION: &str = "\
@@ -183,16 +183,17 @@ const INTRODUCTION: &str = "\
 This page is generated from the declarations that the parser reads; a test compares both. A machine
 file in full is in the [tutorial](tutorials/tune.md#the-machine). Words: [glossary](glossary.md).
 
-Files are TOML. A plain number is SI. A text carries a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`,
+Files are TOML. A plain number is SI. A text has a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`,
 `\"12 N s/m\"`, `\"1 kHz\"`, `\"2 deg\"`, `\"10 %\"`.
 
-- Units are products of g, m, s, min, Hz, N, J, W, A, V, ohm, H, rad, deg, rpm with the prefixes n, u, m, c, k, M, G.
+- Units are products of g, m, s, min, Hz, N, J, W, A, V, ohm, H, rad, deg, rpm with the
+  prefixes n, u, m, c, k, M, G.
 - Factors are separated by a space, `*` or `·`. Powers are written `m2` or `m^2`.
 - There is at most one `/`. A denominator of several factors stands in parentheses.
 - If two units are given below, the one in parentheses is for a rotational axis.
 
-In the tables, a number with a rule has the rule beside its unit. A dash in the column `default` means
-that there is no such thing unless you give it.
+In the tables, the bounds of a number stand beside its unit. A dash in the column `default` means:
+absent unless given.
 
 ## Signals
 
@@ -213,7 +214,7 @@ A signal is named `element.quantity`, as in `motor.position`.
 Points and normals are in the frame in which `surface` places the shapes.
 ";
 
-/// What stands in `sim/control/src`: the PID, its motion and its filters.
+/// The discrete PID, motion signals and filters of `sim/control/src`.
 const DISCRETE: &str = "
 ### How a controller is discretised
 
@@ -223,20 +224,27 @@ at sample n.
 | part | on paper | as it runs |
 |---|---|---|
 | integral | `ki / s` | `i[n] = i[n-1] + ki T e[n]`: the error of this sample is part of it |
-| derivative | `kd s / (tau s + 1)`, tau = `derivative_filter` | `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`, times `kd` (backward Euler) |
-| velocity of a position sensor | `s / (tau s + 1)`, tau = `velocity_filter` | `v[n] = (tau v[n-1] + x[n] - x[n-1]) / (tau + T)`; 0 at the first sample |
+| derivative | `kd s / (tau s + 1)`, tau = `derivative_filter` \
+| `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`, times `kd` (backward Euler) |
+| velocity of a position sensor | `s / (tau s + 1)`, tau = `velocity_filter` \
+| `v[n] = (tau v[n-1] + x[n] - x[n-1]) / (tau + T)`; 0 at the first sample |
 | position of a velocity sensor | `1 / s` | `x[n] = x[n-1] + T (v[n] + v[n-1]) / 2`; 0 at the first sample |
-| `low_pass` of a controller, first order | `1 / (1 + s / w)` | bilinear transform, prewarped at the corner: -3 dB exactly there |
-| `low_pass` of a controller, second order | `w^2 / (s^2 + 2 zeta w s + w^2)` | bilinear transform, prewarped at the natural frequency |
-| `notch` | `(s^2 + 2 d zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`, `d` its depth | bilinear transform, prewarped at its frequency: its depth exactly there |
-| `lead` | `(1 + s / w_z) / (1 + s / w_p)` | bilinear transform `s = (2 / T) (1 - z^-1) / (1 + z^-1)`, not prewarped: the gain at half the sampling rate is exactly pole over zero |
+| `low_pass` of a controller, first order | `1 / (1 + s / w)` \
+| bilinear transform, prewarped at the corner: -3 dB exactly there |
+| `low_pass` of a controller, second order | `w^2 / (s^2 + 2 zeta w s + w^2)` \
+| bilinear transform, prewarped at the natural frequency |
+| `notch` | `(s^2 + 2 d zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`, `d` its depth \
+| bilinear transform, prewarped at its frequency: its depth exactly there |
+| `lead` | `(1 + s / w_z) / (1 + s / w_p)` \
+| bilinear transform `s = (2 / T) (1 - z^-1) / (1 + z^-1)`, not prewarped: \
+the gain at half the sampling rate is exactly pole over zero |
 
 The `low_pass` of a sensor is analogue: it is part of the machine and integrated with it. The
 integral and the derivative begin at zero, at the first sample and at the first one after an
 approach. A filter begins at its steady state for the present input.
 ";
 
-/// With words in capitals where effects are listed.
+/// The words in capitals stand for lists of effects.
 const CELL_TEXT: &str = "\
 With `arm = ...` in a machine file, `feeler run` simulates the whole arm, with flexible joints, against
 a workpiece in space ([arms.md](arms.md)). It has the tables below, and these of an axis:
@@ -244,8 +252,8 @@ a workpiece in space ([arms.md](arms.md)). It has the tables below, and these of
 - `[contacts.NAME]`, exactly one: the law between tip and workpiece, which only pushes. It takes no
   `between`, `engagement`, `surface` or `profile`. `gap` moves the surface farther away. Effects:
   CONTACT-EFFECTS.
-- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a wrist sensor feels
-  against the normal. It may have every effect of a force sensor but SENSOR-EXCEPTIONS.
+- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a wrist sensor measures
+  against the normal. It may have every effect of a force sensor except SENSOR-EXCEPTIONS.
 - `[sensors.NAME]` that read `motor.position` or `motor.velocity`: the tool's travel along the normal
   from its start, or its rate, from the joints' encoders. One of these, `encoder`, always exists.
 - `[controllers.NAME]`, exactly one, without `drives`. Its output is a force along the normal, which
@@ -269,7 +277,7 @@ fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Sh
 fn variants(text: &mut String, choice: &Choice) {
     if !choice.key.is_empty() {
         let default =
-            choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` where absent"));
+            choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` if absent"));
         let _ = write!(text, "\n`{}`, {default}: {}.\n", choice.key, choice.text);
     }
     for variant in choice.variants {
@@ -301,7 +309,7 @@ fn nested(text: &mut String, shape: &Shape) {
     }
 }
 
-/// A table within a table, and those within it; a shape that has been described is only named.
+/// A table within a table, and the tables within that. A shape is described once and then only named.
 fn inner_table(
     text: &mut String,
     name: &str,

@@ -1,4 +1,4 @@
-//! JSON Schemas (draft 07, which editors' TOML plugins read) of the files.
+//! JSON Schemas of the files, in draft 07, which TOML plugins of editors read.
 
 use crate::keys::Element;
 use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
@@ -14,12 +14,12 @@ use super::keys::{
 
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
 
-/// The part of a table that a file gives.
+/// How much of a table a file contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
-    /// All that must be there.
+    /// All required keys.
     Whole,
-    /// Changes to its base machine.
+    /// Changes to the table of its base machine.
     Changes,
 }
 
@@ -30,7 +30,7 @@ pub fn schema() -> Value {
     for element in ELEMENTS {
         properties.insert(element.table.into(), json!({ "description": element.text, "type": "object" }));
     }
-    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
+    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
     let share = json!({ "type": "number", "minimum": 0.0 });
     properties.insert(
         TOLERANCE.into(),
@@ -57,7 +57,7 @@ pub fn schema() -> Value {
     })
 }
 
-/// Schema of scenarios of a whole arm: machine files that say `arm = "..."`.
+/// Schema of scenarios of a whole arm: machine files with `arm = "..."`.
 pub fn cell_schema() -> Value {
     let mut properties = properties(CELL.keys);
     for (table, shape, text) in CELL_TABLES {
@@ -66,26 +66,36 @@ pub fn cell_schema() -> Value {
     let effects = joint_effects().map(effects::Kind::definition);
     let effects: Map<String, Value> =
         effects.map(|definition| (definition.name.into(), of_effect(definition, Part::Changes))).collect();
-    let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
+    let effects = json!({
+        "description": "departures from the ideal",
+        "type": "object",
+        "properties": effects,
+        "additionalProperties": false,
+    });
     let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
-    properties
-        .insert("joints".into(), json!({ "description": "drives and effects of joints", "type": "object", "additionalProperties": joint }));
+    properties.insert("joints".into(), named("drives and effects of joints", &joint));
     for element in ELEMENTS.iter().filter(|element| SHARED.contains(&element.table)) {
-        let schema = json!({ "description": element.text, "type": "object", "additionalProperties": of_element(element, Part::Changes) });
+        let schema = named(element.text, &of_element(element, Part::Changes));
         properties.insert(element.table.into(), schema);
     }
-    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
-    // A file without a base has everything that a table needs.
+    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
+    // A file without a base must have all required keys.
     let whole: Map<String, Value> = CELL_TABLES
         .iter()
         .map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new())))
         .collect();
     json!({
-        "$schema": DIALECT, "title": "feeler scenario of a whole arm", "type": "object",
-        "properties": properties, "additionalProperties": false,
+        "$schema": DIALECT,
+        "title": "feeler scenario of a whole arm",
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
         "if": { "required": ["machine"] },
         "then": {},
-        "else": { "properties": whole, "required": ["arm", "start", "tip", "workpiece", "contacts", "controllers"] },
+        "else": {
+            "properties": whole,
+            "required": ["arm", "start", "tip", "workpiece", "contacts", "controllers"],
+        },
     })
 }
 
@@ -95,14 +105,11 @@ pub fn sweep_schema() -> Value {
         json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string", "boolean"] } });
     let axis = json!({ "anyOf": [list, of_shape(&AXIS, &Map::new())] });
     let mut properties = properties(SWEEP.keys);
-    properties.insert(
-        "axes".into(),
-        json!({ "description": "key paths, in quotes, and their values", "type": "object", "additionalProperties": axis }),
-    );
-    properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "what is kept of each run"));
+    properties.insert("axes".into(), named("key paths, in quotes, and their values", &axis));
+    properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "the data kept of each run"));
     properties.insert(
         "refine".into(),
-        described(of_shape(&REFINE, &Map::new()), "makes a grid finer along boundaries"),
+        described(of_shape(&REFINE, &Map::new()), "refines a grid along boundaries"),
     );
     let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
     json!({
@@ -115,18 +122,27 @@ pub fn sweep_schema() -> Value {
 pub fn dataset_schema() -> Value {
     let mut properties = properties(DATASET.keys);
     let column = of_shape(&COLUMN, &Map::new());
-    properties
-        .insert("columns".into(), json!({ "description": "columns of the CSV files", "type": "object", "additionalProperties": column }));
+    properties.insert("columns".into(), named("columns of the CSV files", &column));
     let experiment = of_shape(&EXPERIMENT, &Map::new());
     properties.insert(
         "experiments".into(),
-        json!({ "description": "what was done", "type": "array", "minItems": 1, "items": experiment }),
+        json!({
+            "description": "experiments, one for each file",
+            "type": "array",
+            "minItems": 1,
+            "items": experiment,
+        }),
     );
     let required = required(DATASET.keys).into_iter().chain(["columns", "experiments"]).collect::<Vec<_>>();
     json!({
         "$schema": DIALECT, "title": "feeler dataset", "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,
     })
+}
+
+/// A table of named entries with the same schema.
+fn named(text: &str, entry: &Value) -> Value {
+    json!({ "description": text, "type": "object", "additionalProperties": entry })
 }
 
 fn described(mut schema: Value, text: &str) -> Value {
@@ -145,7 +161,12 @@ fn of_element(element: &Element, part: Part) -> Value {
         .filter(fits)
         .map(|definition| (definition.name.into(), of_effect(definition, part)))
         .collect();
-    let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
+    let effects = json!({
+        "description": "departures from the ideal",
+        "type": "object",
+        "properties": kinds,
+        "additionalProperties": false,
+    });
     let besides = [(EFFECTS.to_owned(), effects)].into_iter().collect();
     match part {
         Part::Whole => of_shape(&element.shape, &besides),
@@ -153,8 +174,8 @@ fn of_element(element: &Element, part: Part) -> Value {
     }
 }
 
-/// Any keys of a table. The content of a key depends on its variant, which may be in the other file, so that
-/// of any variant is accepted.
+/// Any keys of a table. Their content depends on the variant, which may be in the other file. The content of
+/// any variant is therefore valid.
 fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
     let mut admitted = besides;
     for key in shape.all_keys() {
@@ -187,7 +208,7 @@ fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
     json!({ "type": "object", "properties": admitted, "additionalProperties": false })
 }
 
-/// What a key means in each variant that has it.
+/// The meaning of a key in each variant that has it.
 fn texts(shape: &Shape, name: &str) -> String {
     let mut texts: Vec<&str> = Vec::new();
     for key in shape.all_keys().filter(|key| key.name == name) {
@@ -238,7 +259,12 @@ fn of_shape(shape: &Shape, besides: &Map<String, Value>) -> Value {
             }
             description = variant.text.into();
         }
-        let mut object = json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false });
+        let mut object = json!({
+            "type": "object",
+            "properties": properties,
+            "required": required,
+            "additionalProperties": false,
+        });
         if let (Some(object), Value::String(_)) = (object.as_object_mut(), &description) {
             object.insert("description".into(), description);
         }
@@ -248,7 +274,8 @@ fn of_shape(shape: &Shape, besides: &Map<String, Value>) -> Value {
         None => object(None),
         Some(choice) => {
             let variants = choice.variants.iter();
-            json!({ "oneOf": variants.map(|v| object(Some((choice.key, v, choice.default == Some(v.name))))).collect::<Vec<_>>() })
+            let each = variants.map(|v| object(Some((choice.key, v, choice.default == Some(v.name)))));
+            json!({ "oneOf": each.collect::<Vec<_>>() })
         }
     }
 }
@@ -307,11 +334,13 @@ fn of_kind(kind: Kind) -> Value {
         }
         Kind::Numbers(unit, 0) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any) }),
         Kind::Numbers(unit, count) => {
-            json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": count, "maxItems": count })
+            let items = of_quantity(unit, Bound::Any);
+            json!({ "type": "array", "items": items, "minItems": count, "maxItems": count })
         }
         Kind::Points(unit) => of_points(unit),
         Kind::Reference(shape) => {
-            json!({ "anyOf": [of_quantity(Unit::Reference, Bound::Any), of_points(Unit::Reference), nested(shape)] })
+            let number = of_quantity(Unit::Reference, Bound::Any);
+            json!({ "anyOf": [number, of_points(Unit::Reference), nested(shape)] })
         }
     }
 }
@@ -326,7 +355,8 @@ fn of_points(unit: Unit) -> Value {
         of_quantity(Unit::Of(feeler_plant::units::Dimension::TIME), Bound::Any),
         of_quantity(unit, Bound::Any),
     ];
-    json!({ "type": "array", "minItems": 1, "items": { "type": "array", "items": pair, "additionalItems": false, "minItems": 2 } })
+    let point = json!({ "type": "array", "items": pair, "additionalItems": false, "minItems": 2 });
+    json!({ "type": "array", "minItems": 1, "items": point })
 }
 
 /// A number within its bounds, or a text that begins with one.
@@ -349,6 +379,7 @@ fn of_quantity(unit: Unit, bound: Bound) -> Value {
             limit("maximum", most);
         }
     }
-    let text = json!({ "type": "string", "pattern": "^[+-]?[0-9.]", "description": format!("a number with a unit such as {}", unit.words()) });
+    let about = format!("a number with a unit such as {}", unit.words());
+    let text = json!({ "type": "string", "pattern": "^[+-]?[0-9.]", "description": about });
     json!({ "anyOf": [number, text] })
 }

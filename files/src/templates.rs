@@ -1,13 +1,13 @@
 //! Files to start from.
 
-/// A file to start from.
+/// A template of a single file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Template {
-    /// Its name.
+    /// Name of the template.
     pub name: &'static str,
-    /// One line.
+    /// Description in one line.
     pub about: &'static str,
-    /// The file.
+    /// Text of the file.
     pub text: &'static str,
 }
 
@@ -50,14 +50,14 @@ pub const TEMPLATES: &[Template] = &[
     },
 ];
 
-/// A set of files as a starting point.
+/// A template of several files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
-    /// Its name.
+    /// Name of the template.
     pub name: &'static str,
-    /// One line.
+    /// Description in one line.
     pub about: &'static str,
-    /// Names and texts.
+    /// Names and texts of the files.
     pub files: &'static [(&'static str, &'static str)],
 }
 

@@ -1,4 +1,4 @@
-//! Excessive requests, and unintended texts.
+//! Excessive requests, and files that are no valid text.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
-/// A mistake is reported at once; this is a thousand times the usual time, so only a hang fails.
+/// Largest time of a report. It is a thousand times the usual time, so only a hang fails.
 const HANG: Duration = Duration::from_secs(20);
 
 #[expect(clippy::unwrap_used, reason = "without a refusal the test has failed")]
@@ -104,7 +104,7 @@ fn regress_many_mistakes_make_a_bounded_report() {
     let start = Instant::now();
     let error = Document::parse(&text, "many.toml").unwrap_err();
     assert_eq!((error.problems.len(), error.problems.len() + error.omitted), (1000, 20_001));
-    // Each mass, and the number of bodies.
+    // One mistake for each mass, and one for the number of bodies.
     let report = error.report(false);
     assert!(report.len() < 20_000, "a report shows the first problems and counts the rest");
     assert!(report.contains("and 19951 more") && report.ends_with("20001 mistakes"), "{report}");
@@ -155,7 +155,7 @@ fn mutated() -> impl Strategy<Value = String> {
         })
 }
 
-/// Work of an accepted scenario: samples, cycles of a spring, rows.
+/// Work of an accepted scenario: the sum of samples, cycles of the stiffest spring, and rows.
 fn work(document: &Document) -> f64 {
     let run = &document.scenario.run;
     let machine = &document.scenario.machine;
@@ -176,13 +176,19 @@ proptest! {
         negative in any::<bool>(),
     ) {
         let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
-        let keys = ["controllers.force.period", "controllers.force.delay", "sensors.force.delay", "bodies.tip.mass", "run.duration"];
+        let keys = [
+            "controllers.force.period",
+            "controllers.force.delay",
+            "sensors.force.delay",
+            "bodies.tip.mass",
+            "run.duration",
+        ];
         for (key, exponent) in keys.iter().zip(&exponents) {
             let sign = if negative { "-" } else { "" };
             draft.set(&format!("{key}={sign}1e{exponent}")).unwrap();
         }
         match draft.build() {
-            // The three budgets together.
+            // The sum of three budgets: samples, cycles, rows.
             Ok(document) => prop_assert!(work(&document) <= 2e8 + 1e8 + 1e8),
             Err(error) => prop_assert!(error.problems.iter().all(|problem| !problem.remedy.is_empty())),
         }
@@ -194,14 +200,19 @@ proptest! {
             Ok(document) => prop_assert!(!document.to_toml().is_empty()),
             Err(error) => {
                 prop_assert!(!error.problems.is_empty());
-                prop_assert!(error.problems.iter().all(|problem| problem.line > 0 && problem.span.end <= text.len()));
+                prop_assert!(
+                    error.problems.iter().all(|problem| problem.line > 0 && problem.span.end <= text.len())
+                );
                 prop_assert!(!error.report(true).is_empty());
             }
         }
     }
 
     #[test]
-    fn prop_random_text_never_panics(text in any::<String>(), bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn prop_random_text_never_panics(
+        text in any::<String>(),
+        bytes in prop::collection::vec(any::<u8>(), 0..400),
+    ) {
         for text in [text, String::from_utf8_lossy(&bytes).into_owned()] {
             let _ = Document::parse(&text, "random.toml").map_err(|error| error.report(false));
             let _ = SweepFile::parse(&text, "random.toml").map_err(|error| error.report(false));

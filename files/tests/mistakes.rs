@@ -1,4 +1,4 @@
-//! Mistakes that were once accepted, reported without a place, or reported with a second irrelevant message.
+//! Mistakes that were once accepted, reported without a place, or reported twice.
 
 #![expect(clippy::unwrap_used, reason = "without the file there is no test")]
 
@@ -44,7 +44,8 @@ fn regress_senseless_pairs_are_refused_with_a_remedy() {
 fn regress_a_rigid_joint_with_a_stiffness_is_refused_where_both_are_written() {
     let text = |rest: &str| {
         format!(
-            "[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}"
+            "[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n\
+             [springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}"
         )
     };
     let found = mistakes_of(&text("stiffness = 1e5\ndamping = 1.0\n"));
@@ -54,7 +55,7 @@ fn regress_a_rigid_joint_with_a_stiffness_is_refused_where_both_are_written() {
     assert_eq!(
         mistakes(&["springs.transmission.rigid=true"]),
         [],
-        "a setting makes rigid what the file has as a spring"
+        "a setting may make a spring of the file rigid"
     );
 }
 
@@ -72,7 +73,8 @@ fn regress_both_ends_of_a_spring_are_reported_each_at_its_place() {
 fn regress_one_misspelling_is_one_mistake() {
     for text in [
         "[bodies.a]\nmas = 12\n",
-        "[bodies.a]\nmass = 1\n[actuators.d]\non = \"a\"\n[controllers.c]\nlaw = \"explicit-forse\"\ndrives = \"d\"\nperiod = 1e-3\n\
+        "[bodies.a]\nmass = 1\n[actuators.d]\non = \"a\"\n\
+         [controllers.c]\nlaw = \"explicit-forse\"\ndrives = \"d\"\nperiod = 1e-3\n\
          approach = { speed = 0.1, until = 1.0 }\n",
     ] {
         let found = mistakes_of(text);
@@ -90,7 +92,8 @@ fn regress_only_what_has_the_quantity_is_suggested() {
 #[test]
 fn regress_mistakes_of_the_motion_have_places() {
     let still = "[bodies.a]\nmass = 1.0\n[springs.s]\nbetween = [\"ground\", \"a\"]\nrigid = true\n";
-    let apart = "[bodies.a]\nmass = 1.0\n[bodies.b]\nmass = 1.0\nvelocity = 2.0\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n";
+    let apart = "[bodies.a]\nmass = 1.0\n[bodies.b]\nmass = 1.0\nvelocity = 2.0\n\
+                 [springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n";
     for (text, place) in [(still, (1, "bodies")), (apart, (5, "bodies.b.velocity"))] {
         let document = Document::parse(text, "it.toml").unwrap();
         let Err(EngineError::Problems { problems }) = Program::new(&document.scenario) else {
@@ -110,9 +113,8 @@ fn regress_every_mistake_comes_with_a_remedy() {
         &["controllers.force.approach.release=1e6"][..],
         &["controllers.force.reference={ kind = \"multisine\", rms = 1.0, band = [1.0, 1e9], period = 1.0 }"]
             [..],
-        &[
-            "springs.guide.effects.transmission-flexibility={ stiffness = 1e5, damping = 1.0, tip_mass = 1.0 }",
-        ][..],
+        &["springs.guide.effects.transmission-flexibility={ stiffness = 1e5, damping = 1.0, \
+           tip_mass = 1.0 }"][..],
         &["springs.guide.effects.backlash={ width = 1e-4 }"][..],
         &["springs.transmission.effects.base-flexibility={ mass = 100.0, stiffness = 1e6, damping = 100.0 }"]
             [..],
@@ -150,7 +152,7 @@ fn truth_a_setting_without_its_path_proposes_the_whole_path() {
     let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
     let error = draft.set("kp=0.8").unwrap_err();
     assert_eq!(error.problems[0].remedy, "did you mean `controllers.force.kp`?");
-    // If several elements have such a key, no guess is made.
+    // If several elements have such a key, no suggestion is made.
     let error = draft.set("mass=1.0").unwrap_err();
     assert!(!error.problems[0].remedy.contains("mass"), "{error}");
 }

@@ -1,4 +1,4 @@
-//! Output of the format: scenarios, schemas, the reference, templates.
+//! Written scenarios, schemas, the manual, and templates.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowP
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY, Place};
 use proptest::prelude::*;
 
-/// Files that show every element.
+/// Scenarios that together have every element.
 #[expect(clippy::unwrap_used, reason = "the templates have a test of their own")]
 fn originals() -> Vec<Scenario> {
     let complete = include_str!("data/complete.toml");
@@ -143,19 +143,32 @@ prop_compose! {
         contact_law in prop_oneof![
             Just(ContactLaw::KelvinVoigt),
             Just(ContactLaw::Hertz),
-            (positive(), 1.0..3.0_f64).prop_map(|(alpha_s_per_m, exponent)| ContactLaw::HuntCrossley { alpha_s_per_m, exponent }),
+            (positive(), 1.0..3.0_f64)
+                .prop_map(|(alpha_s_per_m, exponent)| ContactLaw::HuntCrossley { alpha_s_per_m, exponent }),
         ],
-        engagement in prop_oneof![Just(Engagement::Clamped), Just(Engagement::Unilateral), Just(Engagement::Free)],
-        limits in (proptest::option::of(positive()), proptest::option::of(positive()), proptest::option::of(positive())),
+        engagement in prop_oneof![
+            Just(Engagement::Clamped),
+            Just(Engagement::Unilateral),
+            Just(Engagement::Free),
+        ],
+        limits in (
+            proptest::option::of(positive()),
+            proptest::option::of(positive()),
+            proptest::option::of(positive()),
+        ),
         filter in proptest::option::of(prop_oneof![
             positive().prop_map(|corner_hz| LowPass::FirstOrder { corner_hz }),
-            (positive(), positive()).prop_map(|(corner_hz, damping_ratio)| LowPass::SecondOrder { corner_hz, damping_ratio }),
+            (positive(), positive())
+                .prop_map(|(corner_hz, damping_ratio)| LowPass::SecondOrder { corner_hz, damping_ratio }),
         ]),
         law in law(),
         reference in reference(),
         timing in (positive(), positive(), any::<bool>()),
         seed in any::<u64>(),
-        integrator in prop_oneof![prop::sample::select(Integrator::ALL.map(|(integrator, _)| integrator).to_vec()), Just(Integrator::External)],
+        integrator in prop_oneof![
+            prop::sample::select(Integrator::ALL.map(|(integrator, _)| integrator).to_vec()),
+            Just(Integrator::External),
+        ],
     ) -> Scenario {
         let mut scenario = original;
         let machine = &mut scenario.machine;
@@ -175,7 +188,10 @@ prop_compose! {
         machine.sensors[0].low_pass = filter;
         let controller = &mut scenario.controllers[0];
         let position = matches!(law, Law::Position(_));
-        controller.reads = if matches!(law, Law::OpenLoop) { None } else { Some(if position { "encoder" } else { "force" }.into()) };
+        controller.reads = match law {
+            Law::OpenLoop => None,
+            _ => Some(if position { "encoder" } else { "force" }.into()),
+        };
         if matches!(law, Law::OpenLoop | Law::Position(_)) {
             controller.spec.approach = None;
         }
@@ -184,13 +200,15 @@ prop_compose! {
         controller.spec.delay_s = timing.0.min(1e3);
         controller.spec.output_limit = Some(timing.1);
         if timing.2 {
-            controller.spec.reading_low_pass = Some(LowPassSpec { cutoff_hz: 100.0, damping_ratio: Some(0.7) });
-            controller.spec.reading_notch = Some(NotchSpec { frequency_hz: 90.0, damping_ratio: 0.4, depth: 0.2 });
+            let low_pass = LowPassSpec { cutoff_hz: 100.0, damping_ratio: Some(0.7) };
+            let notch = NotchSpec { frequency_hz: 90.0, damping_ratio: 0.4, depth: 0.2 };
+            controller.spec.reading_low_pass = Some(low_pass);
+            controller.spec.reading_notch = Some(notch);
         }
         scenario.run.seed = seed;
         scenario.run.integrator = integrator;
         if integrator == Integrator::External && rotational {
-            // Rapier follows only a part of a turn in one step.
+            // Rapier cannot follow more than a part of a turn in one step.
             let most = 0.5 / scenario.run.step_s;
             scenario.machine.bodies[0].velocity_m_per_s = velocity.clamp(-most, most);
         }
@@ -204,7 +222,8 @@ proptest! {
     #[test]
     fn prop_a_written_scenario_is_read_as_it_was(scenario in scenario()) {
         let text = to_toml(&scenario);
-        let document = Document::parse(&text, "written.toml").map_err(|error| TestCaseError::fail(format!("{error}\n{text}")))?;
+        let document = Document::parse(&text, "written.toml")
+            .map_err(|error| TestCaseError::fail(format!("{error}\n{text}")))?;
         prop_assert_eq!(document.scenario, scenario);
     }
 }
@@ -254,22 +273,23 @@ fn truth_tolerances_are_written_with_the_document() {
     assert_eq!(again.scenario, document.scenario);
 }
 
-/// Every key of the drives with their own loop, winding or motion.
+/// Every key of the drives other than the force drive.
 #[test]
 fn truth_every_kind_of_actuator_is_read_as_it_was_written() {
     let servo = template("servo").unwrap().text;
     let kinds = [
         (
             "position-servo",
-            "kp = 12.0\nkd = 0.3\nki = 4.0\nlimit = 3.0\nvelocity_limit = \"60 rpm\"\ndelay = \"8 ms\"\n\
-          error_deadband = \"0.2 deg\"\nperiod = \"2 ms\"\ncompute_delay = \"1 ms\"\nresolution = \"0.1 deg\"\n\
-          output_resolution = \"1 mN m\"",
+            "kp = 12.0\nkd = 0.3\nki = 4.0\nlimit = 3.0\nvelocity_limit = \"60 rpm\"\n\
+             delay = \"8 ms\"\nerror_deadband = \"0.2 deg\"\nperiod = \"2 ms\"\n\
+             compute_delay = \"1 ms\"\nresolution = \"0.1 deg\"\n\
+             output_resolution = \"1 mN m\"",
         ),
         (
             "dc-motor",
             "input = \"duty\"\nresistance = \"1.5 ohm\"\ntorque_constant = \"50 mN m/A\"\n\
-          back_emf_constant = \"0.06 V s/rad\"\ngear_ratio = 20\nsupply_voltage = \"12 V\"\ncurrent_limit = \"2 A\"\n\
-          rotor_inertia = \"1e-5 kg m2\"\ninductance = \"0.2 mH\"",
+             back_emf_constant = \"0.06 V s/rad\"\ngear_ratio = 20\nsupply_voltage = \"12 V\"\n\
+             current_limit = \"2 A\"\nrotor_inertia = \"1e-5 kg m2\"\ninductance = \"0.2 mH\"",
         ),
         ("imposed", ""),
     ];
@@ -282,7 +302,7 @@ fn truth_every_kind_of_actuator_is_read_as_it_was_written() {
         let again =
             Document::parse(&written, "again.toml").unwrap_or_else(|error| panic!("{error}\n{written}"));
         assert_eq!(again.scenario, read, "{written}");
-        // Every key is written, so that none is lost.
+        // The output must have every key.
         for line in keys.lines() {
             let key = line.split(' ').next().unwrap_or_default();
             assert!(written.contains(&format!("\n{key} = ")), "{kind} lacks {key}:\n{written}");

@@ -27,7 +27,7 @@ fn go(file: &CellFile) -> CellRun {
     run_cell(file, &mut |_| {}).unwrap()
 }
 
-/// Without friction in the joints.
+/// Settings that remove the dry friction of the joints.
 const SMOOTH: [&str; 6] = [
     "joints.pan.dry_friction=0",
     "joints.lift.dry_friction=0",
@@ -65,7 +65,7 @@ fn truth_the_arm_settles_at_20_n_at_low_gain_and_chatters_at_high_gain() {
     );
 }
 
-/// 3 mm/s do not reach the workpiece in 0.6 s, and a tool thrown at it arrives after the run.
+/// At 3 mm/s the tool does not reach the workpiece in 0.6 s. A thrown tool arrives after the end of the run.
 #[test]
 fn regress_an_arm_on_its_way_has_not_missed_the_workpiece() {
     for (file, settings) in [
@@ -82,7 +82,7 @@ fn prop_the_same_file_and_seed_give_the_same_bits() {
     let of = || go(&load("press-low-gain.toml", &["run.duration=0.4"]));
     let [a, b] = [of(), of()];
     assert_eq!(a.record, b.record);
-    // Rows of the file's rate are every tenth of those of the measures.
+    // The rate of the file is a tenth of the rate of the measures.
     assert_eq!(
         a.motion.column("tool.force").unwrap()[7].to_bits(),
         a.record.column("tool.force").unwrap()[70].to_bits()
@@ -129,8 +129,8 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
     }
 }
 
-/// Relative to the force: gears and contact in series with the programmed spring; the other directions yield
-/// slightly.
+/// Tolerance relative to the force of gears and contact in series with the programmed spring. The other
+/// directions yield slightly.
 const AT_REST: f64 = 0.02;
 
 #[test]
@@ -169,9 +169,11 @@ fn truth_impedance_presses_as_springs_in_series_do_and_admittance_reaches_its_fo
 }
 
 const LEVER: &str = r#"<robot name="lever"><link name="base"/>
-  <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
+  <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link>
+  <link name="tip"/>
   <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
-  <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
+  <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint>
+</robot>"#;
 
 const LEVER_SCENARIO: &str = r#"
 arm = "lever.urdf"
@@ -204,11 +206,11 @@ period = "1 ms"
 duration = 0.05
 "#;
 
-/// The lever turns by 2 mrad on its path, so that the tool's path bends by the same angle, and the ball's
-/// centre moves by that angle times its radius relative to the point of contact.
+/// Tolerance of the axis. The lever turns by 2 mrad, so the tool's path bends by the same angle. Relative to
+/// the point of contact, the ball's centre moves by this angle times its radius.
 const LEVER_IS_AN_AXIS: f64 = 1e-4;
 
-/// A folder with the lever and a scenario of it.
+/// A folder with the lever and its scenario.
 fn lever(urdf: &str, scenario: &str) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("lever.urdf"), urdf).unwrap();
@@ -222,18 +224,18 @@ fn truth_a_lever_from_a_urdf_is_two_masses() {
     let (_folder, path) = lever(LEVER, LEVER_SCENARIO);
     let file = CellFile::load(&path).unwrap_or_else(|error| panic!("{error}"));
     let whole = go(&file).summary.figures.peak_force_n;
-    let text = "bodies.motor = { mass = 1.71875, velocity = 0.05 }\nbodies.tip = { mass = 1.09375, velocity \
-                = 0.05 }
+    let text = "bodies.motor = { mass = 1.71875, velocity = 0.05 }
+        bodies.tip = { mass = 1.09375, velocity = 0.05 }
         springs.gear = { between = [\"motor\", \"tip\"], stiffness = 46875.0, damping = 39.0625 }
-        contacts.tool = { between = [\"tip\", \"ground\"], stiffness = 2e4, damping = 40.0, gap = 1e-4 \
-        }\nrun.duration = 0.05";
+        contacts.tool = { between = [\"tip\", \"ground\"], stiffness = 2e4, damping = 40.0, gap = 1e-4 }
+        run.duration = 0.05";
     let axis =
         run(&Document::parse(text, "axis.toml").unwrap().scenario, &mut |_| {}).unwrap().summary.peak_force_n;
     println!("lever: {whole:.5} N, two masses: {axis:.5} N");
     assert!((whole / axis - 1.0).abs() < LEVER_IS_AN_AXIS, "{whole} {axis}");
 }
 
-/// The mistakes of a file, one line each.
+/// The mistakes of a file, each as one line.
 fn told(path: &Path) -> Vec<String> {
     CellFile::load(path).map(|_| ()).unwrap_err().problems.iter().map(ToString::to_string).collect()
 }
@@ -377,5 +379,6 @@ fn truth_the_schema_has_every_table() {
     {
         assert!(!schema["properties"][table].is_null(), "{table}");
     }
-    assert!(schema["properties"]["joints"]["additionalProperties"]["properties"]["effects"]["properties"]["backlash"].is_object());
+    let joint = &schema["properties"]["joints"]["additionalProperties"];
+    assert!(joint["properties"]["effects"]["properties"]["backlash"].is_object());
 }

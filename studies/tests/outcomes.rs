@@ -1,17 +1,20 @@
-//! Outcomes of machines whose answer is known by construction, as a sweep judges them: extended until they
-//! are decided.
+//! Outcomes of machines whose behaviour is known by construction. Runs are extended until they are decided,
+//! as in a sweep.
 
 use std::path::Path;
 
 use feeler_files::Document;
 use feeler_studies::run::{Candidate, Outcome, Summary};
 
-/// An axis of 20 kg on a wall of 100 kN/m.
+/// Summary of an axis of 20 kg on a wall of 100 kN/m.
 fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration_s: f64) -> Summary {
     let text = format!(
-        "[bodies.m]\nmass = 20\n{body}\n[contacts.tool]\nbetween = [\"m\", \"ground\"]\nstiffness = 1e5\n{contact}\n\
-         [actuators.drive]\non = \"m\"\n{drive}\n[sensors.force]\nreads = \"tool.spring_force\"\n\
-         [controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\ndrives = \"drive\"\nfeed_forward = 1.0\n{controller}\n\
+        "[bodies.m]\nmass = 20\n{body}\n\
+         [contacts.tool]\nbetween = [\"m\", \"ground\"]\nstiffness = 1e5\n{contact}\n\
+         [actuators.drive]\non = \"m\"\n{drive}\n\
+         [sensors.force]\nreads = \"tool.spring_force\"\n\
+         [controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\ndrives = \"drive\"\n\
+         feed_forward = 1.0\n{controller}\n\
          [run]\nduration = {duration_s}\n"
     );
     let document = Document::parse(&text, "axis.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"));
@@ -19,14 +22,13 @@ fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration
     measured.unwrap_or_else(|error| panic!("{error}")).summary
 }
 
-/// Closed form A of an actuator of 30 Hz: `b s + (k + b w) / w ...` limits the gain to 0.450 with `b = 200`,
-/// and sampling at 10 kHz to 0.4456.
+/// Closed form A of an actuator of 30 Hz, `b s + (k + b w) / w ...`, limits the gain to 0.450 with `b = 200`.
+/// Sampling at 10 kHz lowers the limit to 0.4456.
 const LAG: &str = "kind = \"force\"\nbandwidth = \"30 Hz\"";
 const CLAMPED: &str = "engagement = \"clamped\"";
 const GUIDE: &str = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 200";
 
-/// A smooth reference excites so little that the growth stays within the settling band over the requested
-/// duration.
+/// A smooth reference excites little: over the requested duration the growth stays within the settling band.
 #[test]
 fn regress_growth_within_the_settling_band_is_unstable() {
     let smooth: Vec<String> = (0..=80)
@@ -57,8 +59,8 @@ fn regress_a_few_cycles_are_no_sustained_oscillation() {
     }
 }
 
-/// A wall that dissipates energy at every impact, under a constant push: flights become shorter, whatever the
-/// end of the run.
+/// The wall dissipates energy at every impact, under a constant push. Flights therefore become shorter,
+/// whenever the run ends.
 #[test]
 fn regress_bouncing_that_dies_out_is_no_chatter() {
     let body = "velocity = 0.4\n[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 5";
@@ -70,13 +72,14 @@ fn regress_bouncing_that_dies_out_is_no_chatter() {
             "kp = 0.1\nperiod = 1e-3\nreference = 20.0",
             duration_s,
         );
-        // Eight times the shorter durations are not enough to come to rest.
+        // A run is extended eightfold at most. The motion of the shorter runs still decays then.
         let expected = if duration_s < 2.0 { Outcome::Undecided } else { Outcome::BouncesThenSettles };
         assert_eq!(summary.outcome, expected, "{duration_s} s: {:?}", summary.verdict);
     }
 }
 
-/// Thrown off at 1 m/s against 20 N, 20 kg are back after 2 s; no energy is lost, so this goes on.
+/// A mass of 20 kg that is thrown off at 1 m/s against 20 N returns after 2 s. No energy is lost, so the
+/// motion repeats.
 #[test]
 fn regress_a_tool_that_is_pushed_back_is_waited_for() {
     let body = "velocity = 1.0";
@@ -96,8 +99,8 @@ fn regress_a_tool_that_is_pushed_back_is_waited_for() {
     }
 }
 
-/// By linear theory the loop is stable up to 1.18 times its gain: the motion by sensor noise does not grow
-/// there, whatever its seed.
+/// By linear theory the loop is stable up to 1.18 times its gain. The motion due to sensor noise does not
+/// grow, whatever its seed.
 #[test]
 fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
     let place = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
@@ -120,8 +123,8 @@ fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
     }
 }
 
-/// With steps of 8 N no reading equals 20 N, so the integrator moves up and down for ever, by 3.9 N; steps of
-/// 0.2 N keep the force within the settling band.
+/// With steps of 8 N no reading equals 20 N, so the integrator swings by 3.9 N without end. Steps of 0.2 N
+/// keep the force within the settling band.
 #[test]
 fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
     let place = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
@@ -139,14 +142,16 @@ fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
     assert_eq!((outcome(8.0), outcome(0.2)), (Outcome::Oscillates, Outcome::Settled));
 }
 
-/// Routh: `m s^3 + b s^2 + k (1 + kp) s + k ki` is stable up to `ki = b (1 + kp) / m = 30` 1/s. Far beyond,
-/// each bounce throws the tool off for so long that few fit into the longest run.
+/// Routh: `m s^3 + b s^2 + k (1 + kp) s + k ki` is stable up to `ki = b (1 + kp) / m = 30` 1/s. Far above
+/// this, flights are so long that the longest run has only a few bounces.
 #[test]
 fn regress_few_bounces_that_grow_are_unstable() {
-    let body = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 100\n[sensors.encoder]\nreads = \"m.position\"";
+    let body = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 100\n\
+                [sensors.encoder]\nreads = \"m.position\"";
     let outcome = |ki: f64| {
         let controller = format!(
-            "kp = 0.5\nki = {ki}\nperiod = 1e-3\nreference = 20.0\napproach = {{ speed = \"20 mm/s\", until = \"3 N\" }}"
+            "kp = 0.5\nki = {ki}\nperiod = 1e-3\nreference = 20.0\n\
+             approach = {{ speed = \"20 mm/s\", until = \"3 N\" }}"
         );
         outcome_of(body, "damping = 300\ngap = 0.002", "kind = \"force\"", &controller, 3.0)
     };
@@ -163,8 +168,8 @@ fn regress_few_bounces_that_grow_are_unstable() {
     }
 }
 
-/// Loops without contact: a drive at its limit behind an integrator without anti-windup, and a load read
-/// behind a free play.
+/// Two loops without contact. The first has a drive at its limit and an integrator without anti-windup. The
+/// second controls a load behind free play.
 #[test]
 fn truth_loops_without_contact_are_judged_by_what_they_control() {
     let windup = r#"
@@ -237,11 +242,11 @@ duration = 8.0
     };
     assert_eq!(outcome(windup), Outcome::Unstable);
     assert_eq!(outcome(play), Outcome::LimitCycle);
-    // Without play it settles.
+    // The second loop settles without free play.
     assert_eq!(outcome(&play.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
 }
 
-/// Every file of an axis has a decided outcome within its own duration.
+/// Every scenario of an axis has a decided outcome within its own duration.
 #[test]
 fn prop_no_scenario_of_the_project_ends_undecided() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));

@@ -1,5 +1,4 @@
-//! The sweep files: the results of the paper that they reproduce, and that tasks of a scheduler give the same
-//! bytes as one run.
+//! The sweep files reproduce results of the paper. Tasks of a scheduler give the same bytes as one run.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
@@ -21,7 +20,7 @@ fn results(sweep: &Sweep) -> Table {
     Table::read(&result.table.unwrap()).unwrap()
 }
 
-/// Whether a row comes to rest, or is about to.
+/// Whether a variant comes to rest, or still decays.
 fn rests(table: &Table, row: usize) -> bool {
     let text = |column: &str| table.texts(column).unwrap()[row].clone().unwrap_or_default();
     let outcome = text("outcome");
@@ -29,8 +28,8 @@ fn rests(table: &Table, row: usize) -> bool {
         || text("undecided") == "still-decaying"
 }
 
-/// For each value of the first axis, the index of the first gain that does not come to rest, and the first
-/// limit of linear theory on the same scale.
+/// For each value of the first axis: the index of the first gain that does not come to rest, and the first
+/// limit of linear theory on the scale of this index.
 fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
     let axes = DrawnAxis::of(&sweep.file);
     let [across, gain] = &axes[..] else { panic!("two axes") };
@@ -46,14 +45,14 @@ fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
             .unwrap()
             .first_upper();
         let edge = (0..gains).find(|i| !rests(table, rows[section * gains + i])).unwrap_or(gains);
-        // Limits outside the map agree if all of its gains come to rest.
+        // A limit outside the map agrees if all gains of the map come to rest.
         (edge as f64, (gain.share(limit) * (gains - 1) as f64).min(gains as f64))
     };
     (0..sections).map(of_section).collect()
 }
 
-/// Claims 1, 2 and 3: where the tool is clamped, the first gain that does not come to rest lies within one
-/// cell of the sampled linear limit.
+/// Claims 1, 2 and 3. If the tool is clamped, the first gain that does not come to rest lies within one cell
+/// of the sampled linear limit.
 #[test]
 fn reference_the_simulated_boundary_is_within_a_cell_of_the_sampled_one() {
     for name in [
@@ -69,8 +68,7 @@ fn reference_the_simulated_boundary_is_within_a_cell_of_the_sampled_one() {
         let gains = DrawnAxis::of(&sweep.file)[1].points.unwrap() as f64;
         let mut met = 0;
         for (edge, theory) in edges(&sweep, &table, &rows) {
-            // If the simulated limit equals the sampled one, the first gain beyond it is less than a cell
-            // past it.
+            // Even if both limits are equal, the first gain beyond them is up to a cell away.
             let distance = edge - theory;
             assert!(
                 (-1.0..=1.0).contains(&distance),
@@ -82,7 +80,7 @@ fn reference_the_simulated_boundary_is_within_a_cell_of_the_sampled_one() {
     }
 }
 
-/// Clamped, chatter begins at the limit; where the tool can leave the wall, below it.
+/// Chatter of a clamped tool begins at the limit. If the tool can leave the wall, it begins below the limit.
 #[test]
 fn truth_loss_of_contact_brings_chatter_below_the_linear_limit() {
     let sweep = Sweep::load(&file("loss-of-contact.toml")).unwrap();
@@ -94,19 +92,20 @@ fn truth_loss_of_contact_brings_chatter_below_the_linear_limit() {
         edges(&sweep, &table, &rows).into_iter().map(|(edge, theory)| theory - edge).collect::<Vec<_>>()
     };
     assert!(below("clamped").iter().all(|cells| cells.abs() <= 1.0), "{:?}", below("clamped"));
-    // Cells are a fortieth of the limit: chatter begins at four fifths of it.
+    // A cell is a fortieth of the limit, and chatter begins at four fifths of the limit.
     assert!(below("unilateral").iter().all(|cells| (6.0..11.0).contains(cells)), "{:?}", below("unilateral"));
 }
 
-/// The level at rest has to lie above the level in motion: of four combinations two are refused, each in its
-/// row.
+/// The static friction level must be above the level in motion. Two of four combinations are therefore rows
+/// with errors.
 #[test]
 fn regress_values_that_only_some_combinations_allow_are_rows_with_errors() {
     let parse = |coulomb: &str| {
         let text = format!(
-            "scenario = \"../chatter/stiction.toml\"\n[axes]\n\"springs.guide.effects.stribeck-friction.static\" = [\"50 N\", \"20 N\"]\n\
-             \"springs.guide.effects.stribeck-friction.coulomb\" = [{coulomb}]\n\"run.duration\" = [\"20 \
-             ms\"]\n"
+            "scenario = \"../chatter/stiction.toml\"\n[axes]\n\
+             \"springs.guide.effects.stribeck-friction.static\" = [\"50 N\", \"20 N\"]\n\
+             \"springs.guide.effects.stribeck-friction.coulomb\" = [{coulomb}]\n\
+             \"run.duration\" = [\"20 ms\"]\n"
         );
         Sweep::parse(&text, &file("levels.toml").display().to_string())
     };
@@ -118,16 +117,17 @@ fn regress_values_that_only_some_combinations_allow_are_rows_with_errors() {
         [false, false, true, true],
         "{errors:?}"
     );
-    // Above every level at rest that the sweep has.
+    // 60 N is above every static level of the sweep.
     let refused = parse("\"35 N\", \"60 N\"").unwrap_err().to_string();
     assert!(refused.contains("with \"60 N\"") && !refused.contains("35 N\":"), "{refused}");
 }
 
 #[test]
 fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
-    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [5e4, \
-                2e6], points = 5 }\n\
-        \"controllers.force.kp\" = { log = [0.1, 8.0], points = 5 }\n[refine]\nlevels = 2\n";
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\
+                \"contacts.tool.stiffness\" = { log = [5e4, 2e6], points = 5 }\n\
+                \"controllers.force.kp\" = { log = [0.1, 8.0], points = 5 }\n\
+                [refine]\nlevels = 2\n";
     let name = file("refined.toml").display().to_string();
     let refined = Sweep::parse(text, &name).unwrap();
     let fine = text.replace("points = 5", "points = 17").replace("[refine]\nlevels = 2\n", "");
@@ -135,7 +135,7 @@ fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
     let (few, all) = (results(&refined), results(&fine));
     assert_eq!(refined.runs_of_the_grid(), Some(all.rows as u64));
     assert!(few.rows < all.rows * 2 / 3, "{} of {}", few.rows, all.rows);
-    // Every pair of neighbours on the fine grid that differ is among the runs made, with the same outcome.
+    // If two neighbours on the fine grid differ, the refined sweep has both with the same outcomes.
     let number = |table: &Table, key: &str, row: usize| table.reals(key).unwrap()[row].unwrap();
     let known = |kp: f64, stiffness: f64| {
         (0..few.rows).find(|&row| {
@@ -158,13 +158,13 @@ fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
     }
 }
 
-/// Every part begun twice, as by a scheduler that starts tasks again, with whole runs and merges among them
-/// as soon as they can be.
+/// Every part starts twice, as under a scheduler that restarts tasks. Whole runs and merges run at the same
+/// time.
 #[test]
 fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes() {
-    let text = "scenario = \"../paper/rigid.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.1, \
-                1.0], points = 64 }\n\
-        \"run.duration\" = [\"20 ms\"]\n[keep]\ntail = 0\n";
+    let text = "scenario = \"../paper/rigid.toml\"\n[axes]\n\
+                \"controllers.force.kp\" = { linear = [0.1, 1.0], points = 64 }\n\
+                \"run.duration\" = [\"20 ms\"]\n[keep]\ntail = 0\n";
     let sweep = Sweep::parse(text, &file("shards.toml").display().to_string()).unwrap();
     let alone = tempfile::tempdir().unwrap();
     let bytes = |folder: &Path| std::fs::read(folder.join("sweep.parquet")).unwrap();
@@ -182,11 +182,14 @@ fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes(
             }
             for _ in 0..2 {
                 scope.spawn(|| assert!(run(None).table.is_some()));
-                // Until all chunks are there, a merge says which are missing.
+                // A merge is an error until all chunks exist.
                 scope.spawn(|| while merge(&[folder.into()], folder).is_err() {});
             }
         });
-        assert!(bytes(folder) == bytes(alone.path()), "parts in one folder give other bytes than one run");
+        assert!(
+            bytes(folder) == bytes(alone.path()),
+            "the parts in one folder do not give the bytes of one run"
+        );
         assert!(!folder.join("chunks").exists());
         merge(&[folder.into()], &folder.join("elsewhere")).unwrap();
         assert!(
@@ -198,12 +201,12 @@ fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes(
     }
 }
 
-/// Values for which there is no machine are rows with their error, beside those that run.
+/// Values without a valid machine become rows with their error. The other variants run.
 #[test]
 fn truth_a_variant_that_fails_is_a_row() {
     let text = "scenario = \"../paper/rigid.toml\"\nsampling = \"latin-hypercube\"\nsamples = 20\n[axes]\n\
-        \"bodies.motor.mass\" = { uniform = [1.0, 12.0] }\n\"controllers.force.low_pass\" = { uniform = \
-        [1.0, 499.0] }\n";
+                \"bodies.motor.mass\" = { uniform = [1.0, 12.0] }\n\
+                \"controllers.force.low_pass\" = { uniform = [1.0, 499.0] }\n";
     let sweep = Sweep::parse(text, &file("failing.toml").display().to_string()).unwrap();
     let mut failing = sweep.clone();
     failing.file.axes["bodies.motor.mass"] = feeler_files::Axis::Uniform { from: -12.0, to: 12.0 };
@@ -215,15 +218,15 @@ fn truth_a_variant_that_fails_is_a_row() {
     assert_eq!(table.texts("error").unwrap().iter().flatten().count(), 10);
 }
 
-/// A gain to a thousandth of its range and a stiffness to a third of its own: the crossings of the
-/// stiffness's few lines are bisected, and nothing else. On three lines of the stiffness and four spacings of
-/// the gain, each halved eight times: the coarse grid, and up to two columns of three new places for each
-/// halving.
+/// The gain has a tolerance of a thousandth of its range, the stiffness one that its coarse grid already
+/// meets. Only the gain is bisected, at the three values of the stiffness. The coarse grid has 15 variants.
+/// Each of eight bisections adds at most two columns of three variants at each of three stiffnesses.
 #[test]
 fn regress_an_axis_at_its_tolerance_is_not_made_finer() {
-    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [1e5, \
-                4e5], points = 3, tolerance = 2.0 }\n\
-        \"controllers.force.kp\" = { linear = [0.5, 4.5], points = 5, tolerance = 0.004 }\n[refine]\n";
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\
+                \"contacts.tool.stiffness\" = { log = [1e5, 4e5], points = 3, tolerance = 2.0 }\n\
+                \"controllers.force.kp\" = { linear = [0.5, 4.5], points = 5, tolerance = 0.004 }\n\
+                [refine]\n";
     let sweep = Sweep::parse(text, &file("refined.toml").display().to_string()).unwrap();
     let table = results(&sweep);
     assert!(table.rows <= 15 + 2 * 3 * 3 * 8, "{}", table.rows);

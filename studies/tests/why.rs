@@ -168,7 +168,7 @@ fn regress_noise_is_told_from_what_it_excites() {
     .unwrap();
     let found = explain(&document.scenario, &|_| {}).unwrap();
     assert!(
-        found.linear_stable == Some(true) && found.verdict.contains("noise of its sensors"),
+        found.linear_stable == Some(true) && found.verdict.contains("response to sensor noise"),
         "{}",
         found.verdict
     );

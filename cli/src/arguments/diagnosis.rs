@@ -1,4 +1,4 @@
-//! What can be asked of `feeler diagnose`, `feeler blind` and `feeler replay`.
+//! Arguments of `feeler diagnose`, `feeler blind` and `feeler replay`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -35,7 +35,7 @@ pub(crate) struct Diagnose {
     pub(crate) json: bool,
 }
 
-/// How long a diagnosis may take; `None` if it may take any time.
+/// Largest wall time of a diagnosis; `None` if it is unlimited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BudgetTime(pub(crate) Option<Duration>);
 
@@ -69,12 +69,16 @@ pub(crate) enum Blind {
 #[command(after_help = "Example:\n  \
     feeler blind make --cases 240 --seed 7 --out blind\n  \
     feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n\n\
-    In about four of twelve cases not exactly one effect of the library is hidden: nothing, two effects, or \
-    an \
-    effect outside the library. Of wild cases it is eleven of twenty.")]
+    About eight of twelve cases hide exactly one effect of the library. The others hide nothing, two \
+    effects, or an effect outside the library. Of wild cases, nine of twenty hide exactly one.")]
 pub(crate) struct BlindMake {
     /// Number of cases
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 24,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
     pub(crate) cases: u32,
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -93,8 +97,8 @@ pub(crate) struct BlindMake {
     feeler blind run blind                           can be stopped and started again\n  \
     feeler blind run others --answers answers        datasets from elsewhere: any folder of dataset \
     folders\n\n\
-    Every case leaves diagnosis.json and answer.json, which is scored. A case with an answer.json is not run \
-    again.")]
+    Writes diagnosis.json and answer.json for each case. `feeler blind score` reads answer.json. A case \
+    with an answer.json is not run again.")]
 pub(crate) struct BlindRun {
     /// Folder that `feeler blind make` has filled, or any folder of dataset folders
     #[arg(value_hint = ValueHint::DirPath)]

@@ -1,4 +1,4 @@
-//! What can be asked of `feeler frf`.
+//! Arguments of `feeler frf`.
 
 use std::path::PathBuf;
 
@@ -15,8 +15,7 @@ use feeler_studies::frf::{self, NoiseEstimator, Request};
     feeler frf scenario.toml --estimator hv --segment 4 --out out/frf\n  \
     feeler frf measured/ --experiment clamped-1.csv --output force_n     records of a dataset\n\n\
     For a dataset, --from, --to, --estimator, --segment, --period and --confidence apply. Options that make \
-    an \
-    excitation apply to a machine only. The linear response includes the hold and the sampling of the \
+    an excitation apply to a machine only. The linear response includes the hold and the sampling of the \
     experiment.")]
 pub(crate) struct Frf {
     /// Scenario file (TOML), or a dataset's folder or dataset.toml
@@ -36,14 +35,14 @@ pub(crate) struct Frf {
     /// Excitation, or that of a dataset [default: white-noise; for a dataset, recognised from its command]
     #[arg(long, value_enum)]
     pub(crate) excitation: Option<ExcitationKind>,
-    /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; of a dataset, by how its
-    /// command was made]
+    /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; for a dataset, the one
+    /// that suits its command]
     #[arg(long, value_enum)]
     pub(crate) estimator: Option<EstimatorKind>,
     /// Lowest frequency, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) from: Option<f64>,
-    /// Highest frequency, Hz [default: 0.8 of half the sampling rate; of a dataset, where its command has
+    /// Highest frequency, Hz [default: 0.8 of half the sampling rate; for a dataset, where its command has
     /// power]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) to: Option<f64>,
@@ -98,7 +97,7 @@ pub(crate) struct Frf {
     pub(crate) json: bool,
 }
 
-/// What a machine is excited with.
+/// Kinds of excitation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExcitationKind {
     /// Band-limited Gaussian noise, as in the paper
@@ -111,7 +110,7 @@ pub(crate) enum ExcitationKind {
     SteppedSine,
 }
 
-/// How records of noise become a response.
+/// Estimators of a response to noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorKind {
     /// Polynomials through neighbouring lines of the whole record: removes leakage
@@ -125,7 +124,7 @@ pub(crate) enum EstimatorKind {
 }
 
 impl Frf {
-    /// The response that is asked for.
+    /// The requested response.
     pub(crate) fn request(&self) -> Request {
         let clamped = self.clamped.then_some(Engagement::Clamped);
         Request {

@@ -1,4 +1,4 @@
-//! What can be asked of `feeler live` and `feeler compare`.
+//! Arguments of `feeler live` and `feeler compare`.
 
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ pub(crate) struct Compare {
     /// Scenario files, folders of runs, or datasets
     #[arg(required = true, value_hint = ValueHint::AnyPath)]
     pub(crate) what: Vec<PathBuf>,
-    /// Another variant of the one file that is named: a key, as in controllers.force.kp=0.8; may be repeated
+    /// Compare a single file with a variant of it: set a key, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
     /// Folder for the page, made if absent

@@ -1,4 +1,4 @@
-//! What can be asked of `feeler reduce`.
+//! Arguments of `feeler reduce`.
 
 use std::path::PathBuf;
 
@@ -12,23 +12,27 @@ use clap::{ArgGroup, Args, ValueHint};
     feeler analyze axis.toml --out out/axis        linear theory of the arm along that normal\n  \
     feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
     feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.html\n\n\
-    The axis has two masses and a spring. It agrees with the arm in mass and in bending under slow forces. \
-    If its \
-    contact mode or phase crossover is too far from the arm's, further bodies stand beside the motor, or \
-    between \
-    motor and tool. The printed table compares axis and arm, with a warning beyond 5 %. Gravity counts as \
-    compensated.\n\n\
-    The force bandwidth is that of the arm under integral control of the contact's spring force, with a gain \
-    margin of 2, sampled at 1 kHz. The motor damping is 2 * 0.7 * omega * M, with omega the contact mode \
-    and M \
-    the mass when nothing bends."
+    The axis has two masses and a spring. It has the arm's mass, and deflects like the arm under slow \
+    forces. If its contact mode or phase crossover is too far from the arm's, further bodies stand beside \
+    the motor, or between motor and tool. The printed table compares axis and arm, and warns of differences \
+    above 5 %. Gravity counts as compensated.\n\n\
+    The force bandwidth is that of the arm under integral control of the contact's spring force, with a \
+    gain margin of 2, sampled at 1 kHz. The motor damping is 2 * 0.7 * omega * M. Here omega is the contact \
+    mode, and M is the mass of the arm without bending."
 )]
 pub(crate) struct Reduce {
     /// Arm file (TOML): a URDF and the drives of its joints
     #[arg(value_name = "ARM", value_hint = ValueHint::FilePath)]
     pub(crate) arm: PathBuf,
     /// Joint positions from the base on, in rad or as '35 deg' (in m for sliding joints)
-    #[arg(long, value_name = "Q1,Q2,...", value_delimiter = ',', value_parser = angle, allow_negative_numbers = true, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "Q1,Q2,...",
+        value_delimiter = ',',
+        value_parser = angle,
+        allow_negative_numbers = true,
+        allow_hyphen_values = true
+    )]
     pub(crate) pose: Vec<f64>,
     /// Position of the tool in the base's frame, m; its x axis points along the normal
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
@@ -48,10 +52,10 @@ pub(crate) struct Reduce {
     /// Damping of force sensor and workpiece, N s/m
     #[arg(long, value_name = "NS/M", default_value_t = 40.0)]
     pub(crate) contact_damping: f64,
-    /// Machine file to write (TOML), which analyze, run, sweep and why take
+    /// Machine file to write (TOML), as input of analyze, run, sweep and why
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
-    /// Map of the force bandwidth over tool positions at this height: x from, to, count, y from, to, count
+    /// Map of the force bandwidth over positions at the tool's height: x from, to, count, y from, to, count
     #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) map: Vec<f64>,
     /// Map to write: a table (.csv) or a page with drawings (.html)
@@ -62,7 +66,7 @@ pub(crate) struct Reduce {
     pub(crate) json: bool,
 }
 
-/// A number of rad, or of degrees with `deg` behind it.
+/// Reads an angle in rad, or in degrees if the text ends in `deg`. Returns rad.
 fn angle(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let (number, factor) =

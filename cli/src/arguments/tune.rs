@@ -1,4 +1,4 @@
-//! What can be asked of `feeler tune`.
+//! Arguments of `feeler tune`.
 
 use std::path::PathBuf;
 
@@ -11,18 +11,19 @@ use clap::{Args, ValueHint};
     feeler tune scenario.toml --spec \"gains = kp+damping, overshoot <= 10 %\" --out tuned.toml\n  \
     feeler tune scenario.toml --diagnosis out/bench-axis --draws 200 --code out/controller\n\n\
     Clauses of --spec, with commas between them:\n  \
-    phase margin >= 45 deg      by linear theory; holds unless another is given\n  \
-    gain margin >= 6 dB         by linear theory, up and down; holds unless another is given\n  \
-    sensitivity <= 6 dB         its peak, by linear theory\n  \
+    phase margin >= 45 deg      by linear theory [default: 45 deg]\n  \
+    gain margin >= 6 dB         by linear theory, up and down [default: 6 dB]\n  \
+    sensitivity <= 6 dB         peak, by linear theory\n  \
     step overshoot <= 20 %      of the linear step response\n  \
     overshoot <= 10 %           of the simulated force over its reference, impact included\n  \
     peak force <= 60 N          in simulation\n  \
     settling time <= 200 ms     in simulation\n  \
     structure = gains+notch     gains, and filter, lead or notch\n  \
-    gains = kp+damping          each by itself [default: those on errors in ratio, and damping]\n  \
-    ki >= 5                     limit of a gain that is named, SI\n  \
-    controller = NAME           [default: that of the force]\n\n\
-    Linear theory proposes; every run of the full simulation comes to rest and meets the limits.")]
+    gains = kp+damping          gains to tune [default: error gains in fixed ratio, and damping]\n  \
+    ki >= 5                     limit of a gain in `gains`, SI\n  \
+    controller = NAME           [default: the force controller]\n\n\
+    Linear theory proposes the gains. The full simulation must come to rest and meet the limits in every \
+    run.")]
 pub(crate) struct Tune {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -30,7 +31,7 @@ pub(crate) struct Tune {
     /// Set a key of the file, as in controllers.force.delay=0.002; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// What is asked for, as below [default: margins of 45 deg and 6 dB]
+    /// Specification, in the clauses below [default: margins of 45 deg and 6 dB]
     #[arg(long, value_name = "CLAUSES", default_value = "", hide_default_value = true)]
     pub(crate) spec: String,
     /// Folder or diagnosis.json of `feeler diagnose`: its effects are added, and drawn from their intervals

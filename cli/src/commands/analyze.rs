@@ -87,9 +87,9 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
             format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
-            "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are \
-             taken where they are those of a controller of one \
-             rate, of its drive, or of the only sensor that it reads",
+            "each sample is a state of the loop: shorten the delay, or lengthen the period; up to 2000 \
+             samples are possible in the delay of a controller of one rate, of its drive, or of its only \
+             sensor",
         ),
         AnalysisError::Engine(EngineError::Problems { problems }) => {
             document.locate_problems(problems).into()
@@ -99,7 +99,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
     }
 }
 
-/// The delays of a scenario by their keys, in words.
+/// The delays of a scenario with their keys, as the end of a message.
 fn delays(scenario: &Scenario) -> String {
     let controllers = scenario
         .controllers
@@ -231,7 +231,7 @@ fn roots(report: &Report) -> String {
     table(&["poles (1/s)", "zeros (1/s)"], &[], rows) + &gain
 }
 
-/// A row for each interval of stable gains; without any, a row that says so.
+/// A row for each interval of stable gains, or the row `none`.
 fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
     if range.intervals.is_empty() {
@@ -263,11 +263,11 @@ fn margin_tables(margins: &MarginReport) -> Vec<String> {
     };
     let mut tables = Vec::new();
     if margins.unstable_poles > 0 {
-        let never = || " No part of its gain makes it stable.".to_owned();
+        let never = || " It is unstable at every lower gain too.".to_owned();
         let lower = margins
             .gain_decrease
-            .map_or_else(never, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
-        tables.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
+            .map_or_else(never, |f| format!(" Its gain must fall to {} times the present value.", plain(f)));
+        tables.push(format!("The sampled loop is unstable, so it has no margins.{lower}"));
     } else {
         let rows = [
             entry("gain margin", margins.gain, "", None),

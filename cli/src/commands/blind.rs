@@ -58,7 +58,7 @@ fn make_cases(arguments: &BlindMake) -> crate::Result<()> {
     ))
 }
 
-/// Dataset folders, in order: those made here, or any in a folder from elsewhere.
+/// Dataset folders in order: those that `feeler blind make` made, or any dataset folders in the folder.
 fn cases(folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let made = folder.join(CASES);
     let inside = if made.is_dir() { made.as_path() } else { folder };
@@ -95,7 +95,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
             let path = own.join(file);
             fs::write(&path, text + "\n").map_err(|error| BadInput::unwritable(&path, &error))
         };
-        // A case without an answer is a miss, and does not end the benchmark.
+        // A case whose diagnosis fails counts as missed; the benchmark continues.
         let answered = match answer(arguments, case, &name) {
             Ok((answered, diagnosis)) => {
                 write("diagnosis.json", terminal::json(&diagnosis)?)?;
@@ -115,7 +115,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
     ))
 }
 
-/// Diagnoses one case, then computes how far the gap closes on experiments that were held back.
+/// Diagnoses one case, then computes how far the gap closes on the experiments held back.
 fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Diagnosis), DiagnosisError> {
     let mut dataset = Dataset::load(case)?.in_pieces();
     let held_back = arguments.folder.join(HELD_BACK).join(name);
@@ -183,7 +183,7 @@ fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
     }
     .map_err(|error| {
         BadInput::error(
-            format!("{} is no truth: {error}", sealed.display()),
+            format!("{} does not contain the truth of cases: {error}", sealed.display()),
             "make the cases again with `feeler blind make`",
         )
     })?;

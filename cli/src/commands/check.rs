@@ -18,7 +18,6 @@ use crate::terminal::failure::Failure;
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";
 
-/// The mistakes of a file.
 enum Mistakes {
     Format(FormatError),
     Engine(EngineError),
@@ -38,7 +37,7 @@ impl Mistakes {
 /// Contents of a file without mistakes.
 struct Sound {
     about: String,
-    /// Assumptions about its records.
+    /// Assumptions of the diagnosis about the records.
     warnings: Vec<Fault>,
     /// Doubtful numbers.
     doubts: Vec<Problem>,
@@ -130,8 +129,8 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
     Ok(Sound { about, warnings: Vec::new(), doubts: doubts(&document.scenario) })
 }
 
-/// Checks the series of a dataset: a fault that no assumption can repair is a mistake, an assumption of the
-/// diagnosis is a warning.
+/// Checks the series of a dataset. Faults that the diagnosis repairs by an assumption are warnings; other
+/// faults are mistakes.
 fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     let dataset = Dataset::load(file).map_err(|error| match error {
         DiagnosisError::Format(error) => Mistakes::Format(error),
@@ -140,7 +139,7 @@ fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     Ok(dataset.warnings)
 }
 
-/// A sweep is recognised by its table of axes, an arm by its URDF.
+/// Whether a line of the text starts like this. A sweep has a table of axes, an arm a URDF.
 fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
 }
@@ -149,25 +148,27 @@ fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
     let file = path.display().to_string();
     match result {
         Ok(Sound { about, warnings, doubts }) => {
-            let doubt = |found: &Problem| json!({ "key": found.key, "message": found.message, "remedy": found.remedy });
-            let warnings: Vec<Value> = warnings.iter().map(problem).chain(doubts.iter().map(doubt)).collect();
+            let warnings: Vec<Value> = warnings.iter().map(fault).chain(doubts.iter().map(problem)).collect();
             json!({ "file": file, "ok": true, "about": about, "problems": [], "warnings": warnings })
         }
         Err(Mistakes::Format(error)) => {
             json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] })
         }
         Err(Mistakes::Series(DiagnosisError::Data { faults })) => {
-            let problems: Vec<Value> = faults.iter().map(problem).collect();
+            let problems: Vec<Value> = faults.iter().map(fault).collect();
             json!({ "file": file, "ok": false, "problems": problems })
         }
         Err(other) => {
-            let problem = |found: Problem| json!({ "key": found.key, "message": found.message, "remedy": found.remedy });
-            let problems: Vec<Value> = other.error().problems().into_iter().map(problem).collect();
+            let problems: Vec<Value> = other.error().problems().iter().map(problem).collect();
             json!({ "file": file, "ok": false, "problems": problems })
         }
     }
 }
 
-fn problem(fault: &Fault) -> Value {
+fn problem(found: &Problem) -> Value {
+    json!({ "key": found.key, "message": found.message, "remedy": found.remedy })
+}
+
+fn fault(fault: &Fault) -> Value {
     json!({ "file": fault.file, "line": fault.row, "message": fault.to_string() })
 }

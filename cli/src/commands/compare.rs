@@ -20,9 +20,9 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     if are_datasets.contains(&true) {
         if are_datasets.contains(&false) || !arguments.settings.is_empty() {
             return Err(BadInput::error(
-                "datasets and scenarios have nothing that could be held against each other",
-                "name datasets alone, or scenarios and folders of runs alone; for records under a machine: \
-                 feeler live FILE --data DATASET",
+                "datasets and scenarios cannot be compared with each other",
+                "name only datasets, or only scenarios and folders of runs; to draw records over \
+                 predictions: feeler live FILE --data DATASET",
             ));
         }
         let sets: Vec<Dataset> =

@@ -105,15 +105,15 @@ fn summary(answer: &Examination) -> String {
     said.trim_end().to_owned()
 }
 
-/// The changes to the believed machine.
+/// The changes to the believed machine, as text.
 fn change(answer: &Examination) -> String {
     if answer.difference.is_empty() {
         return "nothing to change in the machine".into();
     }
-    format!("# what to change in the believed machine\n{}", answer.difference.to_string().trim_end())
+    format!("# changes to the believed machine\n{}", answer.difference.to_string().trim_end())
 }
 
-/// Changes the machine file of a dataset, and reports where the old one is kept.
+/// Changes the machine file of a dataset. Reports the path of the copy of the old file.
 fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
     let path = DatasetFile::load(dataset)?.machine_path;
     if difference.is_empty() {
@@ -130,11 +130,11 @@ fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
     });
     let text = Document::load(&path)?.edited(&changed.chain(added).collect::<Vec<_>>())?;
     let backup = terminal::rewrite(&path, &text).map_err(|error| BadInput::unwritable(&path, &error))?;
-    Ok(format!("changed {}; what it was is in {}", path.display(), backup.display()))
+    Ok(format!("changed {}; the old file is {}", path.display(), backup.display()))
 }
 
-/// The repaired machine with the commands of a check experiment, so that it runs directly: the text of its
-/// file, and names and texts of the files that it reads.
+/// The repaired machine with the commands of a check experiment, ready to run: the text of its file, and
+/// names and texts of the files that it reads.
 fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let own = machine.contacts.values().next().map(|contact| contact.engagement);

@@ -68,8 +68,13 @@ fn bound(value: f64) -> String {
 fn as_json(effect: &Definition) -> Value {
     let parameter = |parameter: &Parameter| {
         json!({
-            "name": parameter.name, "unit": parameter.dimension.to_string(), "text": parameter.text, "null": parameter.null,
-            "typical": parameter.typical, "bounds": [parameter.bounds.0, parameter.bounds.1], "default": parameter.default,
+            "name": parameter.name,
+            "unit": parameter.dimension.to_string(),
+            "text": parameter.text,
+            "null": parameter.null,
+            "typical": parameter.typical,
+            "bounds": [parameter.bounds.0, parameter.bounds.1],
+            "default": parameter.default,
         })
     };
     json!({

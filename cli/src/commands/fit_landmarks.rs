@@ -81,12 +81,12 @@ fn from_file(path: &Path) -> crate::Result<Chain> {
     })
 }
 
-/// Outside the tolerance of the paper's, or absent.
+/// Whether a landmark is absent, or outside the tolerance about the paper's.
 fn is_missed(found: f64, paper: f64) -> bool {
     (found - paper).abs() > LANDMARK_HZ || found.is_nan()
 }
 
-/// What became of each start.
+/// The result of each start.
 fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     let farthest = |fit: &Fit| {
         let off = fit.landmarks.against_paper().into_iter().map(|(_, got, paper)| (got - paper).abs());
@@ -107,8 +107,8 @@ fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
         String::new()
     } else {
         "Each start has the paper's four flexible resonances, its base at 12 Hz and a source that turns the \
-         phase at 28 Hz; what the landmarks do not say is guessed \
-         (start 0: the middle of every range; the others draw). None knows of an earlier fit.\n"
+         phase at 28 Hz. Start 0 takes the middle of the range of every other parameter; later starts draw \
+         from it. No start depends on an earlier fit.\n"
             .to_owned()
     };
     let starts = count(search.fits.len(), "start reaches", "starts reach");

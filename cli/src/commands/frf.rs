@@ -81,7 +81,7 @@ fn text(response: &Response) -> String {
     parts.join("\n\n")
 }
 
-/// From a machine, excited in simulation.
+/// The response of a machine, excited in simulation.
 fn simulated(arguments: &Frf) -> crate::Result<Response> {
     require(
         arguments.experiments.is_empty(),
@@ -93,7 +93,7 @@ fn simulated(arguments: &Frf) -> crate::Result<Response> {
     simulate(&document.scenario, &arguments.request()).map_err(|error| refused(arguments, &error))
 }
 
-/// From the records of a dataset.
+/// The response from the records of a dataset.
 fn measured(arguments: &Frf) -> crate::Result<Response> {
     refuse_experiment(arguments)?;
     let file = DatasetFile::load(&arguments.source)?;
@@ -155,7 +155,7 @@ fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> crate
     if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
 }
 
-/// An error with the file's name, unless the request alone has the mistake.
+/// An error with the name of the file, unless only the request is wrong.
 fn refused(arguments: &Frf, error: &FrfError) -> crate::Failure {
     let message = match error {
         FrfError::Request(refusal) => refusal.message.clone(),

@@ -9,7 +9,7 @@ use crate::numbers::with_unit;
 use crate::terminal::failure::BadInput;
 use crate::units::Units;
 
-/// The view of the contacts, and a remark on it.
+/// The view of the contacts, and a note on the force at which they are linearised.
 pub(super) fn contact_view(
     arguments: &Analyze,
     scenario: &Scenario,
@@ -17,8 +17,8 @@ pub(super) fn contact_view(
     if let Some(preload_n) = arguments.preload {
         if !(preload_n.is_finite() && preload_n > 0.0) {
             return Err(BadInput::error(
-                format!("--preload {preload_n} presses nothing"),
-                "give a force above zero, in N",
+                format!("--preload must be a force above zero (got {preload_n} N)"),
+                "give a force in N, as in --preload 30",
             ));
         }
         return Ok((ContactView::Pressed { preload_n }, None));
@@ -47,7 +47,7 @@ pub(super) fn contact_view(
         )),
         Dependence::Contact => {
             let note = format!(
-                "{}; linearised without force, since no reference is one (--preload chooses one)",
+                "{}; linearised without force, since the file has no force reference (--preload sets one)",
                 words(dependence)
             );
             Ok((plain, Some(note)))

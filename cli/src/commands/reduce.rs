@@ -20,11 +20,11 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
 
-/// Largest number of places of a map: some minutes of work.
+/// Largest number of places of a map, which takes some minutes.
 const MOST_PLACES: usize = 10_000;
 
-/// Largest stiffness and damping of a contact, N/m and N s/m: beyond these, rounding hides the arm's own slow
-/// modes.
+/// Largest stiffness and damping of a contact, N/m and N s/m. Above these, rounding hides slow modes of the
+/// arm.
 const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
     terminal::print(&text)
 }
 
-/// Whether a map is written as a page, from the suffix of its name.
+/// Whether a map is written as a page. The suffix of its name decides.
 fn is_page(path: &Path) -> crate::Result<bool> {
     match path.extension().map(std::ffi::OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "html" => Ok(true),
@@ -101,7 +101,7 @@ fn is_page(path: &Path) -> crate::Result<bool> {
     }
 }
 
-/// Remarks on the places of a map.
+/// Remarks on the places of a map, each on a line.
 fn remarks(map: &[MapPoint]) -> String {
     let mut text = String::new();
     let found = || map.iter().filter_map(|point| point.found.as_ref().ok());
@@ -134,7 +134,7 @@ fn remarks(map: &[MapPoint]) -> String {
     if off > 0 {
         let _ = write!(
             text,
-            "\nat {} the axis has a force bandwidth more than 5 % off this one, which is the arm's",
+            "\nat {} the force bandwidth of the axis differs by more than 5 % from the arm's, which is shown",
             count(off, "place", "places")
         );
     }
@@ -196,7 +196,7 @@ fn grid(numbers: &[f64], z_m: f64) -> crate::Result<Grid> {
     ))
 }
 
-/// A pose that brings the tool to a place, from several starts, since joints may bend either way.
+/// A pose that brings the tool to a place. Joints may bend either way, so the search has several starts.
 fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> crate::Result<Vec<f64>> {
     let chain = file.arm.chain();
     let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
@@ -258,7 +258,7 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
         stable_gain("stable ki at 1 kHz (1/s)", agreement.largest_ki_per_s),
     ];
     let meaning = format!(
-        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths\n\
+        "\nphase crossover: of the whole contact force, damper included, without the drives' bandwidths\n\
          stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * \
          0.7 * contact mode * mass) from differenced encoder positions",
         plain(agreement.motor_damping_n_s_per_m)
@@ -280,12 +280,12 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     )
 }
 
-/// A largest stable gain, or the text in its place.
+/// A largest stable gain as text.
 fn gain(value: f64) -> String {
     gain_in_words(value).map_or_else(|| plain(value), str::to_owned)
 }
 
-/// The arm's force bandwidth, or why there is none, and the axis's if it differs.
+/// The arm's force bandwidth, or the reason why there is none. The axis's follows if it differs.
 fn reached(agreement: &Agreement) -> String {
     let said = |side: usize| match agreement.largest_ki_per_s[side] {
         edge if edge <= 0.0 => "none: no ki is stable".to_owned(),
@@ -318,7 +318,6 @@ fn measured_text(found: &Measured) -> String {
 }
 
 fn measured_as_json(found: &Measured) -> Value {
-    let pair = |[arm, axis]: [f64; 2]| json!({ "arm": number(arm), "axis": number(axis) });
     json!({
         "contact_mode_hz": pair(found.contact_mode_hz), "phase_crossover_hz": pair(found.phase_crossover_hz),
         "frequencies_hz": found.frequencies_hz,
@@ -328,13 +327,18 @@ fn measured_as_json(found: &Measured) -> Value {
     })
 }
 
-/// JSON has no infinities.
+/// A number for JSON, which has no infinities.
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
 }
 
+fn pair([arm, axis]: [f64; 2]) -> Value {
+    json!({ "arm": number(arm), "axis": number(axis) })
+}
+
 fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
     let one = &axis.reduction;
+    let agreement = &axis.agreement;
     let modes = one.modes.iter().map(|mode| {
         json!({
             "frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio,
@@ -343,25 +347,39 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
     });
     let branches = one.branches.iter().map(|branch| {
         json!({
-            "mass_kg": branch.mass_kg, "stiffness_n_per_m": branch.stiffness_n_per_m, "damping_n_s_per_m": branch.damping_n_s_per_m,
-            "to_tool_n_per_m": branch.to_tool_n_per_m, "to_tool_n_s_per_m": branch.to_tool_n_s_per_m, "frequency_hz": branch.frequency_hz(),
+            "mass_kg": branch.mass_kg,
+            "stiffness_n_per_m": branch.stiffness_n_per_m,
+            "damping_n_s_per_m": branch.damping_n_s_per_m,
+            "to_tool_n_per_m": branch.to_tool_n_per_m,
+            "to_tool_n_s_per_m": branch.to_tool_n_s_per_m,
+            "frequency_hz": branch.frequency_hz(),
         })
     });
     json!({
         "pose": pose,
-        "mass_kg": one.mass_kg, "motor_mass_kg": one.motor_mass_kg, "tip_mass_kg": one.tip_mass_kg, "link_mass_kg": one.link_mass_kg,
-        "stiffness_n_per_m": one.stiffness_n_per_m, "damping_n_s_per_m": one.damping_n_s_per_m,
-        "static_stiffness_n_per_m": one.static_stiffness_n_per_m, "guide_damping_n_s_per_m": one.guide_damping_n_s_per_m,
-        "dry_friction_n": one.dry_friction_n, "force_limit_n": one.force_limit_n, "bandwidth_hz": one.bandwidth_hz,
+        "mass_kg": one.mass_kg,
+        "motor_mass_kg": one.motor_mass_kg,
+        "tip_mass_kg": one.tip_mass_kg,
+        "link_mass_kg": one.link_mass_kg,
+        "stiffness_n_per_m": one.stiffness_n_per_m,
+        "damping_n_s_per_m": one.damping_n_s_per_m,
+        "static_stiffness_n_per_m": one.static_stiffness_n_per_m,
+        "guide_damping_n_s_per_m": one.guide_damping_n_s_per_m,
+        "dry_friction_n": one.dry_friction_n,
+        "force_limit_n": one.force_limit_n,
+        "bandwidth_hz": one.bandwidth_hz,
         "branches": branches.collect::<Vec<_>>(),
-        "direction": one.direction, "modes": modes.collect::<Vec<_>>(),
-        "contact_mode_hz": { "arm": number(axis.agreement.contact_mode_hz[0]), "axis": number(axis.agreement.contact_mode_hz[1]) },
-        "phase_crossover_hz": { "arm": number(axis.agreement.phase_crossover_hz[0]), "axis": number(axis.agreement.phase_crossover_hz[1]) },
-        "stable_kp": { "arm": number(axis.agreement.largest_kp[0]), "axis": number(axis.agreement.largest_kp[1]) },
-        "stable_ki_per_s": { "arm": number(axis.agreement.largest_ki_per_s[0]), "axis": number(axis.agreement.largest_ki_per_s[1]) },
-        "force_bandwidth_hz": number(axis.agreement.force_bandwidth_hz[0]), "axis_force_bandwidth_hz": number(axis.agreement.force_bandwidth_hz[1]),
-        "motor_damping_n_s_per_m": axis.agreement.motor_damping_n_s_per_m,
-        "misfit": misfit_as_json(&axis.agreement), "warning": distrust(one, &axis.agreement),
+        "direction": one.direction,
+        "modes": modes.collect::<Vec<_>>(),
+        "contact_mode_hz": pair(agreement.contact_mode_hz),
+        "phase_crossover_hz": pair(agreement.phase_crossover_hz),
+        "stable_kp": pair(agreement.largest_kp),
+        "stable_ki_per_s": pair(agreement.largest_ki_per_s),
+        "force_bandwidth_hz": number(agreement.force_bandwidth_hz[0]),
+        "axis_force_bandwidth_hz": number(agreement.force_bandwidth_hz[1]),
+        "motor_damping_n_s_per_m": agreement.motor_damping_n_s_per_m,
+        "misfit": misfit_as_json(agreement),
+        "warning": distrust(one, agreement),
         "largest_stable_kp": number(axis.largest_gain),
     })
 }
@@ -369,19 +387,29 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
 /// Differences of the axis from the arm, relative to the arm; null if only one of them has the landmark.
 fn misfit_as_json(agreement: &Agreement) -> Value {
     let [mode, crossover, kp, ki] = agreement.misfits().map(number);
-    json!({ "contact_mode": mode, "phase_crossover": crossover, "stable_kp": kp, "stable_ki": ki, "trusted": agreement.is_trusted() })
+    json!({
+        "contact_mode": mode,
+        "phase_crossover": crossover,
+        "stable_kp": kp,
+        "stable_ki": ki,
+        "trusted": agreement.is_trusted(),
+    })
 }
 
 fn place_as_json(point: &MapPoint) -> Value {
     let found = point.found.as_ref().ok().map(|found| {
         json!({
-            "pose": found.pose, "mass_kg": found.mass_kg, "stiffness_n_per_m": found.stiffness_n_per_m,
-            "largest_ki_per_s": number(found.agreement.largest_ki_per_s[0]), "force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[0]),
+            "pose": found.pose,
+            "mass_kg": found.mass_kg,
+            "stiffness_n_per_m": found.stiffness_n_per_m,
+            "largest_ki_per_s": number(found.agreement.largest_ki_per_s[0]),
+            "force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[0]),
             "axis_force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[1]),
             "misfit": misfit_as_json(&found.agreement),
         })
     });
-    json!({ "place_m": point.place_m, "found": found, "reason": point.found.as_ref().err().map(NoAxis::reason) })
+    let reason = point.found.as_ref().err().map(NoAxis::reason);
+    json!({ "place_m": point.place_m, "found": found, "reason": reason })
 }
 
 fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
@@ -402,8 +430,9 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
 
 fn csv(map: &[MapPoint]) -> String {
     let mut text = String::from(
-        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,axis_force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,stable_ki_misfit,\
-         within_5_percent,without_axis\n",
+        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,\
+         axis_force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,\
+         stable_ki_misfit,within_5_percent,without_axis\n",
     );
     for point in map {
         let [x, y, z] = point.place_m;

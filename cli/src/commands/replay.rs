@@ -26,7 +26,12 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     steps.done();
     let replays = replays?;
     let warnings = in_words(&dataset.warnings);
-    let json = json!({ "dataset": dataset.name, "machine": machine.name, "warnings": warnings, "experiments": replays });
+    let json = json!({
+        "dataset": dataset.name,
+        "machine": machine.name,
+        "warnings": warnings,
+        "experiments": replays,
+    });
     let json = terminal::json(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
     files.extend(replays.iter().map(|replay| (replay.csv_name(), replay.csv(&dataset))));
@@ -41,7 +46,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         for (c, error) in replay.errors.iter().enumerate() {
             let unit = units.unit(dataset.channels[c].quantity(&machine));
             let experiment = if c == 0 { replay.experiment.clone() } else { String::new() };
-            // A constant column has no variation as a scale.
+            // A constant column has no variation to which its error could relate.
             let share =
                 |share: f64| if error.scale > 0.0 { format!("{} %", percent(share)) } else { "-".into() };
             let row = [

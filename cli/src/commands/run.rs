@@ -18,7 +18,7 @@ use crate::units::Units;
 use crate::{pages, terminal, words};
 
 /// Interval between checks of a watched file.
-const LOOK: Duration = Duration::from_millis(300);
+const CHECK_INTERVAL: Duration = Duration::from_millis(300);
 
 pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     if !arguments.watch {
@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
         }
         terminal::complain(&format!("watching {}; Ctrl-C ends it", arguments.file.display()));
         while changed() == before {
-            std::thread::sleep(LOOK);
+            std::thread::sleep(CHECK_INTERVAL);
         }
     }
 }
@@ -47,7 +47,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let folder = arguments.out.clone().unwrap_or_else(|| {
         terminal::results::variant(&document.scenario.machine.name, &arguments.settings, "run")
     });
-    // Before the run, so that a run whose results cannot be written does not start.
+    // An unwritable folder is an error before the run starts.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
     let runs = if arguments.as_sweep { run::run_as_swept } else { run::run };
@@ -86,7 +86,7 @@ fn next(arguments: &Run, outcome: Outcome) -> String {
     format!("feeler live {of_file}")
 }
 
-/// The default integrator and its reason, if the exact one is not economical.
+/// Reports the default integrator and the reason for it, if RK4 takes less time than the exact one.
 fn word_on_cost(document: &Document) -> Option<String> {
     let (run, machine) = (&document.scenario.run, &document.scenario.machine);
     let bodies = machine.bodies.len();
@@ -96,11 +96,13 @@ fn word_on_cost(document: &Document) -> Option<String> {
     let less = "RK4 takes less time than the exact integrator";
     match (run.integrator, longest_step_s(machine)) {
         (Integrator::Rk4, _) => Some(format!(
-            "\nWith {bodies} bodies {less}, and stepped this run, {} at a time; `--integrator exact` steps it to rounding.\n",
+            "\nWith {bodies} bodies {less}. This run has steps of {}; `--integrator exact` is accurate to \
+             rounding.\n",
             with_unit(run.step_s, "s")
         )),
         (Integrator::Exact, Some(longest)) => Some(format!(
-            "\nWith {bodies} bodies {less}, but not at steps of {}: the fastest motion asks for `run.step` of {} or less.\n",
+            "\nWith {bodies} bodies {less}, but not with steps of {}: the fastest motion requires `run.step` \
+             of {} or less.\n",
             with_unit(run.step_s, "s"),
             with_unit(longest, "s")
         )),
@@ -153,10 +155,11 @@ fn write(
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }
 
-/// Key of the scenario in a trace, with all settings of the command line and without other files.
+/// Metadata key of the complete scenario in a trace: command line settings are applied, and no other file is
+/// needed.
 pub(super) const RESOLVED: &str = "feeler.resolved";
 
-/// The metadata of a trace.
+/// Metadata of a trace.
 fn about(document: &Document) -> Vec<(&'static str, String)> {
     let run = &document.scenario.run;
     vec![
@@ -168,7 +171,7 @@ fn about(document: &Document) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The engine that moves the bodies, in a word.
+/// Name of the engine that moves the bodies.
 fn moved_by(integrator: Integrator) -> &'static str {
     if integrator == Integrator::External { "rapier" } else { integrator.name() }
 }

@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| terminal::results::variant(&file.name, &arguments.settings, "run"));
-    // Before the run, so that a run whose results cannot be written does not start.
+    // An unwritable folder is an error before the run starts.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(file.name.clone());
     let result = run_cell(&file, &mut |at| progress.at(at.t_s / at.duration_s));

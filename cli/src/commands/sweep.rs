@@ -12,7 +12,7 @@ use crate::terminal::progress::Rate;
 use crate::terminal::table;
 use crate::{pages, terminal};
 
-/// The name of a sweep without one.
+/// Name of a sweep whose file gives none.
 const OTHERWISE: &str = "sweep";
 
 pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
@@ -28,9 +28,8 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let Some(path) = &result.table else {
         let shard = arguments.shard.map_or_else(String::new, |shard| format!(" of shard {shard}"));
         return terminal::print(&format!(
-            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, where each \
-             wrote into a folder of its own: feeler merge {folder} \
-             OTHERS... --out FOLDER",
+            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, if each shard \
+             has its own folder: feeler merge {folder} OTHERS... --out FOLDER",
             count(result.progress.total as usize, "variant", "variants"),
             with_unit(wall_s, "s"),
             folder = terminal::quoted_path(&folder)
@@ -50,7 +49,7 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     ))
 }
 
-/// The name of a sweep: its own, or its file's.
+/// The name that a sweep file states, or else the name of the file.
 fn name(sweep: &sweep::Sweep, file: &Path) -> String {
     let own = if sweep.file.name.is_empty() {
         file.file_stem().unwrap_or_default().to_string_lossy()
@@ -83,14 +82,14 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
             .passes
             .map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
         return format!(
-            "{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is \
-             {share} %{noise}"
+            "{text}\nedges located to {edges}{passes}; this took {share} % of the {grid} runs \
+             of a full grid{noise}"
         );
     }
     text
 }
 
-/// How many variants ended how.
+/// The number of variants with each outcome.
 fn outcomes(tally: &Tally) -> String {
     let mut counts: Vec<(&String, &usize)> = tally.outcomes.iter().collect();
     counts.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));

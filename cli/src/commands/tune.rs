@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let spec = Spec::parse(&arguments.spec)?;
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
-    // What was calibrated and added is the machine that is tuned; the file that is written keeps its own.
+    // The tuned machine has the calibrated values and the found effects. The written file keeps its machine.
     let settings = found.iter().flat_map(|found| &found.settings);
     let all: Vec<String> = settings.chain(&arguments.settings).cloned().collect();
     let diagnosed = Draft::load_with(&arguments.file, &all)?.build()?;
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     ))
 }
 
-/// What a diagnosis says of a machine.
+/// Results of a diagnosis.
 struct Found {
     /// Calibrated values, as `--set` takes them.
     settings: Vec<String>,
@@ -59,7 +59,7 @@ struct Found {
 }
 
 impl Found {
-    /// Reads what `feeler diagnose` wrote; its machine too, where that lies beside it.
+    /// Reads the results of `feeler diagnose`, and the repaired machine if it lies beside them.
     fn read(path: &Path, document: &Document) -> crate::Result<Self> {
         let file = if path.is_dir() { path.join("diagnosis.json") } else { path.to_owned() };
         let wrong = |what: &str| {
@@ -78,10 +78,12 @@ impl Found {
                 .zip(effect["kind"].as_str())
                 .ok_or_else(|| wrong("an effect has no `on` or no `kind`"))?;
             for (name, estimate) in effect["parameters"].as_object().into_iter().flatten() {
-                let number = |value: &Value| value.as_f64().ok_or_else(|| wrong("an interval is no number"));
+                let number = |value: &Value| {
+                    value.as_f64().ok_or_else(|| wrong("an end of an interval is not a number"))
+                };
                 let value = number(&estimate["value"])?;
                 let ends = [number(&estimate["ci90"][0])?, number(&estimate["ci90"][1])?];
-                // A size that may be nothing is not less than nothing.
+                // An interval across zero ends at zero: a parameter keeps its sign.
                 let interval = ends.map(|end| if end * value < 0.0 { 0.0 } else { end });
                 uncertain.push(Uncertain { key: format!("{on}.effects.{kind}.{name}"), value, interval });
             }
@@ -93,8 +95,11 @@ impl Found {
             let difference = Difference::between(&document.scenario.machine, &repaired);
             if let Some(gone) = difference.removed.first() {
                 return Err(BadInput::error(
-                    format!("{}: what was found replaces `{gone}`, which the file has", file.display()),
-                    "remove that table from the file, then tune",
+                    format!(
+                        "{}: the diagnosis replaces `{gone}`, which the scenario still has",
+                        file.display()
+                    ),
+                    "remove that table from the scenario, then tune",
                 ));
             }
             settings

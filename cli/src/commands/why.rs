@@ -55,7 +55,7 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     let Some(settings) = settings.filter(|settings| !settings.is_empty()) else {
         let known: Vec<String> = setting_rows(found).into_iter().map(|mut row| row.swap_remove(0)).collect();
         return Err(BadInput::error(
-            format!("{} has no remedy {number} that settings apply", arguments.file.display()),
+            format!("{} has no remedy {number} that can be applied by settings", arguments.file.display()),
             if known.is_empty() {
                 "see `feeler why FILE`".into()
             } else {
@@ -68,7 +68,7 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
 }
 
-/// Writes a file with settings in it, comments kept, and reads it back.
+/// Writes a file with changed settings, and reads it back. Comments stay.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,
@@ -96,7 +96,7 @@ fn details(found: &Explanation, units: Units) -> String {
     );
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
-        rows => format!("\n\n{}", table(&["as small, also removes it", "takes away"], &[], rows)),
+        rows => format!("\n\n{}", table(&["equally small, also removes it", "removes"], &[], rows)),
     };
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let unlimited = if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) {
@@ -108,7 +108,7 @@ fn details(found: &Explanation, units: Units) -> String {
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
     } else {
-        let settings = table(&["remedy", "what applies it"], &[], setting_rows(found));
+        let settings = table(&["remedy", "applied by"], &[], setting_rows(found));
         let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
         let costs =
             table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies);

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE, exists};
 
-/// An axis with only a drive and a guide.
+/// An axis with a drive and a guide, without friction.
 const AXIS: &str = r#"
 name = "axis"
 [bodies.tip]
@@ -25,9 +25,9 @@ noise = 1.0e-7
 reads = "tip.acceleration"
 noise = 0.01
 "#;
-/// The additional friction of the real one, N.
+/// Dry friction of the real axis, N.
 const LEVEL_N: f64 = 4.0;
-/// Tolerance: far above the effect of noise, and below that of an engineer.
+/// Tolerance of the friction level: far above the effect of noise, and below what an engineer accepts.
 const RIGHT: f64 = 0.03;
 const COLUMNS: &str = r#"
 name = "records"
@@ -78,8 +78,8 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     );
     assert!(said.out.contains("[springs.guide.effects.coulomb-friction]"), "{}", said.out);
     let answer: Value = serde_json::from_str(&bench.read("answer/diagnosis.json")).unwrap();
-    // Three short records may not decide whether the friction falls with speed; the answer then gives the
-    // next step.
+    // Three short records may not decide whether the friction falls with speed. The answer then names the
+    // next experiment.
     let is_open = answer["verdict"] == "ambiguous";
     assert!(is_open || answer["verdict"] == "explained", "{}", answer["verdict"]);
     assert_eq!(exists(bench.path("answer/next-experiment.csv")), answer["next_experiment"].is_object());
@@ -125,7 +125,9 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     assert_eq!(ran.code, DONE, "{}", ran.err);
     bench.write(
         "truth.json",
-        r#"[{"case": "records", "effects": [{"kind": "coulomb-friction", "place": "guide", "parameters": {"level": 4.0}}]}]"#,
+        r#"[{"case": "records", "effects": [
+            {"kind": "coulomb-friction", "place": "guide", "parameters": {"level": 4.0}}
+        ]}]"#,
     );
     let scored = bench.feeler(&["blind", "score", ".", "--answers", "answers", "--truth", "truth.json"]);
     assert_eq!(scored.code, DONE, "{}", scored.err);

@@ -140,7 +140,7 @@ fn truth_the_estimator_follows_from_the_command() {
     );
     let cases = [
         (&multisine, "lines of 5 periods of 1 s", "repeats every 1 s, 5 times", 0.02),
-        (&noise, "local polynomials", "noise with power all over its band", 0.02),
+        (&noise, "local polynomials", "noise with power in its whole band", 0.02),
         (&chirp, "chirp, H1", "even and smooth", 0.05),
     ];
     for (folder, how, why, tolerance) in cases {

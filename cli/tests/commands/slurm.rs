@@ -1,4 +1,4 @@
-//! The sample job script under a real Slurm, which a test starts on this host.
+//! Runs the sample job script under a real Slurm, which the test starts on this host.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,15 +13,15 @@ use assert_cmd::cargo::cargo_bin;
 
 use super::sweep::{JOB_SCRIPT, SWEEP, project, run};
 
-/// Time until the one node of a Slurm has registered, and until a job of three short tasks has ended.
+/// Longest wait for the node to register, and for a job of three short tasks to end.
 const PATIENCE: Duration = Duration::from_secs(90);
 /// Folders of daemons, in addition to the search path.
 const FOLDERS: [&str; 3] = ["/usr/sbin", "/usr/local/sbin", "/sbin"];
-/// What it takes.
+/// Programs that the test needs.
 const PROGRAMS: [&str; 5] = ["munged", "slurmctld", "slurmd", "sinfo", "sbatch"];
 
-/// A Slurm of one host with its own folder, ports, keys and configuration: it does not interfere with one
-/// that serves this host, and does not need its rights.
+/// A Slurm of one host with its own folder, ports, keys and configuration. It does not interfere with a Slurm
+/// that serves this host, and needs no special rights.
 struct Slurm {
     folder: tempfile::TempDir,
     daemons: Vec<(&'static str, Child)>,
@@ -88,14 +88,19 @@ impl Slurm {
         fs::write(
             self.at("slurm.conf"),
             format!(
-                "ClusterName=feeler\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={controller}\nSlurmdPort={node}\nSlurmUser={user}\n\
-                 SlurmdUser={user}\nAuthType=auth/munge\nAuthInfo=socket={place}/munge.socket\nCredType=cred/munge\n\
-                 StateSaveLocation={place}/state\nSlurmdSpoolDir={place}/spool\nSlurmctldPidFile={place}/slurmctld.pid\n\
-                 SlurmdPidFile={place}/slurmd.pid\nProctrackType=proctrack/pgid\nTaskPlugin=task/none\n\
-                 JobAcctGatherType=jobacct_gather/none\nSwitchType=switch/none\nMpiDefault=none\nReturnToService=2\n\
-                 SelectType=select/cons_tres\nSelectTypeParameters=CR_CPU\nSlurmdParameters=config_overrides\n\
-                 NodeName={host} NodeAddr=127.0.0.1 CPUs=3 State=UNKNOWN\nPartitionName=all Nodes={host} \
-                 Default=YES State=UP\n"
+                "ClusterName=feeler\nSlurmctldHost={host}(127.0.0.1)\n\
+                 SlurmctldPort={controller}\nSlurmdPort={node}\n\
+                 SlurmUser={user}\nSlurmdUser={user}\n\
+                 AuthType=auth/munge\nAuthInfo=socket={place}/munge.socket\nCredType=cred/munge\n\
+                 StateSaveLocation={place}/state\nSlurmdSpoolDir={place}/spool\n\
+                 SlurmctldPidFile={place}/slurmctld.pid\nSlurmdPidFile={place}/slurmd.pid\n\
+                 ProctrackType=proctrack/pgid\nTaskPlugin=task/none\n\
+                 JobAcctGatherType=jobacct_gather/none\nSwitchType=switch/none\n\
+                 MpiDefault=none\nReturnToService=2\n\
+                 SelectType=select/cons_tres\nSelectTypeParameters=CR_CPU\n\
+                 SlurmdParameters=config_overrides\n\
+                 NodeName={host} NodeAddr=127.0.0.1 CPUs=3 State=UNKNOWN\n\
+                 PartitionName=all Nodes={host} Default=YES State=UP\n"
             ),
         )
     }
@@ -206,10 +211,10 @@ fn prop_an_array_job_of_slurm_gives_the_same_bytes() {
     let slurm = match Slurm::start() {
         Ok(slurm) => slurm,
         Err(why) => {
-            // Not by the error macro, whose output a passing test hides.
+            // A passing test hides the output of `eprintln!`.
             let _ = writeln!(
                 std::io::stderr(),
-                "skipped: no Slurm can be started on this host, {why}; the job script was not run by one"
+                "skipped: no Slurm can be started on this host, {why}; the job script was not run"
             );
             return;
         }

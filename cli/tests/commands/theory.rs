@@ -346,7 +346,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
         (
             &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
-            "no whole number of holds",
+            "not a whole number of holds",
         ),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
@@ -370,7 +370,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
         (
             &["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"],
-            "1e8 are the most",
+            "at most 1e8 are possible",
         ),
         (
             &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],
@@ -529,7 +529,7 @@ fn regress_mistakes_of_a_request_name_what_there_is() {
         (&["analyze", "paper/flexible.toml", "--gain", "force.kq"], &["no gain `kq`", "kp, ki, kd"]),
         (
             &["analyze", "paper/flexible.toml", "--preload", "-3"],
-            &["--preload -3 presses nothing", "above zero"],
+            &["--preload must be a force above zero (got -3 N)", "--preload 30"],
         ),
         (&["frf", "paper/flexible.toml", "--from", "0"], &["no band from 0", "must be above zero"]),
         (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
@@ -547,7 +547,8 @@ fn regress_mistakes_of_a_request_name_what_there_is() {
 fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
     let text = printed(&["fit-landmarks", "--starts", "2"]);
     assert!(
-        text.contains("of 2 starts reach every landmark") && text.contains("None knows of an earlier fit."),
+        text.contains("of 2 starts reach every landmark")
+            && text.contains("No start depends on an earlier fit."),
         "{text}"
     );
     assert!(!text.contains("Missed by more than"), "{text}");

@@ -13,4 +13,5 @@ pub(crate) mod sandwich;
 pub(crate) mod scored;
 pub(crate) mod screen;
 pub(crate) mod search;
+pub(crate) mod unknown;
 pub(crate) mod wander;

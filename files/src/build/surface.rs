@@ -22,7 +22,7 @@ impl Builder<'_> {
         let surface = fields.table(&SURFACE);
         let profile = fields.table(&PROFILE);
         if let (Some(_), Some(_)) = (surface, profile) {
-            let message = "a surface and a profile both say how the gap moves";
+            let message = "a surface and a profile both define the motion of the gap";
             self.problems.add(item.place("profile"), item.key("profile"), message, "remove one of them");
             return None;
         }
@@ -180,7 +180,7 @@ fn written(fields: &Contents) -> Result<Arc<Profile>, Problem> {
             && offset.iter().zip(&rate).all(|((a, _), (b, _))| a.to_bits() == b.to_bits());
         if !same {
             let message =
-                format!("{} offsets and {} rates are not at the same times", offset.len(), rate.len());
+                format!("{} offsets and {} rates do not have the same times", offset.len(), rate.len());
             return Err(Problem::new("", message, "give each offset its rate"));
         }
         let knots: Vec<Knot> = offset

@@ -39,9 +39,9 @@ const POINTING: usize = 5;
 pub struct CellFile {
     /// Short name.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the scenario.
     pub about: String,
-    /// What it describes.
+    /// The described arm, with workpiece and controller.
     pub cell: Cell,
     /// Rate of the record, Hz.
     pub record_rate_hz: f64,

@@ -3,14 +3,11 @@
 use feeler_arm::JointDrive;
 use feeler_catalogue::{Key, Kind, Record, Shape, keys, optional, required};
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the URDF's where absent");
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the URDF's if absent");
 pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is");
 pub(crate) const URDF: Key = required("urdf", Kind::Text, "the URDF file, relative to this one");
-pub(crate) const TOOL: Key = optional(
-    "tool",
-    Kind::Text,
-    "link whose frame is the tool's; where absent, the last one that nothing hangs on",
-);
+pub(crate) const TOOL: Key =
+    optional("tool", Kind::Text, "link whose frame is the tool's; if absent, the last link without a child");
 
 /// The top of an arm file; `[joints.*]` are tables of their own.
 pub(crate) static ARM: Shape = Shape { keys: &[NAME, ABOUT, URDF, TOOL], choice: None };

@@ -16,19 +16,17 @@ pub(crate) const ARM_FILE: Key = required(
 const TOOL: Key = optional(
     "tool",
     Kind::Text,
-    "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on",
+    "with a URDF: link whose frame is the tool's; if absent, the last link without a child",
 );
-const BUILDS_ON: Key = Key {
-    text: "a file of this kind, relative to this one, on which this one builds: keys here replace its keys",
-    ..BASE
-};
+const BUILDS_ON: Key =
+    Key { text: "a base file of this kind, relative to this one; keys here replace its keys", ..BASE };
 
 /// The top of such a file.
 pub(crate) static CELL: Shape = Shape { keys: &[NAME, ABOUT, ARM_FILE, TOOL, BUILDS_ON], choice: None };
 
 pub(crate) const POSE: Key = optional(
     "pose",
-    // Pure numbers of rad; a text may say `deg`.
+    // Pure numbers are rad; a text may have `deg`.
     Kind::Numbers(Unit::Of(Dimension::NONE), 0),
     "positions of the joints in their order, rad (m of one that slides); or `place`",
 );
@@ -57,17 +55,18 @@ pub(crate) static PLACED: Shape = Shape { keys: keys!(Place::FIELDS), choice: So
 
 /// Tables of such a file that an axis does not have, and their meaning.
 pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
-    ("start", &START, "How the arm begins, at rest but for `speed`; its gears are relaxed."),
+    ("start", &START, "Initial state of the arm: at rest except for `speed`, with relaxed gears."),
     (
         "tip",
         &PLACED,
-        "What touches, in the frame of the tool. A ball is exact, other shapes follow Parry's iterations.",
+        "Shape of the tip, in the frame of the tool. A ball is exact; other shapes follow Parry's \
+         iterations.",
     ),
     (
         "workpiece",
         &PLACED,
-        "What is touched, at rest in the base's frame. A ball's centre must stay outside a mesh or height \
-         field.",
+        "Shape of the workpiece, at rest in the base's frame. A ball's centre must stay outside a \
+         mesh or height field.",
     ),
     (
         "hold",

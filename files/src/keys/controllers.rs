@@ -15,8 +15,7 @@ pub(crate) static CONTROLLERS: Element = Element {
     table: "controllers",
     singular: "controller",
     text: "Sampled-data controllers. Every `period` one reads its sensors, computes, and after `delay` its \
-           output is applied and held. \
-           Several on one actuator add.",
+           output is applied and held. Outputs on the same actuator add up.",
     shape: Shape {
         keys: joined!(joined!(keys!(ControllerUse::FIELDS), keys!(ControllerSpec::FIELDS)), &[FOLLOWED]),
         choice: Some(Choice { key: "law", default: None, text: "the control law", variants: &LAWS }),

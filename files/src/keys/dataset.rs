@@ -8,10 +8,10 @@ use feeler_catalogue::{
 };
 use feeler_plant::description::{Engagement, SignalName};
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the folder's where absent");
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the folder's if absent");
 pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what was measured");
 pub(crate) const MACHINE: Key =
-    required("machine", Kind::Text, "the machine file, relative to this one: what is believed");
+    required("machine", Kind::Text, "the file of the believed machine, relative to this one");
 
 /// The top of a dataset file; `[columns.*]` and `[[experiments]]` are tables of their own.
 pub(crate) static DATASET: Shape = Shape { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
@@ -20,7 +20,7 @@ pub(crate) static DATASET: Shape = Shape { keys: &[NAME, ABOUT, MACHINE, CLOCK, 
 pub(crate) const CLOCK: Key = optional(
     "clock",
     Kind::Word(LogClock::WORDS),
-    "unit of the clock of all files, if it is not that of their headers",
+    "unit of the clock of all files, if it differs from their headers",
 );
 
 /// The key of the rate of rows without a clock.
@@ -109,11 +109,11 @@ words!(Role {
 });
 
 /// The key of a column's signal.
-pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "what it is in the machine");
+pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "its signal in the machine");
 
 /// The key of the unit of a column's numbers.
 pub(crate) const UNIT: Key =
-    optional("unit", Kind::Text, "unit of the numbers in the file; that of the signal in SI if absent");
+    optional("unit", Kind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
 
 /// Everything except signal and unit, on which the others depend.
 impl Record for Column {
@@ -128,14 +128,18 @@ impl Record for Column {
         ),
         field!(
             Column: noise,
-            optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative), "one sigma, where known")
+            optional(
+                "noise",
+                Kind::Quantity(Unit::Signal, Bound::NotNegative),
+                "standard deviation, if known",
+            )
         ),
         field!(
             Column: resolution,
             optional(
                 "resolution",
                 Kind::Quantity(Unit::Signal, Bound::Positive),
-                "smallest step of its values, where known",
+                "smallest step of its values, if known",
             )
         ),
         field!(
@@ -176,12 +180,19 @@ impl Record for Experiment {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
             Experiment: engagement,
-            optional("engagement", Kind::Word(Engagement::WORDS), "overrides that of the machine's contacts")
+            optional(
+                "engagement",
+                Kind::Word(Engagement::WORDS),
+                "overrides the engagement of the machine's contacts",
+            )
         ),
-        field!(Experiment: role, optional("role", Kind::Word(Role::WORDS), "where absent, the tool splits")),
+        field!(
+            Experiment: role,
+            optional("role", Kind::Word(Role::WORDS), "if absent, the diagnosis splits the experiments")
+        ),
         field!(
             Experiment: repeat,
-            optional("repeat", Kind::Text, "experiments that share this name repeat each other")
+            optional("repeat", Kind::Text, "experiments with the same name are repetitions")
         ),
     ];
 }

@@ -21,7 +21,8 @@ pub(crate) static BODIES: Element = Element {
 pub(crate) static SPRINGS: Element = Element {
     table: "springs",
     singular: "spring",
-    text: "Springs and dampers between two bodies; without stiffness a viscous guide; with `rigid` a joint.",
+    text: "Springs and dampers between two bodies. Without stiffness: a viscous guide. With `rigid`: \
+           a joint.",
     shape: Shape { keys: keys!(Spring::FIELDS), choice: None },
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
 };
@@ -32,7 +33,7 @@ const CONTACT_LAWS: [Variant; Contact::FORMS.len()] = variants(Contact::FORMS);
 pub(crate) static CONTACTS: Element = Element {
     table: "contacts",
     singular: "contact",
-    text: "Where the tool meets the workpiece: the force sensor is this spring, compressed by d = x_tip - \
+    text: "Contact of tool and workpiece. The force sensor is this spring, compressed by d = x_tip - \
            x_work - gap.",
     shape: Shape {
         keys: joined!(keys!(Contact::FIELDS), &[SURFACE, PROFILE]),
@@ -69,7 +70,7 @@ pub(crate) static ACTUATORS: Element = Element {
 pub(crate) static SENSORS: Element = Element {
     table: "sensors",
     singular: "sensor",
-    text: "What is measured: `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to \
+    text: "A reading is `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to \
            `resolution`.",
     shape: Shape { keys: keys!(Sensor::FIELDS), choice: None },
     hosts: &[HostKind::ForceSensor, HostKind::MotionSensor],

@@ -39,28 +39,24 @@ pub(crate) static RUN: Shape = Shape { keys: keys!(RunSettings::FIELDS), choice:
 pub(crate) static ELEMENTS: [&Element; 6] =
     [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
 
-pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the file's own where absent");
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the file's own if absent");
 pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for, in one or two sentences");
 pub(crate) const AXIS_KIND: Key = Key {
     name: "axis",
     kind: Kind::Word(Axis::WORDS),
     absent: Absent::Word(Axis::Translational.name()),
-    text: "what its coordinate is",
+    text: "kind of coordinate",
 };
-pub(crate) const BASE: Key = optional(
-    "machine",
-    Kind::Text,
-    "a file, relative to this one, on which this one builds: keys here replace its keys",
-);
+pub(crate) const BASE: Key =
+    optional("machine", Kind::Text, "a base file, relative to this one; keys here replace its keys");
 
 /// Keys at the top of a machine or scenario.
 pub(crate) static TOP: &[Key] = &[NAME, ABOUT, AXIS_KIND, BASE];
 
 /// The table of tolerances.
 pub(crate) const TOLERANCE: &str = "tolerance";
-/// What `[tolerance]` is.
+/// Meaning of `[tolerance]`.
 pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off, as a fraction, before that \
-                                         counts as a finding: \
-    dotted keys in quotes, as in \"bodies.motor.mass\" = 0.05";
+    counts as a finding: dotted keys in quotes, as in \"bodies.motor.mass\" = 0.05";
 /// The table of effects under an element.
 pub(crate) const EFFECTS: &str = "effects";

@@ -89,11 +89,8 @@ pub(crate) const SHAPES: Choice =
     Choice { key: "shape", default: None, text: "the shape, centred on its position", variants: &ALL };
 
 static MATERIAL_KEYS: Shape = Shape { keys: keys!(Material::FIELDS), choice: None };
-pub(crate) const MATERIAL: Key = optional(
-    "material",
-    Kind::Table(&MATERIAL_KEYS),
-    "what it is made of, for the stiffness of a `hertz` law",
-);
+pub(crate) const MATERIAL: Key =
+    optional("material", Kind::Table(&MATERIAL_KEYS), "material, for the stiffness of a `hertz` law");
 
 const PLACE: &[Key] = keys!(Place::FIELDS);
 const SIDEWAYS: &str = "position sideways";
@@ -199,4 +196,4 @@ pub(crate) const SURFACE: Key = optional(
     "shapes whose distance is added to the gap while the tip travels sideways",
 );
 pub(crate) const PROFILE: Key =
-    optional("profile", Kind::Table(&PROFILE_KEYS), "what is added to the gap over time, written out");
+    optional("profile", Kind::Table(&PROFILE_KEYS), "offset of the gap over time, as points");

@@ -14,10 +14,10 @@ pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for");
 pub(crate) const SAMPLING: Key = optional(
     "sampling",
     Kind::Word(Sampling::WORDS),
-    "how points are chosen; where absent, a grid, or random draws where an axis is a distribution",
+    "how points are chosen; if absent, a grid, or random draws if an axis is a distribution",
 );
 pub(crate) const SAMPLES: Key =
-    optional("samples", Kind::Count(1, MOST_POINTS), "how many points to draw, except on a grid");
+    optional("samples", Kind::Count(1, MOST_POINTS), "number of points to draw; not for a grid");
 pub(crate) const SEED: Key =
     Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" };
 
@@ -54,19 +54,19 @@ pub struct Keep {
 words!(Sampling {
     Grid = "grid", "every combination of the axes";
     Random = "random", "independent draws";
-    LatinHypercube = "latin-hypercube", "each axis cut into `samples` slices, each slice drawn from once";
+    LatinHypercube = "latin-hypercube", "each axis divided into `samples` slices, with one draw from each";
     Sobol = "sobol", "a low-discrepancy sequence";
 });
 
 pub(crate) const POINTS: Key = required(
     "points",
     Kind::Count(1, MOST_POINTS),
-    "how many values, both ends included; one only where these are equal",
+    "number of values, both ends included; 1 only if both ends are equal",
 );
 pub(crate) const AXIS_TOLERANCE: Key = optional(
     "tolerance",
     Kind::Quantity(Unit::Swept, Bound::Positive),
-    "with [refine], how closely an edge is located, in the unit of the key",
+    "with [refine], the tolerance of an edge, in the unit of the key",
 );
 
 /// The table form of an axis; the present key decides the variant.
@@ -88,12 +88,12 @@ pub(crate) static AXIS: Shape = Shape {
             },
             Variant {
                 name: "log",
-                text: "values of equal ratio",
+                text: "values with a constant ratio",
                 keys: &[
                     required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"),
                     POINTS,
                     Key {
-                        text: "with [refine], how closely an edge is located, as a ratio: \"2 %\"",
+                        text: "with [refine], the tolerance of an edge as a ratio, as in \"2 %\"",
                         ..AXIS_TOLERANCE
                     },
                 ],
@@ -132,8 +132,8 @@ impl Record for Keep {
             optional(
                 "tail",
                 Kind::Count(0, 1000),
-                "last impacts and strobes of each run, for bifurcation diagrams; default 64 with one \
-                 numeric axis, else none",
+                "number of last impacts and strobes of each run, for bifurcation diagrams; default 64 \
+                 with one numeric axis, else 0",
             )
         ),
         field!(
@@ -154,12 +154,12 @@ pub(crate) static KEEP: Shape = Shape { keys: keys!(Keep::FIELDS), choice: None 
 pub(crate) const TOLERANCE: Key = optional(
     "tolerance",
     Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
-    "how closely an edge is located, as a share of each axis without its own; without any, four halvings",
+    "tolerance of an edge, as a share of each axis without its own; without any tolerance, four halvings",
 );
 pub(crate) const LEVELS: Key = optional(
     "levels",
     Kind::Count(1, 12),
-    "instead of tolerances, how often the grid is halved along boundaries; default 4",
+    "instead of tolerances: how many times the grid is halved along boundaries; default 4",
 );
 /// Boundaries of the outcome itself.
 pub(crate) const BY_OUTCOME: &str = "outcome";
@@ -168,10 +168,10 @@ pub(crate) const BY: Key = Key {
     name: "by",
     kind: Kind::Word(&[
         word(BY_STABILITY, "whether the force settles"),
-        word(BY_OUTCOME, "the outcome itself, so that chatter and limit cycles part too"),
+        word(BY_OUTCOME, "the outcome itself; chatter and limit cycles then have a boundary too"),
     ]),
     absent: Absent::Word(BY_STABILITY),
-    text: "what changes across a boundary",
+    text: "property that changes across a boundary",
 };
 
 /// `[refine]`

@@ -25,20 +25,20 @@ use crate::kind::FileKind;
 use axes::{read_axes, refuse};
 use ends::try_ends;
 
-/// Largest number of axes of a Sobol sequence: one more than the polynomials that define it.
+/// Largest number of axes of a Sobol sequence: one more than the number of polynomials that define it.
 pub const MOST_DIMENSIONS: usize = 21;
-/// Largest number of runs of a sweep; a larger one is rejected with the arithmetic.
+/// Largest number of runs of a sweep. The error for a larger one shows the arithmetic.
 const MOST_RUNS: f64 = 1e8;
 
 /// Default number of impacts and strobes per run in a bifurcation diagram over a single numerical axis.
 const TAIL_OF_ONE_AXIS: usize = 64;
 
-/// A sweep file that has been checked.
+/// A checked sweep file.
 #[derive(Clone, Debug)]
 pub struct SweepFile {
     /// Short name; empty if there is none.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the sweep.
     pub about: String,
     /// The scenario, relative to the sweep file.
     pub scenario: PathBuf,
@@ -77,7 +77,7 @@ impl SweepFile {
         sheet.finish(file)
     }
 
-    /// If there are mistakes, the result must not be used.
+    /// The contents of a file. The result is valid only if no problem was recorded.
     fn read(root: &Table, sources: &Sources, problems: &mut Problems) -> Option<Self> {
         if let Some(entry) = root.get("arm") {
             super::document::refuse_arm(entry, problems);
@@ -107,7 +107,7 @@ impl SweepFile {
         let by_axes = if drawn { Sampling::Random } else { Sampling::Grid };
         let sampling = fields.value(&SAMPLING).unwrap_or(by_axes);
         let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
-        // A diagram for each value of a list.
+        // A list is no axis of a diagram: each of its values has its own diagrams.
         let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
         let tail = if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 };
         let mut kept = Keep { outcome: true, traces: false, tail };
@@ -139,13 +139,18 @@ impl SweepFile {
         let samples = root.contains_key("samples");
         if self.sampling != Sampling::Grid {
             if !samples {
-                add("samples", "`samples` is missing", "add `samples = 1000`: how many points to draw");
+                add(
+                    "samples",
+                    "`samples` is missing",
+                    "add the number of points to draw, as in `samples = 1000`",
+                );
             }
-            // Lists can be drawn from; a spacing cannot.
+            // Draws can choose from a list, but not from values with a fixed spacing.
             let spaced = |axis: &Axis| matches!(axis, Axis::Linear { .. } | Axis::Log { .. });
             for (key, axis) in self.axes.iter().filter(|(_, axis)| spaced(axis)) {
                 let way = if matches!(axis, Axis::Log { .. }) { "log_uniform" } else { "uniform" };
-                let message = format!("points are drawn here, and the values of \"{key}\" are spaced");
+                let message =
+                    format!("points are drawn at random, but the values of \"{key}\" have a fixed spacing");
                 add(
                     "axes",
                     &message,
@@ -157,7 +162,7 @@ impl SweepFile {
             }
             if self.sampling == Sampling::Sobol && self.axes.len() > MOST_DIMENSIONS {
                 let message = format!(
-                    "the Sobol sequence has {MOST_DIMENSIONS} dimensions here, and there are {} axes",
+                    "a Sobol sequence has at most {MOST_DIMENSIONS} dimensions (got {} axes)",
                     self.axes.len()
                 );
                 add("axes", &message, "use `sampling = \"latin-hypercube\"`");
@@ -191,20 +196,23 @@ impl SweepFile {
         if self.refine.is_none() {
             return;
         }
-        let divides = |axis: &Axis| matches!(axis, Axis::Linear { points, .. } | Axis::Log { points, .. } if *points >= 2);
+        let divides = |axis: &Axis| match axis {
+            Axis::Linear { points, .. } | Axis::Log { points, .. } => *points >= 2,
+            _ => false,
+        };
         if self.axes.len() > 2 || self.sampling != Sampling::Grid || !self.axes.values().all(divides) {
             let message = "only a grid of one or two axes, each `linear` or `log` with 2 points or more, \
                            can be refined";
             problems.add(&place(root, "refine"), "refine", message, "remove [refine], or the other axes");
         }
         if !self.keep.outcome {
-            let message = "[refine] follows the outcome, which is not kept";
+            let message = "[refine] needs the outcome, which is not kept";
             problems.add(&place(root, "keep"), "keep.outcome", message, "keep it, or remove [refine]");
         }
     }
 }
 
-/// Place of a key in the file; the start if it is absent.
+/// Place of a key in the file; the start of the file if the key is absent.
 fn place(root: &Table, key: &str) -> Origin {
     root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
 }

@@ -9,17 +9,17 @@ use feeler_plant::effects::Kind;
 use super::error::ArmFileError;
 use feeler_files::{ArmFile, Document, FormatError};
 
-/// Initial gain of a file, as a share of the largest stable gain.
+/// Gain in a written file, as a share of the largest stable gain.
 const GAIN_SHARE: f64 = 0.25;
-/// Gain of the machine in the search for the largest stable one.
+/// Gain of the machine while the largest stable gain is sought.
 const TRIED_GAIN: f64 = 0.1;
-/// Largest initial gain of a file.
+/// Largest gain in a written file.
 const LARGEST_GAIN: f64 = 2.0;
 
-/// Smallest share of the path from drive to tool at which a mode is named.
+/// Smallest share of the path from drive to tool at which a warning names a mode.
 const SHARES: f64 = 0.1;
 
-/// What the tool touches: the force sensor in series with the workpiece.
+/// The contact at the tool: the force sensor in series with the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolContact {
     /// Stiffness.
@@ -33,7 +33,7 @@ pub struct ToolContact {
 pub struct AxisFile {
     /// The machine and scenario, as input of analyze, run, sweep and why.
     pub text: String,
-    /// Its numbers.
+    /// Its masses, stiffnesses and modes.
     pub reduction: Reduction,
     /// Its agreement with the whole arm in contact.
     pub agreement: Agreement,
@@ -41,8 +41,8 @@ pub struct AxisFile {
     pub largest_gain: f64,
 }
 
-/// Why the numbers of an axis do not make a valid machine file. The user has not written that file, so it has
-/// no place.
+/// The error for an axis whose numbers make no valid machine file. The user did not write that file, so the
+/// error names no place in it.
 fn no_machine(error: &FormatError) -> ArmFileError {
     let why = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
     ArmFileError::Extreme { why }
@@ -72,8 +72,8 @@ pub fn axis_file(
         let _ = writeln!(text, "# Warning: {why}.");
     }
     let name = format!("{}-axis", file.name);
-    let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
-    let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
+    let held = if others == Others::Held { "other directions held" } else { "other directions free" };
+    let about = format!("The axis of {} at one pose along one normal, {held}", file.name);
     let _ = write!(
         text,
         "name  = {}\nabout = {}\n\n{}",
@@ -93,7 +93,8 @@ fn largest_stable(gain: Option<&GainReport>) -> f64 {
     }
 }
 
-/// Why an axis cannot be trusted, if it differs from the whole arm by more than 5 % in one of the landmarks.
+/// The reason not to trust an axis: a landmark differs from the whole arm's by more than 5 %. `None` if none
+/// does.
 pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     if agreement.is_trusted() {
         return None;
@@ -103,10 +104,10 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
         .map(|((landmark, misfit), [arm, own])| match misfit.is_finite() {
             true => format!("{:.1} % in the {}", 100.0 * misfit, landmark.name()),
             false if landmark.is_gain() && own <= 0.0 => {
-                format!("in the {}, of which the arm has one and the axis none", landmark.name())
+                format!("in the {}, which only the arm has", landmark.name())
             }
             false if landmark.is_gain() && arm <= 0.0 => {
-                format!("in the {}, of which the axis has one and the arm none", landmark.name())
+                format!("in the {}, which only the axis has", landmark.name())
             }
             false => format!("without bound in the {}", landmark.name()),
         })
@@ -118,9 +119,9 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
         .map(|mode| format!("{:.1}", mode.frequency_hz))
         .collect();
     Some(format!(
-        "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from \
-         drive to tool, which no few masses on springs show; choose \
-         another pose, or do not rely on what the axis says of that",
+        "this axis differs from the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the path \
+         from drive to tool, which a few masses on springs cannot represent; choose another pose, or do not \
+         rely on these values of the axis",
         off.join(" and "),
         100.0 * Agreement::TRUSTED,
         sharing.join(", ")
@@ -168,22 +169,23 @@ fn header(
             return format!("#   {name}: neither has one\n");
         }
         if landmark.is_gain() && number(arm) == number(own) && gain_in_words(arm).is_some() {
-            return format!("#   {name}: of both {}\n", number(arm));
+            return format!("#   {name}: {} for both\n", number(arm));
         }
         let with_unit =
             |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
-        format!("#   {name}: {} and {}: off by {} %\n", with_unit(arm), with_unit(own), percent(misfit))
+        format!("#   {name}: {} and {}: off by {}\n", with_unit(arm), with_unit(own), percent(misfit))
     };
     let landmarks: String = (Landmark::ALL.iter().zip(agreement.landmarks()).zip(agreement.misfits()))
         .map(|((name, pair), misfit)| said(name, pair, misfit))
         .collect();
     format!(
-        "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions \
+        "# The axis of {} at the pose {} (rad) along [{nx}, {ny}, {nz}], with the tool's other directions \
          {}; made by `feeler reduce`.\n\
-         # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole \
-         contact force, the drives' bandwidths left out; stable gains\n\
-         # of loops on its spring's force at 1 kHz behind them, ki with {:.4} N s/m of motor damping from \
-         differenced encoder positions):\n{landmarks}",
+         # Whole arm and this axis on a contact of {stiffness:.4e} N/m. The phase crossover is that of the \
+         whole contact force, without\n\
+         # the drives' bandwidths. Stable gains are those of loops on its spring's force at 1 kHz, with \
+         these bandwidths; ki with\n\
+         # {:.4} N s/m of motor damping from differenced encoder positions.\n{landmarks}",
         file.name,
         pose.join(", "),
         if others == Others::Held { "held" } else { "free" },
@@ -192,14 +194,15 @@ fn header(
 }
 
 fn percent(misfit: f64) -> String {
-    if misfit.is_finite() { format!("{:.2}", 100.0 * misfit) } else { "no number of".into() }
+    if misfit.is_finite() { format!("{:.2} %", 100.0 * misfit) } else { "an undefined share".into() }
 }
 
-/// Number of bodies besides motor and tool, and the reason.
+/// The reason for bodies besides motor and tool, as a comment of the file; empty if there are none.
 fn bodies_note(axis: &Reduction) -> String {
     let frequencies: Vec<String> =
         axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
-    let (bodies, verb) = if frequencies.len() == 1 { ("a body", "stands") } else { ("bodies", "stand") };
+    let (bodies, verb) =
+        if frequencies.len() == 1 { ("A body", "represents") } else { ("Bodies", "represent") };
     let linked = axis.branches.iter().any(Branch::is_linked);
     let (place, held) = if linked {
         ("beside motor and tool, fitted to the arm's response,", "motor and tool")
@@ -210,8 +213,8 @@ fn bodies_note(axis: &Reduction) -> String {
         return String::new();
     }
     format!(
-        "# Two masses alone miss these: {bodies} {place} {verb} for modes at {} Hz ({held} held) that load \
-         the drive as well.\n",
+        "# {bodies} {place} {verb} modes at {} Hz (with {held} held), which load the drive too. Two masses \
+         alone miss these.\n",
         frequencies.join(", ")
     )
 }
@@ -258,8 +261,8 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
         }
     }
     line(format!(
-        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 \
-         mm\"\n",
+        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\n\
+         gap = \"1 mm\"\n",
         contact.stiffness_n_per_m, contact.damping_n_s_per_m
     ));
     line("[actuators.drive]\non = \"motor\"".into());
@@ -274,11 +277,14 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
             .into(),
     );
     line(format!(
-        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives \
-         = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
+        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\n\
+         drives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
          kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"
     ));
-    line("[run]\nduration = \"2 s\"\nrecord = \
-          [\"tool.force\", \"motor.position\", \"tip.position\", \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\"".into());
+    line(
+        "[run]\nduration = \"2 s\"\nrecord = [\"tool.force\", \"motor.position\", \"tip.position\", \
+         \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\""
+            .into(),
+    );
     text
 }

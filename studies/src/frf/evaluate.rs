@@ -50,7 +50,7 @@ pub fn evaluate(
             Ok(Evaluated {
                 estimate,
                 separated: None,
-                how: "local polynomials (leakage taken away)".to_owned(),
+                how: "local polynomials (leakage removed)".to_owned(),
                 isolated: false,
             })
         }

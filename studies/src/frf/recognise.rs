@@ -1,4 +1,4 @@
-//! The excitation of a record's command, and the estimator for it.
+//! Recognises the excitation of a record's command, and chooses the estimator for it.
 
 use feeler_analysis::AnalysisError;
 use feeler_lti::LtiError;
@@ -11,19 +11,20 @@ use crate::refusal::Refusal;
 
 /// Default number of segments of averaged spectra.
 pub const SEGMENTS: f64 = 8.0;
-/// Sines of two records are equal if they differ by less than this share of the inverse of the record's
-/// length.
+/// Sines of two records are equal if their frequencies differ by less than this share of the inverse of the
+/// record's length.
 const SAME_LINE: f64 = 0.25;
-/// Share of the power at which one sine is the excitation; the others may be responses of the controller.
+/// Share of the power from which one sine alone is the excitation. The others may be responses of the
+/// controller.
 const NEARLY_ALL: f64 = 0.9;
 
-/// Command and output of one experiment, about their means.
+/// Command and output of one experiment, with their means subtracted.
 pub type Pair = (Vec<f64>, Vec<f64>);
 
 /// How records are evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
-    /// Lines of whole periods.
+    /// Spectral lines of whole periods.
     Periodic {
         /// Samples of a period.
         samples_per_period: usize,
@@ -48,18 +49,18 @@ pub enum Method {
 pub struct Choice {
     /// The method.
     pub method: Method,
-    /// Why, in words.
+    /// The reason, in words.
     pub why: Option<String>,
 }
 
 impl Method {
-    /// Whether the method itself uses excited frequencies only.
+    /// Whether the method uses only the excited frequencies.
     pub fn is_of_lines(&self) -> bool {
         matches!(self, Self::Periodic { .. } | Self::Sines(_))
     }
 }
 
-/// The requested method, else the one that suits the excitation of the commands.
+/// The requested method, or else the one that suits the excitation of the commands.
 ///
 /// # Errors
 /// A request that the records cannot meet.
@@ -77,8 +78,8 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
         }
         Some(ExcitationKind::SteppedSine) => {
             return Err(Refusal::new(
-                "a stepped sine is not evaluated from records: they do not say where each frequency begins",
-                "leave --excitation out: the record's sines are found, or its spectra averaged",
+                "records of a stepped sine cannot be evaluated: they do not show where each frequency begins",
+                "leave --excitation out to find the sines of the record, or to average its spectra",
             )
             .into());
         }
@@ -91,8 +92,7 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
             let Some(period_s) = request.period_s else {
                 return Err(Refusal::new(
                     "the period of a measured multisine must be known",
-                    "give it with --period, in s, or leave --excitation out: a period is sought in the \
-                     command",
+                    "give it with --period, in s, or leave --excitation out to find a period in the command",
                 )
                 .into());
             };
@@ -102,12 +102,12 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
                 samples_per_period >= 4 && shortest / samples_per_period >= 2,
                 || {
                     format!(
-                        "records of {} hold no two periods of {}",
+                        "records of {} are shorter than two periods of {}",
                         with_unit(length_s, "s"),
                         with_unit(period_s, "s")
                     )
                 },
-                "two periods are needed to tell noise; leave --period out, and the record's sines are sought",
+                "the noise estimate needs two periods; leave --period out to find the sines of the record",
             )?;
             Method::Periodic { samples_per_period }
         }
@@ -118,7 +118,7 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
                 require(
                     request.estimator != Some(NoiseEstimator::LocalPolynomial),
                     || {
-                        "local polynomials take one whole record: they average neither several nor segments"
+                        "local polynomials need one whole record: they average no records and no segments"
                             .to_owned()
                     },
                     "name one --experiment and no --segment, or an estimator that averages: h1, h2 or hv",
@@ -132,7 +132,7 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
     Ok(Choice { method, why: None })
 }
 
-/// The method for the excitation of the first command, if the others have the same.
+/// The method for the excitation of the first command, if all commands have the same excitation.
 fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, LtiError> {
     let averaged = || Method::Averaged { kind: Estimator::H1, segment_s: length_s / SEGMENTS };
     let chosen = |method, why: String| Ok(Choice { method, why: Some(why) });
@@ -143,7 +143,10 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
     let Some(first) = all.first() else { return Err(LtiError::RecordTooShort { needed: 1, found: 0 }) };
     match first {
         RecordedExcitation::Periodic { samples_per_period, periods } => {
-            let alike = |other: &RecordedExcitation| matches!(other, RecordedExcitation::Periodic { samples_per_period: n, .. } if n == samples_per_period);
+            let alike = |other: &RecordedExcitation| match other {
+                RecordedExcitation::Periodic { samples_per_period: n, .. } => n == samples_per_period,
+                _ => false,
+            };
             if all.iter().all(alike) {
                 let period = with_unit(*samples_per_period as f64 * spacing_s, "s");
                 let why = format!(
@@ -167,15 +170,14 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
                     String::new()
                 } else {
                     format!(
-                        "; {} weak overtones of the strongest are not, since a controller that answers \
-                         friction makes such",
+                        "; {} weak overtones of the strongest sine are left out, since a controller that \
+                         counters friction produces such overtones",
                         overtones.len()
                     )
                 };
                 let why = format!(
-                    "sines of which no common period is seen twice make up {} % of the command's power: \
-                     they are fitted together, and only their \
-                     frequencies are evaluated{but}",
+                    "{} % of the command's power are sines without a common period that repeats: they are \
+                     fitted together, and only their frequencies are evaluated{but}",
                     plain((1e3 * sines.explained).floor() / 10.0)
                 );
                 return chosen(Method::Sines(common), why);
@@ -183,8 +185,8 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
         }
         RecordedExcitation::Noise { evenness } if pairs.len() == 1 => {
             let why = format!(
-                "the command is noise with power all over its band (evenness {}): leakage is estimated \
-                 along with the response",
+                "the command is noise with power in its whole band (evenness {}): leakage is estimated \
+                 together with the response",
                 plain(*evenness)
             );
             return chosen(Method::LocalPolynomial, why);
@@ -199,8 +201,7 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
         RecordedExcitation::Uneven { evenness } => {
             let why = format!(
                 "the command is neither sines nor even noise (evenness {}): windowed segments are averaged, \
-                 so that its strong frequencies do not leak \
-                 into the weak ones",
+                 so that strong frequencies do not leak into weak ones",
                 plain(*evenness)
             );
             return chosen(averaged(), why);
@@ -210,7 +211,7 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
     chosen(averaged(), "several records are averaged, segment by segment".to_owned())
 }
 
-/// Weak sines at multiples of one that has nearly all the power, Hz.
+/// Frequencies of the weak sines at multiples of a sine with nearly all the power, Hz.
 fn overtones(sines: &SineSum, length_s: f64) -> Vec<f64> {
     let power: f64 = sines.amplitudes.iter().map(|a| a * a).sum();
     let strongest =

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::distortion::Separated;
 use super::response::Response;
 
-/// One frequency; unknown values are NaN.
+/// The values at one frequency; unknown values are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Frequency, Hz.
@@ -18,7 +18,7 @@ pub struct Row {
     pub low_db: f64,
     /// Upper end of its confidence band, dB.
     pub high_db: f64,
-    /// From the response to the upper end, dB.
+    /// Distance from the response to the upper end, dB.
     pub half_width_db: f64,
     /// Phase of the measured response, degrees.
     pub phase_deg: f64,
@@ -67,11 +67,11 @@ pub fn row(response: &Response, i: usize) -> Row {
     }
 }
 
-/// All rows, unknown cells empty.
+/// All rows as CSV, with empty cells for unknown values.
 pub fn csv(response: &Response) -> String {
     let mut text = String::from(
-        "frequency_hz,magnitude_db,magnitude_low_db,magnitude_high_db,phase_deg,phase_half_width_deg,coherence,\
-         linear_magnitude_db,linear_phase_deg,noise_db,distortion_db\n",
+        "frequency_hz,magnitude_db,magnitude_low_db,magnitude_high_db,phase_deg,phase_half_width_deg,\
+         coherence,linear_magnitude_db,linear_phase_deg,noise_db,distortion_db\n",
     );
     for i in 0..response.linear.len() {
         let r = row(response, i);
@@ -94,7 +94,7 @@ pub fn csv(response: &Response) -> String {
     text
 }
 
-/// The response as programs read it.
+/// The response as JSON.
 pub fn json(response: &Response) -> Value {
     let estimate = &response.estimate;
     let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();

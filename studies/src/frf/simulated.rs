@@ -21,21 +21,21 @@ const HOLD_S: f64 = 1e-3;
 /// Default root mean square of the excitation, N (or N m), and m/s (rad/s) for a velocity source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
-/// 2 mm, or a tenth of a degree.
+/// The same of a position: 2 mm, or about a tenth of a degree; then of a voltage (V) and a current (A).
 const RMS_POSITION: f64 = 2e-3;
 const RMS_VOLTAGE: f64 = 1.0;
 const RMS_CURRENT: f64 = 0.1;
-/// At least this multiple of dry friction, so that sliding bodies keep sliding.
+/// The excitation is at least this multiple of dry friction, so that sliding bodies keep sliding.
 const TIMES_FRICTION: f64 = 5.0;
-/// At most this share of the drive's limit, which noise reaches at three to four times its root mean square.
+/// Share of the drive's limit. Noise has peaks of three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
-/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that it does not appear as
+/// Time constants after which a transient is below rounding: exp(-36) = 2e-16. It then does not appear as
 /// distortion far below a resonance. Then the limits of the waiting time, s.
 const TIME_CONSTANTS: f64 = 36.0;
 const WAIT_S: (f64, f64) = (0.5, 120.0);
 /// Largest number of samples of an excitation; each takes some tens of bytes and at least half a microsecond.
 const MOST_SAMPLES: f64 = 1e8;
-/// Records without a stated length, s.
+/// Length of a record if none is requested, s.
 const DURATION_S: f64 = 60.0;
 /// Defaults of a multisine: period, s, evaluated periods, and phase realisations; then the number of
 /// frequencies of a stepped sine.
@@ -58,15 +58,16 @@ pub fn simulate(scenario: &Scenario, request: &Request) -> Result<Response, FrfE
     let rms = request.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
     require(
         rms > 0.0 && rms.is_finite(),
-        || format!("an excitation of {rms} excites nothing"),
-        "give a size above zero with --rms",
+        || format!("--rms must be above zero (got {rms})"),
+        "give the root mean square of the command, in SI",
     )?;
     let dies_in_s = dies_in_s(&experiment)?;
     let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
     if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
         let (left, waited) = (with_unit(dies_in_s, "s"), with_unit(wait_s, "s"));
         notes.push(format!(
-            "transients take {left} to die away and {waited} are waited for: what is left of them reads as distortion, and no band knows of it"
+            "transients take {left} to decay, but the experiment waits for {waited} only: the rest appears \
+             as distortion, and the confidence bands do not include it"
         ));
     }
     let excitation = excitation(request, kind, &experiment, wait_s, low)?;
@@ -136,7 +137,7 @@ fn experiment(
             .values_mut()
             .filter(|c| c.engagement == Engagement::Unilateral)
             .for_each(|c| c.engagement = Engagement::Clamped);
-        notes.push("contacts that can only push were taken as clamped; --free takes them away".to_owned());
+        notes.push("unilateral contacts were taken as clamped; --free removes them".to_owned());
     }
     let controller = scenario
         .controllers
@@ -164,17 +165,20 @@ fn experiment(
         .unwrap_or(HOLD_S);
     require(
         hold_s > 0.0 && hold_s.is_finite(),
-        || format!("a hold of {hold_s} s is none"),
-        "give a time above zero with --hold, in s",
+        || format!("--hold must be above zero (got {hold_s} s)"),
+        "give the time for which each command is held, in s",
     )?;
     let offset = request.offset.unwrap_or(0.0);
     if touches_nonlinearly(&machine) {
         let rest = if offset == 0.0 {
-            "without a mean force (--offset gives one)".to_owned()
+            "without a mean force (--offset sets one)".to_owned()
         } else {
             format!("under the mean command of {}", plain(offset))
         };
-        notes.push(format!("the contact's stiffness or damping depends on its force; the linear response is that at rest {rest}"));
+        notes.push(format!(
+            "the contact's stiffness or damping depends on its force; the linear response is that at rest \
+             {rest}"
+        ));
     }
     Ok(Experiment {
         machine,
@@ -186,7 +190,8 @@ fn experiment(
     })
 }
 
-/// The requested output; by default what the controller reads, then the contact force, then any reading.
+/// The requested output. The default is the reading of the controller, else the contact force, else any
+/// reading.
 fn output(
     request: &Request,
     controller: Option<&ControllerUse>,
@@ -194,7 +199,7 @@ fn output(
 ) -> Result<SignalName, FrfError> {
     // The controller's input: the sensor's reading with its filter, delay, resolution and noise.
     let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
-    // An absent contact has no force; the output is then the motion of the body that would touch.
+    // A removed contact has no force. The output is then the motion of the body that would touch.
     let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
         Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
         _ => SignalName::new(name, Quantity::SpringForce),
@@ -209,7 +214,7 @@ fn output(
     let wanted = request.output.as_deref().map(|name| signals::named(machine, name)).transpose()?;
     wanted.or(read).or(pressed).or_else(any_sensor).ok_or_else(|| {
         Refusal::new(
-            "no sensor and no contact to look at",
+            "the machine has no sensor and no contact",
             "name a signal with --output, as in --output motor.acceleration",
         )
         .into()
@@ -242,7 +247,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     }
 }
 
-/// Time in which transients decay; `None` if no motion decays.
+/// Time in which transients decay, s; zero if no motion decays.
 fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let channel =
@@ -263,8 +268,8 @@ fn excitation(
     let positive = |name: &str, value: f64| {
         require(
             value > 0.0 && value.is_finite(),
-            || format!("--{name} {value} is no time"),
-            "give seconds above zero",
+            || format!("--{name} must be above zero (got {value} s)"),
+            "give a time in s",
         )
     };
     positive("duration", duration_s)?;
@@ -285,7 +290,12 @@ fn excitation(
             let holds = period_s / experiment.hold_s;
             require(
                 (holds - holds.round()).abs() < 1e-6 * holds && holds >= 4.0,
-                || format!("a period of {period_s} s is no whole number of holds of {} s", experiment.hold_s),
+                || {
+                    format!(
+                        "a period of {period_s} s is not a whole number of holds of {} s",
+                        experiment.hold_s
+                    )
+                },
                 "choose --period as a multiple of the hold",
             )?;
             let transient_periods = (wait_s / period_s).ceil() as usize;
@@ -306,11 +316,13 @@ fn excitation(
         || {
             let held = with_unit(experiment.hold_s, "s");
             format!(
-                "{} of simulation at a hold of {held} are {samples:.1e} samples, and {MOST_SAMPLES:.0e} are the most",
+                "{} of simulation at a hold of {held} are {samples:.1e} samples; at most {MOST_SAMPLES:.0e} \
+                 are possible",
                 with_unit(whole_s, "s")
             )
         },
-        "choose a shorter --duration or --period, fewer --points or --realisations, a higher --from, or a longer --hold",
+        "choose a shorter --duration or --period, fewer --points or --realisations, a higher --from, or a \
+         longer --hold",
     )?;
     Ok(chosen)
 }
@@ -338,7 +350,7 @@ fn words(excitation: &Excitation) -> String {
             )
         }
         Excitation::WhiteNoise { duration_s, .. } => {
-            format!("white noise for {}, local polynomials (leakage taken away)", with_unit(duration_s, "s"))
+            format!("white noise for {}, local polynomials (leakage removed)", with_unit(duration_s, "s"))
         }
         Excitation::Multisine { period_s, periods, realisations, .. } => {
             format!(

@@ -1,9 +1,9 @@
 //! Runs a scenario in many variants.
 //!
-//! Variants are numbered, and each is computed from its number, so a sweep of any size needs only the memory
-//! of its present chunks. A chunk's results are on disk before the next one starts. A killed sweep continues
-//! where it was. Its final results do not depend on that, nor on the number of threads or shards. A variant
-//! that fails becomes a row with its error.
+//! Variants are numbered, and each is computed from its number. A sweep of any size therefore needs only the
+//! memory of its present chunks. The results of a chunk are on disk before the next one starts, so a killed
+//! sweep continues where it was. The final results depend neither on that nor on the number of threads or
+//! shards. A variant that fails becomes a row with its error.
 
 mod axes;
 mod boundary;
@@ -38,11 +38,11 @@ use feeler_files::{Document, SweepFile};
 use points::Points;
 use store::{ChunkId, Store};
 
-/// Approximate number of chunks of a sweep: enough for many cores, with little loss if it is killed.
+/// Approximate number of chunks of a sweep: enough for many cores, and a killed sweep loses little.
 const CHUNKS: u64 = 64;
 /// Smallest and largest number of variants of a chunk.
 const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
-/// Changes whenever the same files would give other bytes.
+/// Version of the results. It changes whenever the same files would give other bytes.
 const RESULTS_VERSION: u32 = 10;
 
 /// A sweep ready to run.
@@ -56,7 +56,7 @@ pub struct Sweep {
     plan: String,
 }
 
-/// How to run a sweep.
+/// Settings of a call.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// Number of threads; `None` for one per processor.
@@ -72,16 +72,16 @@ pub struct SweepProgress {
     pub done: u64,
     /// Variants completed by an earlier call.
     pub found: u64,
-    /// Total number of variants, of this call and earlier ones; for an adaptive sweep, those known so far.
+    /// Number of variants of the sweep; for an adaptive sweep, of those known so far.
     pub total: u64,
 }
 
-/// What a sweep has done.
+/// Result of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepResult {
     /// The table of results; `None` for one of several shards, until [`merge`] combines them.
     pub table: Option<PathBuf>,
-    /// Variants run by this call, found from an earlier one, and in all.
+    /// Numbers of variants: run by this call, found from earlier calls, and in total.
     pub progress: SweepProgress,
     /// Passes of an adaptive sweep, 1 for any other; `None` if an earlier call completed them.
     pub passes: Option<usize>,
@@ -97,7 +97,7 @@ impl Sweep {
         Self::parse(&text, &path.display().to_string())
     }
 
-    /// Takes `text` as the content of `file_name`.
+    /// Checks `text` as the content of `file_name`, and its scenario.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -105,7 +105,13 @@ impl Sweep {
         let file = SweepFile::parse(text, file_name)?;
         let document = Document::load(&file.scenario)?;
         let scenario: Vec<&str> = document.texts().collect();
-        let plan = json!({ "version": RESULTS_VERSION, "variants": file.samples, "feeler": env!("CARGO_PKG_VERSION"), "sweep": text, "scenario": scenario });
+        let plan = json!({
+            "version": RESULTS_VERSION,
+            "variants": file.samples,
+            "feeler": env!("CARGO_PKG_VERSION"),
+            "sweep": text,
+            "scenario": scenario,
+        });
         Ok(Self { file, document, plan: plan.to_string() + "\n" })
     }
 
@@ -124,7 +130,7 @@ impl Sweep {
         }
         let store = Store::open(folder, &self.plan)?;
         if store.is_complete() {
-            // A process that assembled the results may have ended before removing the chunks.
+            // A process that assembled the results may have ended before it removed the chunks.
             store.tidy()?;
             let found = Table::count_rows(&store.table())? as u64;
             let progress = SweepProgress { done: 0, found, total: found };
@@ -153,8 +159,7 @@ impl Sweep {
             ran => ran?,
         };
         let (count, ids) = (passes.len(), passes.concat());
-        // Shards in a common folder do not know when the others have finished reading: [`merge`] combines
-        // their chunks.
+        // A shard does not know when the others have finished reading. [`merge`] combines their chunks.
         let is_part = options.shard.is_some_and(Shard::is_part);
         let table = if store.is_complete() {
             store.tidy()?;
@@ -169,12 +174,12 @@ impl Sweep {
     }
 }
 
-/// Number of variants of a plan.
+/// Number of variants in a plan.
 fn planned_variants(plan: &str) -> Option<u64> {
     serde_json::from_str::<serde_json::Value>(plan).ok()?.get("variants")?.as_u64()
 }
 
-/// The chunks of this number of variants: the first variant of each, and its length.
+/// Divides variants into chunks: the first variant of each, and its length.
 fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
     let size = (variants / CHUNKS).clamp(CHUNK[0], CHUNK[1]).next_multiple_of(CHUNK[0]);
     let count = variants.div_ceil(size) as usize;

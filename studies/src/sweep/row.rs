@@ -6,7 +6,7 @@ use super::table::{Column, Table};
 use crate::run::{Measured, Summary};
 use feeler_files::{Axis, Setting, SweepFile};
 
-/// What became of a variant.
+/// The result of a variant with its settings.
 #[derive(Clone, Debug)]
 pub(super) struct VariantRow {
     pub(super) variant: u64,
@@ -18,7 +18,7 @@ pub(super) struct VariantRow {
 /// A measure: its name in files, and its function of a summary.
 type Measure = (&'static str, fn(&Summary) -> Option<f64>);
 
-/// Every measure that is a number.
+/// All numeric measures.
 const MEASURES: &[Measure] = &[
     ("peak_force_n", |s| Some(s.peak_force_n)),
     ("overshoot", |s| s.overshoot),
@@ -87,7 +87,10 @@ pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> Table {
 }
 
 fn axis_column<'a>(axis: &Axis, settings: impl Iterator<Item = &'a Setting>) -> Column {
-    let numeric = !matches!(axis, Axis::List(values) if values.iter().any(|value| !matches!(value, Setting::Number(_))));
+    let numeric = match axis {
+        Axis::List(values) => values.iter().all(|value| matches!(value, Setting::Number(_))),
+        _ => true,
+    };
     if numeric {
         let number =
             |setting: &Setting| if let Setting::Number(value) = setting { Some(*value) } else { None };

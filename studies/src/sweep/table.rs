@@ -20,7 +20,7 @@ use super::error::SweepError;
 
 /// Smallest number of rows of a row group, if there are enough rows.
 const ROWS_PER_GROUP: usize = 1 << 14;
-/// Number of list entries after which a row group ends earlier.
+/// Number of list entries at which a row group ends, whatever its number of rows.
 const ENTRIES_PER_GROUP: usize = 1 << 20;
 
 /// One column.
@@ -57,7 +57,7 @@ impl Column {
         }
     }
 
-    /// Numbers in its lists.
+    /// Number of entries of its lists.
     fn entries(&self) -> usize {
         if let Self::List(lists) = self { lists.iter().map(Vec::len).sum() } else { 0 }
     }
@@ -123,7 +123,8 @@ impl Table {
         let has = |row: usize, key: &str, setting: &Setting| match self.columns.get(key) {
             Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown(setting)),
             Some(Column::Real(values)) => {
-                matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits()))
+                let bits = values[row].map(f64::to_bits);
+                matches!(setting, Setting::Number(number) if bits == Some(number.to_bits()))
             }
             _ => false,
         };
@@ -151,8 +152,8 @@ impl Table {
         Self::read_part(path, &|_| true, &|_| true)
     }
 
-    /// Reads the requested columns and rows, by name and by number; of the others it never holds more than a
-    /// part of the file.
+    /// Reads the requested columns and rows, by name and by number. It never holds more than a part of the
+    /// others.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -171,8 +172,8 @@ impl Table {
         Ok(table)
     }
 
-    /// Goes through a file part by part, reading only the requested columns. `visit` receives the number of
-    /// each part's first row, and the part.
+    /// Reads the requested columns of a file part by part. `visit` receives each part with the number of its
+    /// first row.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -195,12 +196,12 @@ impl Table {
     }
 }
 
-/// Writes tables with the same columns one after another. The size of row groups does not depend on the sizes
+/// Writes tables with the same columns one after another. The sizes of row groups do not depend on the sizes
 /// of these tables.
 pub(super) struct TableWriter {
     file: SerializedFileWriter<File>,
     waiting: Table,
-    /// Numbers in lists that wait.
+    /// Number of list entries that wait.
     entries: usize,
 }
 

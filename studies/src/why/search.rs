@@ -1,4 +1,4 @@
-//! Runs the counterfactuals and weighs them.
+//! Runs the counterfactuals and chooses the cause among them.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,16 +10,16 @@ use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
 
-/// Largest set of changes that is tried.
+/// Largest number of changes that are tried together.
 const LARGEST_SET: usize = 3;
 
-/// Largest extension of a run with a slower approach, over the duration of the scenario.
+/// Largest extension of a run with a slower approach, as a multiple of the scenario's duration.
 const MOST_LONGER: f64 = 8.0;
-/// Smallest rise of the limit by a change that is named with the verdict.
+/// The verdict also names a change that raises the stability limit by more than this factor.
 const LIFTS: f64 = 2.0;
 
-/// With noise, the largest share of the amplitude that a cure may leave: the oscillation of a loop near its
-/// limit varies by less between parts of a run.
+/// Largest share of the amplitude that a cure may leave in a noisy run. Between parts of a run, the
+/// oscillation of a loop near its limit varies by less.
 const LEFT_BY_CURE: f64 = 0.5;
 
 pub(super) struct Search<'a> {
@@ -45,7 +45,7 @@ impl<'a> Search<'a> {
             linear::gain_margin(&self.scenario),
         );
         let linear_stable = linear::is_stable_in_contact(&self.scenario);
-        // A tool that pushes itself away does not chatter, but has a cause.
+        // A tool that pushes itself away does not chatter, but needs an explanation too.
         let is_pushed_away =
             self.baseline.summary.outcome == Outcome::NoContact && self.baseline.summary.contact_time_s > 0.0;
         let wrong_sign = (is_troubled(&self.baseline) || is_pushed_away)
@@ -99,7 +99,8 @@ impl<'a> Search<'a> {
         explanation
     }
 
-    /// Every smallest set of changes that cures; `singles` are the trials of each alone.
+    /// All sets of changes that cure, of the smallest size possible. `singles` are the trials of single
+    /// changes.
     fn smallest(&self, singles: &[Trial]) -> Vec<Vec<Change>> {
         let cures = |trials: Vec<Trial>| -> Vec<Vec<Change>> {
             trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect()
@@ -117,7 +118,7 @@ impl<'a> Search<'a> {
         smallest
     }
 
-    /// The trial of a set; for several changes also those with each of them omitted.
+    /// The trial of a set. If it has several changes, also the trials with one of them omitted.
     fn contributions(&self, chosen: &[Change]) -> Vec<Trial> {
         let mut sets = vec![chosen.to_vec()];
         if chosen.len() > 1 {
@@ -162,10 +163,10 @@ impl<'a> Search<'a> {
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
-        // The speed of arrival and noise have no effect in contact: an unstable loop has only not yet begun
-        // to grow.
+        // The speed of arrival and noise do not change the loop in contact. An unstable loop has then only
+        // not begun to grow.
         let only_later = set_off_otherwise && margin.is_some_and(|margin| margin < 1.0);
-        // The loss of contact bounds growth, and does not cause it.
+        // Loss of contact bounds the growth, but does not cause it.
         let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period = grows
@@ -181,7 +182,7 @@ impl<'a> Search<'a> {
         is_noisy(&self.scenario) && self.baseline.summary.outcome == Outcome::Oscillates
     }
 
-    /// Whether a run has about the amplitude of the scenario.
+    /// Whether a run has an amplitude similar to that of the scenario.
     fn is_as_large(&self, result: &Result<Measured, RunError>) -> bool {
         let size =
             |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
@@ -195,7 +196,7 @@ fn first_contact_s(baseline: &Measured) -> f64 {
     contacts.fold(0.0, f64::max)
 }
 
-/// A scenario whose tool arrives later by a factor, run for a correspondingly longer time.
+/// A scenario whose tool arrives later by a factor, with a run that is longer by the same delay.
 pub(super) fn arriving_later(slower: &Scenario, baseline: &Measured, times: f64) -> Scenario {
     let mut longer = slower.clone();
     longer.run.duration_s += (times - 1.0) * first_contact_s(baseline);
@@ -211,7 +212,7 @@ fn nothing_to_explain(baseline: &Measured) -> String {
     let verdict = &baseline.summary.verdict;
     match verdict.undecided {
         Some(why) => format!(
-            "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.",
+            "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may decide.",
             why.name()
         ),
         None => format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name()),
@@ -255,7 +256,7 @@ fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
     with.chain(combinations(rest, size)).collect()
 }
 
-/// Weight of a change as evidence for its cause, by the rules of the module.
+/// Weight of a change as evidence for its cause. The documentation of the module has the rules.
 fn weight(change: Change, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
     let own = |cause: Cause| match cause {
@@ -265,7 +266,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
         {
             60.0
         }
-        // Noise may trigger a motion that another property sustains.
+        // Noise may only trigger a motion that another property sustains.
         Cause::SensorNoise => 10.0,
         Cause::StictionOrQuantiser => 50.0,
         Cause::Saturation => 40.0,
@@ -274,7 +275,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     };
     let base = own(change.cause());
     if base > 0.0 {
-        // The approach shows only that an impact triggered it.
+        // A cure by the approach shows only that an impact triggered the chatter.
         return if change == Change::SlowerApproach { base - 5.0 } else { base };
     }
     let before = found.gain_margin.unwrap_or(f64::INFINITY);
@@ -285,14 +286,15 @@ fn weight(change: Change, found: &Explanation) -> f64 {
         before
     });
     let gain = if before > 0.0 { (after / before).clamp(1e-3, 1e3).log10() } else { 0.0 };
-    // Linear causes are weighted by the rise of the limit without them; in a stable loop they come last.
+    // The weight of a linear cause is the rise of the limit without it. In a stable loop linear causes come
+    // last.
     gain + if linear_stable { 0.0 } else { 30.0 }
 }
 
-/// The change that raises the limit of the loop's gain most, if by much.
+/// The change that raises the limit of the loop's gain most, if it raises it by more than `LIFTS`.
 fn lift(found: &Explanation) -> Option<Lift> {
     let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
-    // If the limit is unbounded or unknown, only a cure separates the two.
+    // An unbounded limit counts as infinite, an unknown one as zero. Only a cure tells them apart.
     let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
     let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Change::BilateralContact];
     let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;
@@ -305,7 +307,7 @@ fn lift(found: &Explanation) -> Option<Lift> {
     })
 }
 
-/// Additions to the verdict: the change that raises the limit most, and the sufficient size of a change.
+/// Sentences after the verdict: the change that raises the limit most, and the sufficient size of a change.
 fn beside(found: &Explanation) -> String {
     let lifts = found.lift.as_ref().map_or_else(String::new, |lift| {
         let to = lift.to.map_or_else(|| "beyond 50".to_owned(), |to| format!("to {to:.3}"));
@@ -321,45 +323,49 @@ fn beside(found: &Explanation) -> String {
     lifts + &enough
 }
 
+/// The verdict if no set of changes removes the chatter.
+fn unexplained(found: &Explanation) -> String {
+    if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
+        return "The tool is pushed away from the workpiece: the force feedback has the wrong sign, so \
+                contact drives the tool away; reverse the sign of the gain or of the drive."
+            .into();
+    }
+    let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
+    if found.wrong_sign {
+        let upto =
+            found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
+        return format!(
+            "{tried}: the force feedback has the wrong sign, so the loop in contact{upto} diverges without \
+             oscillation; reverse the sign of the gain or of the drive."
+        );
+    }
+    if found.undamped {
+        return format!(
+            "{tried}: a mode of the machine in contact has no damping, so nothing dissipates the energy that \
+             approach and feedback feed into it; add damping to contact, guide or control."
+        );
+    }
+    match (found.linear_stable, found.gain_margin) {
+        (Some(false), Some(margin)) if margin > 0.0 => {
+            format!(
+                "{tried}: the gain itself is too high; by linear theory the loop in contact is stable only \
+                 up to {margin:.2} of it."
+            )
+        }
+        (Some(false), Some(_)) => {
+            format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too.")
+        }
+        _ => format!("{tried}; its cause is none of those tried."),
+    }
+}
+
 fn sentence(found: &Explanation) -> String {
     let list = |words: Vec<&str>| match words.as_slice() {
         [] => String::new(),
         [one] => (*one).to_owned(),
         [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
     };
-    let Some(chosen) = found.smallest.first() else {
-        let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
-        let upto =
-            found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
-        if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
-            return "The tool is pushed away from the workpiece: the force is fed back with the wrong sign, so that what it touches drives it off; reverse a \
-                 sign, of the gain or of the drive."
-                .into();
-        }
-        if found.wrong_sign {
-            return format!(
-                "{tried}: the force is fed back with the wrong sign, so that the loop in contact{upto} pushes itself away without swinging; reverse a \
-                 sign, of the gain or of the drive."
-            );
-        }
-        if found.undamped {
-            return format!(
-                "{tried}: a mode of the machine in contact has no damping, so that nothing takes out of it what approach and feedback put in; give a \
-                 damping to contact, guide or control."
-            );
-        }
-        return match (found.linear_stable, found.gain_margin) {
-            (Some(false), Some(margin)) if margin > 0.0 => {
-                format!(
-                    "{tried}: the gain itself is too high; by linear theory the loop in contact is stable only up to {margin:.2} of it."
-                )
-            }
-            (Some(false), Some(_)) => {
-                format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too.")
-            }
-            _ => format!("{tried}; its cause is none of those tried."),
-        };
-    };
+    let Some(chosen) = found.smallest.first() else { return unexplained(found) };
     let causes = list(found.causes.iter().map(|cause| cause.words()).collect());
     let changes = list(chosen.iter().map(|change| change.words()).collect());
     let theory = match (found.linear_stable, found.gain_margin) {
@@ -377,7 +383,8 @@ fn sentence(found: &Explanation) -> String {
     };
     if found.causes == [Cause::SensorNoise] && found.linear_stable != Some(false) {
         format!(
-            "What lasts is the answer of a loop that is at rest by itself to the noise of its sensors: with {changes} it is gone{theory}."
+            "The oscillation is the response to sensor noise of a loop that settles by itself: with \
+             {changes} it is gone{theory}."
         )
     } else if found.causes.len() > 1 {
         format!(
@@ -386,7 +393,8 @@ fn sentence(found: &Explanation) -> String {
         )
     } else if found.contributions.first().is_some_and(|trial| trial.only_by_period) {
         format!(
-            "The growth is due to {causes}: it falls with the controller's period, and with {changes} it is gone{theory}."
+            "The growth is due to {causes}: it falls with the controller's period, and with {changes} it is \
+             gone{theory}."
         )
     } else {
         format!("The chatter is due to {causes}: with {changes} it is gone{theory}.")

@@ -1,14 +1,15 @@
-//! Rapier on M1, M2 and M4 under the same sampled force control: springs and contact as explicit forces on
-//! bodies that may move along x only.
+//! Times Rapier on M1, M2 and M4 under the same sampled force control. Bodies move along x only; springs and
+//! contact act on them as explicit forces.
 //!
-//! Prints the common CSV: who, method, machine, step, wall seconds per simulated second, peak contact force.
+//! Prints the common CSV: program, method, machine, step, wall seconds per simulated second, peak contact
+//! force.
 
 use std::time::Instant;
 
 use rapier3d_f64::prelude::*;
 
-/// Long enough to contain the largest peak, which every machine has in its first push; short enough to be
-/// undisturbed sometimes.
+/// Number of samples. The first push contains the largest peak of every machine. A short run is more often
+/// free of disturbance by other processes.
 const SAMPLES: usize = 100;
 const ROUNDS: usize = 25;
 
@@ -48,7 +49,12 @@ const MACHINES: [Machine; 3] = [
     Machine {
         name: "M4",
         masses_kg: &[200.0, 6.0, 4.0, 5.0],
-        springs: &[(0, None, 1.1e6, 600.0), (1, Some(0), 0.0, 50.0), (2, Some(1), 4e5, 60.0), (3, Some(0), 1e6, 200.0)],
+        springs: &[
+            (0, None, 1.1e6, 600.0),
+            (1, Some(0), 0.0, 50.0),
+            (2, Some(1), 4e5, 60.0),
+            (3, Some(0), 1e6, 200.0),
+        ],
         driven: 1,
         reaction: Some(0),
         tip: 2,
@@ -69,13 +75,17 @@ fn main() {
             }
             walls.sort_by(f64::total_cmp);
             let step_s = 1e-3 / steps as f64;
-            println!("Rapier,\"semi-implicit \
-                      Euler\",{},{step_s},{:.6e},{peak_n:.12}", machine.name, walls[ROUNDS / 2]);
+            println!(
+                "Rapier,\"semi-implicit Euler\",{},{step_s},{:.6e},{peak_n:.12}",
+                machine.name,
+                walls[ROUNDS / 2]
+            );
         }
     }
 }
 
-/// Wall seconds per simulated second, and the largest contact force on a grid of 0.1 ms.
+/// Runs a machine. Returns wall seconds per simulated second, and the largest contact force (N) on a grid of
+/// 0.1 ms.
 fn run(machine: &Machine, steps: usize) -> (f64, f64) {
     let mut bodies = RigidBodySet::new();
     let handles: Vec<_> = (machine.masses_kg.iter().zip(machine.start_m))

@@ -5,12 +5,12 @@ use feeler_manipulator::link_capsules;
 use feeler_studies::run::CellRun;
 use serde_json::{Value, json};
 
-/// Instants that the scene holds.
+/// Largest number of instants in the scene.
 const MOST_FRAMES: usize = 1200;
 
-/// Input of `assets/scene.js`: the links' radii, lines of workpiece (base's frame) and tip (tool's frame),
-/// and data for each frame. These are the time, the points of the skeleton from the base to the tool, the
-/// tool's orientation as a quaternion, the force, and the point and normal of the contact.
+/// Input of `assets/scene.js`: the radii of the links, the lines of workpiece (base's frame) and tip (tool's
+/// frame), and data for each instant. These are the time, the points of the skeleton from the base to the
+/// tool, the tool's orientation as a quaternion, the force, and the point and normal of the contact.
 pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();
@@ -51,13 +51,18 @@ pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     };
     // Radii of the base and of each link; shapes in the URDF are not drawn.
     let mut radii: Vec<f64> = link_capsules(chain).iter().map(|body| body.radius_m).collect();
-    // The tool is as thin as its tip, which a round end would hide.
+    // A thicker tool would hide its tip.
     if let (Some(last), feeler_geometry::Shape::Ball { radius_m }) = (radii.last_mut(), &cell.tip.shape) {
         *last = last.min(*radius_m);
     }
     let names: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
     Ok(json!({
-        "frames": frames, "radii": radii, "names": names, "workpiece": lines(workpiece), "tip": lines(tip), "ball": ball,
+        "frames": frames,
+        "radii": radii,
+        "names": names,
+        "workpiece": lines(workpiece),
+        "tip": lines(tip),
+        "ball": ball,
         "largest": result.summary.figures.peak_force_n,
     }))
 }

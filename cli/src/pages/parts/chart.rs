@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 const DIGITS: usize = 9;
 /// Columns up to this length are written as readable lists.
 const SHORT: usize = 32;
-/// Steps of an axis with a smaller relative difference are even.
+/// Steps of an axis are even if they differ by less than this, relative to a step.
 const EVEN: f64 = 1e-6;
 
 /// The kind of a chart's horizontal axis.
@@ -16,7 +16,7 @@ const EVEN: f64 = 1e-6;
 pub(crate) enum ChartKind {
     /// Increasing values, zoomed in one direction; charts may zoom together.
     Line,
-    /// A path in a plane, zoomed in both.
+    /// A path in a plane, zoomed in both directions.
     Path,
 }
 
@@ -27,11 +27,11 @@ pub(crate) struct Series {
     pub(crate) unit: String,
     pub(crate) values: Vec<f64>,
     pub(crate) dashed: bool,
-    /// Points that no line joins.
+    /// Points without a line between them.
     pub(crate) dots: bool,
-    /// Thin and pale: the reference of others.
+    /// Thin and pale, as a reference for other curves.
     pub(crate) faint: bool,
-    /// Index in the palette, if it differs from that in the chart.
+    /// Index in the palette; `None` for the index of the curve in the chart.
     pub(crate) colour: Option<usize>,
 }
 
@@ -78,19 +78,18 @@ pub(crate) struct Mark {
     pub(crate) label: String,
 }
 
-/// An upright span with its name, such as a margin.
+/// A vertical span with its name, such as a margin.
 pub(crate) struct Gauge {
     pub(crate) x: f64,
-    /// Its two ends.
+    /// Both ends of the span.
     pub(crate) y: [f64; 2],
     pub(crate) label: String,
 }
 
-/// A chart.
 pub(crate) struct Chart {
     pub(crate) kind: ChartKind,
     pub(crate) title: String,
-    /// What to look at.
+    /// Explains what the chart shows.
     pub(crate) caption: String,
     pub(crate) x_label: String,
     pub(crate) y_label: String,
@@ -143,17 +142,27 @@ impl Chart {
             })
         };
         let band = |band: &[f64; 2]| band.map(|at| rounded(at, DIGITS));
-        let gauge = |gauge: &Gauge| json!({ "x": gauge.x, "from": gauge.y[0], "to": gauge.y[1], "label": gauge.label });
+        let line = |line: &Line| json!({ "y": line.y, "label": line.label });
+        let gauge = |gauge: &Gauge| {
+            let [from, to] = gauge.y;
+            json!({ "x": gauge.x, "from": from, "to": to, "label": gauge.label })
+        };
+        let mark = |mark: &Mark| json!({ "x": mark.x, "y": mark.y, "label": mark.label });
         json!({
             "kind": if self.kind == ChartKind::Line { "line" } else { "path" },
-            "x": { "label": self.x_label, "log": self.x_log, "together": self.together, "values": axis(&self.x) },
+            "x": {
+                "label": self.x_label,
+                "log": self.x_log,
+                "together": self.together,
+                "values": axis(&self.x),
+            },
             "y": { "label": self.y_label, "log": self.y_log },
             "series": self.series.iter().map(series).collect::<Vec<_>>(),
             "bands": self.bands.iter().map(band).collect::<Vec<_>>(),
             "between": self.between,
-            "lines": self.lines.iter().map(|line| json!({ "y": line.y, "label": line.label })).collect::<Vec<_>>(),
+            "lines": self.lines.iter().map(line).collect::<Vec<_>>(),
             "gauges": self.gauges.iter().map(gauge).collect::<Vec<_>>(),
-            "marks": self.marks.iter().map(|mark| json!({ "x": mark.x, "y": mark.y, "label": mark.label })).collect::<Vec<_>>(),
+            "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
         })
     }
 }
@@ -162,7 +171,7 @@ fn decimals(values: &[f64]) -> Value {
     values.iter().map(|&value| rounded(value, DIGITS)).collect()
 }
 
-/// Values in single precision, seven digits, which need less space than decimals.
+/// Values in single precision. Their seven digits need less space than decimals.
 fn column(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
@@ -171,7 +180,8 @@ fn column(values: &[f64]) -> Value {
     json!({ "f32": BASE64_STANDARD.encode(bytes) })
 }
 
-/// Values of a horizontal axis, which may be zoomed far: even steps by their rule, others in full.
+/// Values of a horizontal axis. Even steps are written as a rule. Others are written in double precision,
+/// since the axis may be zoomed far.
 fn axis(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
@@ -186,7 +196,7 @@ fn axis(values: &[f64]) -> Value {
     json!({ "f64": BASE64_STANDARD.encode(bytes) })
 }
 
-/// A number with this many significant digits, which is shorter to write; null if it is not finite.
+/// A number with this many significant digits, to save space; null if it is not finite.
 pub(super) fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
@@ -207,7 +217,7 @@ mod tests {
         assert_eq!(text(-3.0), "-3");
     }
 
-    /// A page reads back the recorded values to single precision, and times to rounding.
+    /// A page reads recorded values back in single precision, and times to rounding.
     #[test]
     fn truth_columns_are_whole_and_even_axes_are_rules() {
         let values: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

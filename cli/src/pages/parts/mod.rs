@@ -1,7 +1,7 @@
 //! Self-contained pages: text, tables and interactive charts in one file without network access.
 //!
-//! A [`Page`] consists of sections in reading order and is rendered once. The vendored uPlot (MIT licence,
-//! see `assets/uplot.LICENSE`) draws the charts from data in the page.
+//! A [`Page`] collects sections in reading order and is rendered once. The vendored uPlot (MIT licence, see
+//! `assets/uplot.LICENSE`) draws the charts from data in the page.
 
 mod chart;
 mod cividis;
@@ -36,11 +36,11 @@ const STYLE: &str = include_str!("../../../assets/page.css");
 pub(crate) enum Tone {
     #[default]
     Plain,
-    /// As it should be.
+    /// As desired.
     Good,
-    /// What to act on.
+    /// Needs a remedy.
     Bad,
-    /// For the record.
+    /// For completeness.
     Quiet,
 }
 
@@ -55,7 +55,7 @@ impl Tone {
     }
 }
 
-/// A separate figure: its name, the number with its unit, and a remark.
+/// A key figure: its name, the number with its unit, and a remark.
 pub(crate) struct Tile {
     name: &'static str,
     value: String,
@@ -73,7 +73,7 @@ impl Tile {
     }
 }
 
-/// A page under way.
+/// A page before it is rendered.
 pub(crate) struct Page {
     title: String,
     body: String,
@@ -100,7 +100,7 @@ impl Page {
         }
     }
 
-    /// The sentence that matters most.
+    /// The most important sentence of the page.
     pub(crate) fn lead(&mut self, sentence: &str) {
         let _ = writeln!(self.body, "<p class=\"lead\">{}</p>", escape(sentence));
     }
@@ -148,7 +148,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A drawing whose parts have texts under the pointer.
+    /// A drawing whose parts show a text under the pointer. Returns the number of the map.
     pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) -> usize {
         self.maps.push(hover);
         let data = self.maps.len() - 1;
@@ -156,7 +156,7 @@ impl Page {
         data
     }
 
-    /// A map with the places of another, whose number [`Self::map`] returned.
+    /// A drawing with the texts of another map, whose number [`Self::map`] returned.
     pub(crate) fn map_like(&mut self, title: &str, caption: &str, svg: &str, other: usize) {
         let (label, least) = (of_drawing(title, "map"), legible(svg));
         let (title, caption) = (escape(title), escape(caption));
@@ -168,7 +168,7 @@ impl Page {
         );
     }
 
-    /// A moving scene in space; `assets/scene.js` describes its parts.
+    /// An animated scene in space; `assets/scene.js` describes its parts.
     pub(crate) fn scene(&mut self, title: &str, caption: &str, scene: Value) {
         let (title, caption, index) = (escape(title), escape(caption), self.scenes.len());
         let _ = writeln!(
@@ -201,7 +201,7 @@ impl Page {
              {label}\"><table><thead><tr>"
         );
         for (i, name) in header.iter().enumerate() {
-            // A header cell without a word is an ordinary cell.
+            // An empty header cell is an ordinary cell.
             let cell = if name.is_empty() { "td" } else { "th" };
             let _ = write!(self.body, "<{cell}{}>{}</{cell}>", class(i), escape(name));
         }
@@ -216,7 +216,7 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// What colours mean.
+    /// A legend of colours.
     pub(crate) fn swatches(&mut self, entries: &[(&str, String)]) {
         self.body.push_str("<ul class=\"swatches\">");
         for (colour, text) in entries {
@@ -225,8 +225,8 @@ impl Page {
         self.body.push_str("</ul>\n");
     }
 
-    /// Bars of lengths relative to the largest finite one, each with its name and number; infinite ones are
-    /// hatched across the whole width.
+    /// Bars, each with its name and number. Lengths are relative to the largest finite bar. An infinite bar
+    /// is hatched and has the whole width.
     pub(crate) fn bars(&mut self, bars: &[(String, f64, String)]) {
         let largest =
             bars.iter().map(|(_, size, _)| size.abs()).filter(|size| size.is_finite()).fold(0.0, f64::max);
@@ -249,7 +249,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A long table that is folded at first.
+    /// A long table, folded until the reader opens it.
     pub(crate) fn folded_table(
         &mut self,
         title: &str,
@@ -288,7 +288,8 @@ impl Page {
     }
 }
 
-/// A separate page: its body, the data of its scripts, and the scripts, which find charts and planes ready.
+/// A page that assembles its own body, from the data of its scripts and the scripts. These run after the
+/// scripts for charts and planes.
 pub(crate) fn own_page(title: &str, style: &str, body: &str, data: &Value, scripts: &[&str]) -> String {
     let scripts: Vec<&str> = std::iter::once(PLANE_SCRIPT).chain(scripts.iter().copied()).collect();
     // Browsers request an icon unless the page names one.
@@ -311,12 +312,12 @@ fn document(title: &str, head: &str, body: &str, data: &Value, scripts: &[&str])
          <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon \
          Sorokin.</footer>\n</main>\n\
          <script type=\"application/json\" id=\"data\">{data}</script>\n\
-         <script>\n/* \
-         uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{CHARTS_SCRIPT}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body>\n</html>\n"
+         <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n\
+         <script>\n{CHARTS_SCRIPT}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body>\n</html>\n"
     )
 }
 
-/// Figures side by side.
+/// Key figures side by side.
 pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
     let mut body = String::from("<div class=\"tiles\">");
     for tile in tiles {
@@ -330,17 +331,17 @@ pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
     body + "</div>\n"
 }
 
-/// Attributes that make a drawing reachable by keyboard and give it a name.
+/// HTML attributes that name a drawing and make it reachable by keyboard.
 fn of_drawing(title: &str, what: &str) -> String {
     let name = format!("{} {what}", title.trim_end_matches([',', '.', ':']));
     let name = escape(name.trim());
     format!("tabindex=\"0\" role=\"group\" aria-label=\"{name}\"")
 }
 
-/// Least size of letters on a narrow screen, px.
+/// Smallest size of letters on a narrow screen, px.
 const LETTERS: f64 = 11.0;
 
-/// A drawing's least width, at which its smallest letters can still be read; narrower screens scroll.
+/// The smallest width of a drawing at which its letters are legible, as a style. Narrower screens scroll.
 fn legible(svg: &str) -> String {
     let number = |after: &str| {
         let digits =

@@ -7,14 +7,14 @@ use super::chart::rounded;
 /// Significant digits of coordinates and of their labels.
 const DIGITS: usize = 6;
 
-/// The meaning of a point in a plane.
+/// Coordinates of a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PlaneKind {
     /// Real part in 1/s, imaginary part in Hz.
     S,
-    /// z of a sampled loop; the border of stability is the unit circle.
+    /// z of a sampled loop; the unit circle is the stability boundary.
     Z,
-    /// The value of a loop, labelled with frequencies.
+    /// The response of a loop, labelled with frequencies.
     Nyquist,
 }
 
@@ -38,7 +38,7 @@ pub(crate) enum PlaneShape {
     Now,
 }
 
-/// A single point.
+/// A single point with a symbol.
 pub(crate) struct PlaneMark {
     pub(crate) name: String,
     pub(crate) point: [f64; 2],
@@ -49,9 +49,9 @@ pub(crate) struct PlaneMark {
 /// The meaning of a circle in a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CircleKind {
-    /// The border of stability.
+    /// The stability boundary.
     Border,
-    /// A circle to measure by.
+    /// The unit circle of a Nyquist plot, as a scale.
     Unit,
     /// The region that the curve must avoid.
     Disk,
@@ -66,7 +66,7 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// The border of stability of sampled loops.
+    /// The stability boundary of sampled loops.
     pub(crate) fn border() -> Self {
         Self { centre: 0.0, radius: 1.0, kind: CircleKind::Border, name: "border of stability".into() }
     }
@@ -81,7 +81,7 @@ pub(crate) struct Plane {
     pub(crate) y_label: String,
     /// Meaning of the values at the points, if they are gains.
     pub(crate) gain: String,
-    /// Sample time of a z plane.
+    /// Sampling period of a z plane.
     pub(crate) period_s: Option<f64>,
     /// Left, right, bottom and top.
     pub(crate) view: [f64; 4],
@@ -96,7 +96,14 @@ impl Plane {
         let path = |path: &PlanePath| {
             let along = |axis: usize| path.points.iter().map(|p| short(p[axis])).collect::<Vec<_>>();
             let at: Vec<Value> = path.at.iter().map(|&v| short(v)).collect();
-            json!({ "name": path.name, "x": along(0), "y": along(1), "at": at, "colour": path.colour, "dashed": path.dashed })
+            json!({
+                "name": path.name,
+                "x": along(0),
+                "y": along(1),
+                "at": at,
+                "colour": path.colour,
+                "dashed": path.dashed,
+            })
         };
         let mark = |mark: &PlaneMark| {
             let shape = match mark.shape {
@@ -104,7 +111,8 @@ impl Plane {
                 PlaneShape::Zero => "zero",
                 PlaneShape::Now => "now",
             };
-            json!({ "name": mark.name, "x": mark.point[0], "y": mark.point[1], "at": mark.at, "shape": shape })
+            let [x, y] = mark.point;
+            json!({ "name": mark.name, "x": x, "y": y, "at": mark.at, "shape": shape })
         };
         let circle = |circle: &Circle| {
             let kind = match circle.kind {
@@ -130,7 +138,7 @@ impl Plane {
     }
 }
 
-/// A view that contains points with a margin; `about` is kept inside.
+/// A view that contains the points and `about`, with a margin.
 pub(crate) fn view_of(points: impl IntoIterator<Item = [f64; 2]>, about: [f64; 2]) -> [f64; 4] {
     let mut view = [about[0], about[0], about[1], about[1]];
     for [x, y] in points.into_iter().filter(|p| p[0].is_finite() && p[1].is_finite()) {

@@ -1,4 +1,4 @@
-//! Plots as SVG, with positions for numbers.
+//! Plots as SVG. A frame converts values to positions.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ pub(crate) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans
 const INK: &str = "#1d2226";
 const SOFT: &str = "#5a646c";
 
-/// A rectangle.
+/// A rectangle in pixels of the drawing, from its upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
     pub(crate) x: f64,
@@ -32,7 +32,7 @@ impl Frame {
         [left + self.x.share(x) * width, top + (1.0 - self.y.share(y)) * height]
     }
 
-    /// Axes, ticks and labels; drawn over the contents of the plot.
+    /// Draws axes, ticks and labels, over the contents of the plot.
     pub(crate) fn draw(&self, svg: &mut String, title: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(
@@ -63,11 +63,11 @@ impl Frame {
         text_at(svg, [x, y - 9.0], "start", 13, INK, title);
     }
 
-    /// A line with a light edge, visible on any background. Parts outside the frame are clipped.
+    /// Draws a line with a light edge, visible on any background. Parts outside the frame are clipped.
     pub(crate) fn line(&self, svg: &mut String, clip: &str, points: &[[f64; 2]], dashed: bool) {
         let mut path = String::new();
         for (i, point) in points.iter().filter(|point| point.iter().all(|v| v.is_finite())).enumerate() {
-            // Coordinates far outside are limited, which keeps the file small.
+            // Limits on coordinates far outside the frame keep the file small.
             let [x, y] = self.at(*point).map(|v| v.clamp(-1e4, 1e4));
             let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
@@ -81,7 +81,7 @@ impl Frame {
         }
     }
 
-    /// A region that clips lines.
+    /// Defines the region that clips lines.
     pub(crate) fn clip(&self, svg: &mut String, name: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(
@@ -92,18 +92,18 @@ impl Frame {
     }
 }
 
-pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u32, colour: &str, text: &str) {
+pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32, colour: &str, text: &str) {
     if !text.is_empty() {
         let text = escape(text);
         let _ = write!(
             svg,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-size=\"{size}\" \
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{align}\" font-size=\"{size}\" \
              fill=\"{colour}\" {FONT}>{text}</text>"
         );
     }
 }
 
-/// A legend in rows from a corner; returns its height.
+/// Draws a legend in rows below its upper left corner. Returns its height.
 pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, String)]) -> f64 {
     for (i, (swatch, text)) in entries.iter().enumerate() {
         let top = y + 20.0 * i as f64;

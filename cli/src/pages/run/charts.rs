@@ -17,9 +17,9 @@ const GLANCE_ROWS: usize = 4_000;
 const MOST_PATH_POINTS: usize = 6_000;
 /// The spectrum extends at least to this harmonic of the strongest line.
 const HARMONICS: f64 = 30.0;
-/// Lines above this share of the strongest are shown at any frequency.
+/// Lines above this share of the strongest line are shown at any frequency.
 const TELLING_SHARE: f64 = 1e-3;
-/// Amplitudes below this share of the force are rounding, and so is a spectrum without larger ones.
+/// Amplitudes below this share of the force are rounding. A spectrum with no larger amplitude is not shown.
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
@@ -79,7 +79,8 @@ impl<'a> View<'a> {
     pub(super) fn whole_run(&self, page: &mut Page) {
         page.heading("The run");
         page.paragraph(
-            "Drag across a chart to zoom, all charts over time follow; double-click to see the whole again. Shaded: in contact.",
+            "Drag across a chart to zoom; all charts over time follow. Double-click to see the whole run. \
+             Shaded: in contact.",
         );
         let rows = 0..self.t_s().len();
         if rows.len() > self.most_rows {
@@ -97,7 +98,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Force and drive over the whole run, with as many rows as a screen shows.
+    /// Force and drive over the whole run, at the resolution of a screen.
     pub(super) fn glance(mut self) -> Vec<Chart> {
         self.most_rows = GLANCE_ROWS;
         let rows = 0..self.t_s().len();
@@ -148,7 +149,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// When the main contact pushed.
+    /// Spans of time in which the main contact was closed.
     fn bands(&self, rows: &Range<usize>) -> Vec<[f64; 2]> {
         let Some([from_s, .., to_s]) = self.t_s().get(rows.clone()) else { return Vec::new() };
         let spans = self.main_contact().into_iter().flat_map(|contact| &contact.intervals);
@@ -198,21 +199,24 @@ impl<'a> View<'a> {
             .force_loop
             .as_ref()
             .map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), force) });
-        let caption =
-            if reference.is_some() { "The contact force and its reference." } else { "What the tool feels." };
+        let caption = if reference.is_some() {
+            "The contact force and its reference."
+        } else {
+            "The force on the tool."
+        };
         curves.extend(reference);
         let chart = self.over_time("Contact force.", format!("force ({force})"), rows, curves)?;
         Some(Chart { caption: caption.into(), ..chart })
     }
 
-    /// Commands and forces; commands with another unit are separate.
+    /// Commands and forces. Commands that are not forces have their own charts.
     fn drives(&self, rows: &Range<usize>) -> Vec<Chart> {
         let force = self.units.force;
         let (mut forces, mut commands, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for (name, actuator) in &self.machine.actuators {
             let command = format!("{name}.command");
             forces.push(Curve::new(format!("{name}.force"), force));
-            // Above the force, and dashed: for a fast drive the two coincide.
+            // Dashed and above the force, since the two coincide for a fast drive.
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
                 forces.push(Curve { dashed: true, ..Curve::new(command, force) });
             } else {
@@ -230,7 +234,7 @@ impl<'a> View<'a> {
         commands.into_iter().chain(force).collect()
     }
 
-    /// The command of a drive that is not a force; a position is shown with the motion that follows it.
+    /// The command of a drive, if it is not a force. A position command is shown with the motion.
     fn command(&self, name: &str, actuator: &Actuator, rows: &Range<usize>) -> Option<Chart> {
         let unit = self.units.command(actuator);
         let is_target = matches!(actuator.kind, ActuatorKind::PositionServo(_) | ActuatorKind::Imposed);
@@ -245,7 +249,7 @@ impl<'a> View<'a> {
             moved.into_iter().chain([asked]).collect(),
         );
         let caption =
-            if is_target { "The position asked for, and the motion." } else { "What is asked of the drive." };
+            if is_target { "The commanded position, and the motion." } else { "The command of the drive." };
         chart.map(|chart| Chart { caption: caption.into(), ..chart })
     }
 
@@ -293,8 +297,8 @@ impl<'a> View<'a> {
             .collect()
     }
 
-    /// Whether a chart above shows the same numbers under another name: the signal of an ideal sensor, or a
-    /// controller's output.
+    /// Whether another chart shows the same numbers under another name. This holds for readings of ideal
+    /// sensors, and for outputs of controllers.
     fn is_drawn(&self, signal: &str) -> bool {
         let record = &self.result.record;
         let commands = self.machine.actuators.keys().map(|name| format!("{name}.command"));
@@ -327,8 +331,7 @@ impl<'a> View<'a> {
         } else {
             (since_touch, "from the first touch to the end".to_owned())
         };
-        // Central differences: rows are close together, and the velocities of both bodies may not be
-        // recorded.
+        // The rate follows from central differences, since velocities may not be recorded.
         let inner = rows.start.max(1)..rows.end.min(t_s.len().saturating_sub(1));
         let rate = |row: usize| (compression[row + 1] - compression[row - 1]) / (t_s[row + 1] - t_s[row - 1]);
         let (x, y): (Vec<f64>, Vec<f64>) = inner.map(|row| (compression[row], rate(row))).unzip();
@@ -349,7 +352,7 @@ impl<'a> View<'a> {
             format!("rate of compression ({y_unit})"),
         );
         chart.caption = format!(
-            "{span}. Left of zero the tool is off the workpiece; a closed loop is an oscillation that lasts."
+            "{span}. Left of zero the tool is off the workpiece. A closed loop is a sustained oscillation."
         );
         chart.x = kept.iter().map(|&i| x[i] / x_scale).collect();
         let y = kept.iter().map(|&i| y[i] / y_scale).collect();
@@ -357,7 +360,7 @@ impl<'a> View<'a> {
         page.chart(&chart);
     }
 
-    /// The spectrum of the force, its strongest line marked.
+    /// The spectrum of the force, with its strongest line marked.
     pub(super) fn spectrum(&self, page: &mut Page) {
         let Some(spectrum) = self.result.tail_spectrum() else { return };
         let positive = |i: &usize| spectrum.frequencies_hz[*i] > 0.0 && spectrum.amplitudes[*i] > 0.0;
@@ -371,12 +374,13 @@ impl<'a> View<'a> {
         if spectrum.amplitudes[largest] <= floor {
             page.heading("Spectrum");
             page.paragraph(&format!(
-                "The force rests {}: no spectrum. Its strongest line is less than 1e-9 of the force, which is rounding.",
+                "The force is at rest {}, so there is no spectrum. Its strongest line is below 1e-9 of the \
+                 force, which is rounding.",
                 self.tail()
             ));
             return;
         }
-        // Beyond both there is only noise.
+        // Above both frequencies there is only noise.
         let least = TELLING_SHARE * spectrum.amplitudes[largest];
         let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
         let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);
@@ -398,7 +402,7 @@ impl<'a> View<'a> {
         chart.x = kept.iter().map(|&i| spectrum.frequencies_hz[shown[i]]).collect();
         chart.series = vec![Series::new("amplitude", force, kept.iter().map(|&i| amplitudes[i]).collect())];
         let (x, y) = (spectrum.frequencies_hz[shown[strongest]], amplitudes[strongest]);
-        // The summary's figures lie between the lines of the transform, and are used if available.
+        // The summary has more accurate values, interpolated between the lines of the transform.
         let oscillation = self.result.summary.oscillation;
         let frequency_hz = oscillation.and_then(|oscillation| oscillation.spectral_hz).unwrap_or(x);
         let amplitude = oscillation.and_then(|oscillation| oscillation.spectral_amplitude_n).unwrap_or(y);
@@ -410,7 +414,7 @@ impl<'a> View<'a> {
         page.chart(&chart);
     }
 
-    /// Magnitude of the main contact's force over the tail of the run.
+    /// Largest force of the main contact in the tail of the run.
     fn tail_force(&self) -> f64 {
         let force =
             self.main_contact().and_then(|contact| self.result.record.column(&contact.force_signal()));

@@ -12,12 +12,11 @@ use crate::pages::parts::{Chart, Page, Tile, Tone};
 use crate::units::Units;
 use crate::words;
 
-/// Events listed; more are in the summary.
+/// Largest number of listed events; the summary has all.
 const MOST_EVENTS: usize = 400;
-/// An overshoot of this share of the reference asks for a remedy.
+/// Overshoot, as a share of the reference, above which the tile is marked as bad.
 const MUCH_OVERSHOOT: f64 = 0.5;
 
-/// The page of a run.
 pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
@@ -26,8 +25,7 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.lead(&words::outcome(summary, units));
     page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);
-    // The most important charts first: the force over the whole run, then a close-up if it does not come to
-    // rest.
+    // The most important charts come first: the force over the whole run, then a close-up of an oscillation.
     view.whole_run(&mut page);
     view.close_up(&mut page);
     view.phase_portrait(&mut page);
@@ -46,7 +44,7 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.render()
 }
 
-/// Frequency of the strongest line of a growing force, Hz; a sustained one has its frequency in the summary.
+/// Frequency of the strongest line of a growing force, Hz. The summary has that of a sustained oscillation.
 fn strongest_hz(result: &RunResult) -> Option<f64> {
     let grows = result.summary.outcome == Outcome::Unstable && result.summary.oscillation.is_none();
     let spectrum = result.tail_spectrum().filter(|_| grows)?;
@@ -99,7 +97,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         ));
     }
     if let Some(frequency_hz) = strongest_hz {
-        tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the motion that grows".into()));
+        tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the growing motion".into()));
     }
     tiles.push(tile(
         "at a limit",
@@ -125,7 +123,10 @@ pub(crate) fn tone(outcome: Outcome) -> Tone {
 
 fn energy(page: &mut Page, energy: &EnergyTable) {
     page.heading("Energy");
-    page.paragraph("Energy that each element supplied (blue) and removed (orange); energy stored at the end counts as removed.");
+    page.paragraph(
+        "Energy that each element supplied (blue) and removed (orange). Energy stored at the end counts as \
+         removed.",
+    );
     let bar = |sign: f64| {
         move |item: &EnergyItem| {
             (
@@ -174,10 +175,10 @@ fn events(page: &mut Page, summary: &Summary) {
     page.folded_table(&title, &EVENTS, &[0], &rows);
 }
 
-/// Headings of a list of events.
+/// Column titles of a list of events.
 pub(crate) const EVENTS: [&str; 3] = ["time (s)", "what", "on"];
 
-/// Events with their times to the microsecond.
+/// Events in rows, with their times to the microsecond.
 pub(crate) fn event_rows(events: &[EventRecord]) -> Vec<Vec<String>> {
     let row =
         |event: &EventRecord| vec![format!("{:.6}", event.t_s), event.what.to_owned(), event.on.clone()];

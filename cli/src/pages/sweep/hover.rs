@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{terminal, words};
 
-/// Measures under the pointer: column, words, unit; a force has the unit of the axis.
+/// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("peak_force_n", "peak force", "N"),
     ("settling_time_s", "settling time", "s"),
@@ -19,19 +19,19 @@ pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("chatter_contact_share", "share of time in contact", ""),
     ("growth_per_s", "growth", "1/s"),
 ];
-/// Smallest number of places per distinct value at which a column is written as its distinct values and an
+/// Smallest number of places per distinct value for the short form of a column: its distinct values, and an
 /// index for each place.
 const PLACES_PER_VALUE: usize = 4;
 
 impl Report<'_> {
-    /// Input of the page's script: places, the shown columns (those of the axes first), and the command.
+    /// Input of the page's script: the places, the shown columns (those of the axes first), and the command.
     pub(super) fn hover(&self, places: &[[f64; 5]]) -> Value {
         let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
         let of_rows =
             |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
         let mut columns: Vec<Value> = Vec::new();
         for key in self.sweep.file.axes.keys() {
-            // Texts include their units.
+            // A text includes its unit.
             let (values, unit) = match self.table.columns.get(key) {
                 Some(Column::Text(texts)) => {
                     (rows.iter().map(|&row| json!(texts[row])).collect(), String::new())
@@ -58,7 +58,8 @@ impl Report<'_> {
         }
         let command = format!("feeler run {} --as-sweep", terminal::quoted_path(&self.sweep.file.scenario));
         let places: Vec<&[f64]> = places.iter().map(|place| &place[..4]).collect();
-        json!({ "places": places, "columns": columns, "settings": self.sweep.file.axes.len(), "command": command })
+        let settings = self.sweep.file.axes.len();
+        json!({ "places": places, "columns": columns, "settings": settings, "command": command })
     }
 }
 
@@ -69,7 +70,7 @@ fn label(name: &str) -> &str {
     known.map_or(otherwise, |(outcome, _)| words::outcome_label(*outcome))
 }
 
-/// A column, in short form if it has few distinct values.
+/// A column; in short form if it has few distinct values.
 fn packed(values: Vec<Value>) -> Value {
     let mut different: BTreeMap<String, usize> = BTreeMap::new();
     let mut of: Vec<Value> = Vec::new();

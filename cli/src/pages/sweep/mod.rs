@@ -32,17 +32,17 @@ use crate::pages::parts::{Page, Tile};
 use crate::units::Units;
 use crate::{terminal, words};
 
-/// Lists that only diagrams show.
+/// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
 /// The variants of a sweep that its page draws.
 pub(crate) struct Shown {
     drawn: Drawn,
-    /// Their rows.
+    /// The rows of these variants.
     pub(crate) table: Table,
 }
 
-/// Reads the variants that are drawn from the results in `path`.
+/// Reads the drawn variants from the results in `path`.
 pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<Shown> {
     let axes = DrawnAxis::of(&sweep.file);
     let drawn = Drawn::of(&sweep.file, tally.rows);
@@ -56,7 +56,7 @@ pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<S
     Ok(Shown { drawn, table })
 }
 
-/// Writes page and drawings, and returns their paths.
+/// Writes the page and its drawings. Returns their paths.
 pub(crate) fn write(
     sweep: &Sweep,
     name: &str,
@@ -99,13 +99,13 @@ pub(crate) fn write(
 
 struct Report<'a> {
     sweep: &'a Sweep,
-    /// The variants that are drawn.
+    /// The drawn variants.
     table: &'a Table,
     /// Figures of all variants.
     tally: &'a Tally,
     drawn: &'a Drawn,
     axes: Vec<DrawnAxis>,
-    /// By row of the table; `error` for a failed variant, `done` if outcomes are not kept.
+    /// Name of the outcome of each row: `error` for a failed variant, `done` if outcomes are not kept.
     outcomes: Vec<String>,
     units: Units,
 }
@@ -120,7 +120,7 @@ impl Report<'_> {
         let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
         let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
-        // Outcomes that do not settle, by falling number; the table has the rest.
+        // Outcomes that do not settle, the most frequent first; the table has the others.
         let mut others: Vec<(usize, &str)> = Outcome::ALL
             .iter()
             .filter(|(outcome, _)| !outcome.is_stable())
@@ -154,16 +154,17 @@ impl Report<'_> {
                 "at the end of the extended run",
             ));
         }
-        tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows say why"));
+        tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows have the error"));
         if let Some(grid) = self.sweep.runs_of_the_grid() {
             let share = percent(self.tally.rows as f64 / grid as f64);
-            let remark = format!("as fine; this took {share} % of them");
+            let remark = format!("of equal resolution; this took {share} % of them");
             tiles.push(Tile::new("runs of a grid", grid.to_string(), remark));
         }
         tiles
     }
 
-    /// The drawn panels, each with the suffix of its drawings' names; reports if there are more.
+    /// The drawn panels, each with the suffix for the names of its drawings. The page reports how many there
+    /// are.
     fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
         let panels = Panels::of(&self.sweep.file);
         let count = panels.count();
@@ -221,9 +222,9 @@ impl Report<'_> {
             && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0)
         {
             page.paragraph(
-                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over \
-                 one axis of numbers: leave the other out, or \
-                 give it as a list of values, each of which then has diagrams of its own.",
+                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) need a single \
+                 axis of numbers. Leave the other out, or give it as a list of values. Each value then has \
+                 its own diagrams.",
             );
         }
     }
@@ -249,11 +250,10 @@ impl Report<'_> {
                             label: &str,
                             lists: &[Vec<f64>],
                             predictions: &[Prediction]| {
-                // An empty plot would not show anything.
                 let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
                 if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
                     page.paragraph(&format!(
-                        "{} No variant here has any, so that nothing is drawn.",
+                        "{} No variant here has any, so nothing is drawn.",
                         titled(title, &of_panel)
                     ));
                     return;
@@ -273,9 +273,9 @@ impl Report<'_> {
                 drawings.push((format!("{name}{suffix}"), svg));
             };
             if let Some(lists) = self.table.lists("impact_peaks_n") {
-                let caption = "The largest force of each of the last contacts: one point where they are \
-                               alike, two where the period has doubled, \
-                    many where no two are alike, none where the tool stays in contact.";
+                let caption = "The largest force of each of the last contacts. One point: all are alike. \
+                               Two: the period has doubled. Many: no two are alike. No point: the tool \
+                               stays in contact.";
                 let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
                 let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
                 let caption = format!(
@@ -293,9 +293,9 @@ impl Report<'_> {
             }
             if let Some(lists) = self.table.lists("strobe_n") {
                 let caption = "The force one sample of the controller after each touch-down, which grows \
-                               with the speed of impact; where the tool \
-                    stays in contact, the largest of each cycle. One point where every cycle is like the \
-                    last, two where the period has doubled.";
+                               with the speed of impact. If the tool stays in contact: the largest force \
+                               of each cycle. One point: every cycle is like the last. Two: the period \
+                               has doubled.";
                 let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
                 let about = about_predictions(
                     &predictions,
@@ -342,7 +342,7 @@ impl Report<'_> {
     }
 }
 
-/// Behaviour of variants with an unstable outcome, as text after their number.
+/// Behaviour of variants that do not settle, as text after their number.
 fn headline(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Chatter => "chatter",
@@ -368,7 +368,7 @@ fn about_predictions(predictions: &[Prediction], what: &str) -> String {
     }
 }
 
-/// A title, and which panel it is of.
+/// A title with the name of its panel.
 fn titled(title: &str, panel: &str) -> String {
     if panel.is_empty() { format!("{title}.") } else { format!("{title}, {panel}.") }
 }

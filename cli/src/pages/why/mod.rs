@@ -12,7 +12,6 @@ use crate::units::Units;
 use rows::amplitude;
 pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows};
 
-/// The page of an explanation.
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
     let machine = &document.scenario.machine;
     let units = Units::of(machine);
@@ -21,19 +20,18 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
     if found.chatters {
         page.heading("What was tried");
         page.paragraph(
-            "Each row is the scenario run again with one thing made ideal (or several, where it takes them). The last column is the factor on the \
-             loop's gain up to which the sampled loop is stable in contact, by linear theory: a dash where that is 50 or more, or not to be told.",
+            "Each row repeats the run with one property made ideal, or several if one is not enough. The \
+             last column is the stability limit of the sampled loop in contact over its gain, by linear \
+             theory. A dash: 50 or more, or linear theory has no answer.",
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
         let others = others(found);
         if !others.is_empty() {
             page.paragraph("These sets are as small and also remove the chatter:");
-            page.table(&["with", "which takes away"], &[], &others);
+            page.table(&["with", "which removes"], &[], &others);
         }
-        page.heading("What lasts");
-        page.paragraph(
-            "Amplitude of the contact force that lasts to the end of each run (logarithmic bars).",
-        );
+        page.heading("What remains");
+        page.paragraph("Amplitude of the contact force at the end of each run (logarithmic bars).");
         let bars = bars(found, units);
         page.bars(&bars);
         page.heading("What to do");
@@ -42,11 +40,12 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             page.paragraph("None of the remedies tried settles in simulation.");
         } else {
             page.paragraph(
-                "Remedies that settle in simulation, cheapest in bandwidth first. Each keeps as much gain as half of its stability limit allows.",
+                "Remedies that settle in simulation, the cheapest in bandwidth first. Each keeps the gain, \
+                 or reduces it to half of its stability limit.",
             );
             page.table(&["remedy", "gain kept", "bandwidth", "cost in bandwidth"], &[1, 2, 3], &rows);
             page.paragraph(
-                "What applies each: settings of `feeler run`, or `feeler why FILE --try N --out FILE`.",
+                "To apply one: these settings of `feeler run`, or `feeler why FILE --try N --out FILE`.",
             );
             page.table(&["remedy", "settings"], &[], &setting_rows(found));
         }
@@ -59,14 +58,14 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
     page.render()
 }
 
-/// A bar per run: its name, its length, and the amplitude in words.
+/// A bar for each run: its name, its length, and the amplitude as text.
 fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
     let trials: Vec<&Trial> =
         std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
     let length =
         |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
     let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
-    // A motion that grows without bound has the longest bar.
+    // A motion that grows without bound gets the longest bar.
     let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
     let bar = |trial: &&Trial| {
         let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();

@@ -7,11 +7,11 @@ use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
 use crate::words;
 
-/// Largest number of listed sets with the size of the chosen one.
+/// Largest number of listed alternatives to the chosen set.
 const MOST_OTHERS: usize = 8;
 
-/// Sets of the same size as the chosen one that also remove the chatter, with their changes: the first ones,
-/// and the number of the others.
+/// Other sets of the chosen size that also remove the chatter: the changes and causes of the first ones, and
+/// the number of the rest.
 pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     let others = found.smallest.get(1..).unwrap_or_default();
     let row = |set: &Vec<Change>| {
@@ -40,7 +40,7 @@ fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     if !trial.applies {
         let is_of_step =
             trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
-        let why = if is_of_step { "integrated exactly: no step" } else { "nothing to take away" };
+        let why = if is_of_step { "integrated exactly: no step" } else { "nothing to remove" };
         return vec![name, why.into(), String::new(), String::new()];
     }
     let outcome = trial
@@ -61,7 +61,7 @@ fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     ]
 }
 
-/// The amplitude of a sustained motion; the final amplitude of unbounded growth has no meaning.
+/// The amplitude of a sustained motion. Unbounded growth has none.
 pub(super) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
     if trial.outcome == Some(Outcome::Unstable) {
         Some("grows".into())

@@ -1,59 +1,42 @@
 //! Composes the answer from the results of the search.
 
 use feeler_plant::description::Machine;
-use feeler_plant::effects::{Kind, Place};
+use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
 use crate::adequacy::{Criteria, Sizes, as_good, assess, further};
-use crate::answer::intervals;
+use crate::answer::causes::{look_alikes, same};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
-use crate::diagnose::{Attempts, Judge, LOOK_ALIKE, PARSIMONY};
+use crate::diagnose::{Attempts, Judge, LOOK_ALIKE};
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::ACCEPT;
-use crate::fit::odds::probabilities;
-use crate::fit::sandwich;
 use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
 use crate::gap::replay::free_run;
 use crate::gap::size;
 use crate::gap::unknown;
-use crate::kinds::dossier;
-use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
+use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
-/// Softening of the odds.
-const TEMPERATURE: f64 = 4.0;
-/// The same if only positions are measured: model errors and noise are then harder to separate.
-const SLOW_TEMPERATURE: f64 = 12.0;
-/// Total probability of the listed rivals.
-const CREDIBLE: f64 = 0.99;
-/// Quantile of the 90 % interval of a normal distribution, in standard deviations.
-const NINETY_PERCENT: f64 = 1.645;
+/// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one.
+const INADEQUATE: f64 = 0.5;
+/// The same if something else may do as well that was not fitted beside these causes.
+const RIVALLED: f64 = 0.8;
+/// Errors above this many noise floors are errors of the model.
+const ROUGH: f64 = 2.0;
 /// Largest number of points in the portrait.
 const PORTRAIT_POINTS: usize = 4000;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
-/// Largest number of kinds that are reported as alike.
-const MOST_ALIKE: usize = 2;
 /// Smallest ratio of variation to noise that a channel needs in its best experiment.
 const ENOUGH_EXCITATION: f64 = 5.0;
 /// The same if no other channel reaches it: an encoder alone suffices if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
-
-/// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
-/// whichever fits slightly better.
-fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
-    let [whole] = rival.causes[..] else { return false };
-    let has = |kind: &Kind| {
-        pair.causes.iter().any(|cause| cause.site == whole.site && cause.definition.kind == *kind)
-    };
-    dossier(whole.definition.kind).same_as.is_some_and(|parts| parts.iter().all(has))
-}
 
 impl Judge<'_> {
     pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &Attempts) -> Diagnosis {
@@ -70,21 +53,7 @@ impl Judge<'_> {
         let floor = size::square_floors(task, &noise, &checks);
         let figures = size::gap(&before, &refit, &after, &floor);
 
-        // Odds among models that differ in their last cause; acceptance has settled the earlier causes. A
-        // rival with more parameters must improve the prediction more, as in the selection itself.
-        let mut rivals: Vec<Scored> =
-            rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
-        if !rivals.is_empty() && !rivals.iter().any(|rival| same(rival, accepted)) {
-            rivals.push(accepted.clone());
-        }
-        let simple = accepted.fitted.model.effect_parameters();
-        let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
-        let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
-            .map(
-                |(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e },
-            )
-            .collect();
-        let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
+        let field = self.field(accepted, rivals);
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
@@ -93,7 +62,7 @@ impl Judge<'_> {
         let tried = [attempts.fitted.as_slice(), &attempts.screened];
         let balanced: Vec<&Scored> =
             tried.iter().flat_map(|tried| as_good(self, accepted, tried, &criteria)).collect();
-        let mut adequacy = assess(self, accepted, &rivals, &balanced, sizes);
+        let mut adequacy = assess(self, accepted, &field.sets, &balanced, sizes);
         let all: Vec<&Scored> = tried.iter().flat_map(|tried| tried.iter()).collect();
         adequacy.add_further(further(self, accepted, &all, &criteria));
         adequacy.add_untried(self.search.untried.len());
@@ -105,62 +74,21 @@ impl Judge<'_> {
             adequacy.add_unexplained(left.into_iter().map(column));
         }
         let adequate = !adequacy.is_short();
-        let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
-        let known = if adequate { 1.0 } else { 0.5 };
-        let mut effects: Vec<Cause> = (0..accepted.causes.len())
-            .map(|i| {
-                self.cause(accepted, i, known * if i + 1 == accepted.causes.len() { own } else { 0.95 }, true)
-            })
-            .collect();
-        let mut look_alikes = Vec::new();
-        let mut sum = own;
-        for (rival, &p) in rivals.iter().zip(&odds) {
-            let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else {
-                continue;
-            };
-            let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let alike = best - self.all(rival) < LOOK_ALIKE;
-            if is_split_of(accepted, rival) {
-                // Either half is part of the whole effect.
-                let whole = rival.causes[last].definition.kind;
-                look_alikes = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
-            }
-            if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < MOST_ALIKE) {
-                let pair = [mine.definition.kind, rival.causes[last].definition.kind];
-                if pair[0] != pair[1] && !look_alikes.contains(&pair) {
-                    look_alikes.push(pair);
-                }
-            }
-            if sum < CREDIBLE && p > 0.005 {
-                sum += p;
-                effects.push(self.cause(rival, last, known * p, false));
-            }
-        }
-        // A cause that balances the forces equally well is a look-alike, even if its prediction is much
-        // better.
-        for rival in balanced {
-            let theirs = rival.causes.iter().map(|cause| cause.definition.kind);
-            let Some(other) =
-                theirs.clone().find(|kind| !accepted.causes.iter().any(|c| c.definition.kind == *kind))
-            else {
-                continue;
-            };
-            let own = accepted.causes.iter().map(|cause| cause.definition.kind);
-            let mine = own.clone().find(|kind| !theirs.clone().any(|other| other == *kind));
-            if let Some(pair) = mine.map(|mine| [mine, other])
-                && look_alikes.len() < MOST_ALIKE
-                && !look_alikes.contains(&pair)
-            {
-                look_alikes.push(pair);
-            }
-        }
+        let known = match (adequate, adequacy.has_rival()) {
+            (false, _) => INADEQUATE,
+            (true, true) => RIVALLED,
+            (true, false) => 1.0,
+        };
+        let is_rough = self.weight > 0.0 || figures.after > ROUGH * figures.floor;
+        let mut effects = self.causes(accepted, &field, (known, is_rough), &attempts.fitted);
+        let look_alikes = look_alikes(accepted, &field, &balanced);
         let removed: Vec<Scored> = match accepted.causes.len() {
             1 => vec![calibrated.clone()],
             n => (0..n).map(|i| self.without(accepted, i)).collect(),
         };
         self.credit(accepted, &removed, &refit, &after, &mut effects);
-        let near: Vec<&Scored> = alike(accepted, &rivals, &evidence);
-        let is_alone = own >= SURE && !adequacy.has_rival();
+        let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
+        let is_alone = field.own >= SURE && !adequacy.has_rival();
         let verdict = self.verdict(accepted, adequate, is_alone, &near);
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
@@ -338,46 +266,6 @@ impl Judge<'_> {
         causes.iter().map(name).collect::<Vec<_>>().join("+")
     }
 
-    fn cause(&self, scored: &Scored, i: usize, probability: f64, accepted: bool) -> Cause {
-        let candidate = scored.causes[i];
-        let fitted = &scored.fitted;
-        let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
-        let values = fitted.model.parameters(i, &fitted.theta);
-        // Residuals of slow motion under friction are correlated: the fit's uncertainty is a lower bound.
-        let lasting =
-            (accepted && self.weight > 0.0).then(|| sandwich::deviations(&self.search.task, fitted));
-        let sigma = |u: usize| match &lasting {
-            Some(Some(lasting)) => fitted.sigma[u].max(lasting[u]),
-            _ => fitted.sigma[u],
-        };
-        let mut parameters = IndexMap::new();
-        for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
-            let spread = fitted
-                .model
-                .unknowns
-                .iter()
-                .position(|unknown| unknown.parameter_of(i) == Some(k))
-                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], sigma(u)));
-            let spacing_s = self.dataset.records[0].spacing_s;
-            let spread =
-                NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
-            let unit = parameter.dimension.si_unit(rotational).into_owned();
-            parameters.insert(
-                parameter.name,
-                Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
-            );
-        }
-        Cause {
-            kind: candidate.definition.kind,
-            on: candidate.site.key(&self.dataset.machine),
-            place: candidate.place.name(),
-            probability,
-            parameters,
-            credit: 0.0,
-            accepted,
-        }
-    }
-
     /// Shapley value of each accepted effect: its gain of closing, averaged over all orders of adding the
     /// effects. `removed` holds the accepted set without each effect in turn.
     fn credit(
@@ -506,20 +394,6 @@ impl Judge<'_> {
     fn column(&self, channel: usize) -> String {
         self.dataset.channels.get(channel).map_or_else(String::new, |channel| channel.column.clone())
     }
-}
-
-fn same(a: &Scored, b: &Scored) -> bool {
-    a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
-}
-
-/// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint
-/// may be reported as a spring or as a body.
-fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
-    let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
-    accepted.causes.len() == rival.causes.len()
-        && a.definition.kind == b.definition.kind
-        && a.place == b.place
-        && a.site != b.site
 }
 
 /// Rivals that these records can hardly separate from the accepted set.

@@ -1,0 +1,242 @@
+//! The causes of an answer: how probable each is, its values, and which causes look alike.
+
+use feeler_plant::effects::Kind;
+use indexmap::IndexMap;
+
+use crate::answer::intervals;
+use crate::diagnose::{Judge, LOOK_ALIKE, NESTED_SHARE, PARSIMONY};
+use crate::fit::candidates::Candidate;
+use crate::fit::odds::probabilities;
+use crate::fit::sandwich;
+use crate::fit::scored::Scored;
+use crate::kinds::{contains, dossier};
+use crate::report::{Cause, Estimate};
+
+/// Quantile of the 90 % interval of a normal distribution, in standard deviations.
+const NINETY_PERCENT: f64 = 1.645;
+/// Softening of the odds.
+const TEMPERATURE: f64 = 4.0;
+/// The same if only positions are measured: model errors and noise are then harder to separate.
+const SLOW_TEMPERATURE: f64 = 12.0;
+/// Largest probability of a cause that was accepted before another one.
+const EARLIER: f64 = 0.95;
+/// Smallest odds of a set of causes that is listed.
+const LEAST_ODDS: f64 = 0.005;
+/// Total probability of the listed rivals.
+const CREDIBLE: f64 = 0.99;
+/// Largest number of kinds that are reported as alike.
+const MOST_ALIKE: usize = 2;
+
+/// The accepted set of causes among its rivals.
+pub(super) struct Field {
+    /// The rivals, with the accepted set among them; empty if there are no rivals.
+    pub(super) sets: Vec<Scored>,
+    /// Evidence for each, nats.
+    pub(super) evidence: Vec<f64>,
+    /// Odds of each.
+    odds: Vec<f64>,
+    /// Odds of the accepted set.
+    pub(super) own: f64,
+}
+
+impl Field {
+    /// Odds of all sets that hold a cause.
+    fn marginal(&self, cause: &Candidate) -> f64 {
+        let holds = |(set, _): &(&Scored, &f64)| set.causes.iter().any(|own| own.is(cause));
+        let held: f64 = self.sets.iter().zip(&self.odds).filter(holds).map(|(_, p)| p).sum();
+        if self.sets.is_empty() { 1.0 } else { held }
+    }
+
+    /// The sets that differ from the accepted one, with their odds and evidence.
+    fn rivals<'f>(&'f self, accepted: &'f Scored) -> impl Iterator<Item = (&'f Scored, f64, f64)> {
+        let all = self.sets.iter().zip(&self.odds).zip(&self.evidence);
+        all.map(|((rival, p), e)| (rival, *p, *e)).filter(|(rival, ..)| !same(rival, accepted))
+    }
+}
+
+impl Judge<'_> {
+    /// Weighs the accepted set of causes against its rivals.
+    pub(super) fn field(&self, accepted: &Scored, rivals: &[Scored]) -> Field {
+        let mut sets: Vec<Scored> =
+            rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
+        if !sets.is_empty() && !sets.iter().any(|set| same(set, accepted)) {
+            sets.push(accepted.clone());
+        }
+        let evidence = sets.iter().map(|set| self.all(set)).collect();
+        let weighed: Vec<f64> = sets.iter().map(|set| self.weighed(accepted, set)).collect();
+        let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
+        let own = sets.iter().zip(&odds).find(|(set, _)| same(set, accepted)).map_or(1.0, |(_, p)| *p);
+        Field { sets, evidence, odds, own }
+    }
+
+    /// Evidence for a rival, with the same allowances as in the selection: one with more parameters than the
+    /// accepted causes, or with a law that contains one of theirs, must improve the prediction more.
+    fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
+        let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
+        let is_outer = match (&others(accepted, rival)[..], &others(rival, accepted)[..]) {
+            ([(_, mine)], [(_, theirs)]) => {
+                mine.site == theirs.site && contains(theirs.definition.kind, mine.definition.kind)
+            }
+            _ => false,
+        };
+        let nested = if is_outer { NESTED_SHARE * self.all(accepted) } else { 0.0 };
+        let more = if parameters(rival) > parameters(accepted) { PARSIMONY } else { 0.0 };
+        self.all(rival) - nested.max(more)
+    }
+
+    /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among
+    /// all of these, `tried` all that was fitted, and `is_rough` says that residuals are more than noise.
+    pub(super) fn causes(
+        &self,
+        accepted: &Scored,
+        field: &Field,
+        (known, is_rough): (f64, bool),
+        tried: &[Scored],
+    ) -> Vec<Cause> {
+        // Residuals that are more than noise last: the fit's own deviations are a lower bound.
+        let lasting = is_rough.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
+        let fitted = &accepted.fitted.sigma;
+        let sigma: Vec<f64> = match &lasting {
+            Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(*b)).collect(),
+            None => fitted.clone(),
+        };
+        let near: Vec<&Scored> =
+            tried.iter().filter(|set| self.all(set) > self.all(accepted) - LOOK_ALIKE).collect();
+        let mut causes: Vec<Cause> = (accepted.causes.iter().enumerate())
+            .map(|(i, cause)| {
+                // Only the last cause was weighed against every other one.
+                let most = if i + 1 == accepted.causes.len() { 1.0 } else { EARLIER };
+                let found = self.cause(accepted, i, &sigma, known * field.marginal(cause).min(most));
+                Cause { accepted: true, ..covering(found, cause, &near) }
+            })
+            .collect();
+        let mut listed: Vec<&Candidate> = Vec::new();
+        let mut sum = field.own;
+        for (rival, p, _) in field.rivals(accepted) {
+            if sum < CREDIBLE && p > LEAST_ODDS {
+                for (i, cause) in others(rival, accepted) {
+                    if !listed.iter().any(|other| other.is(cause)) {
+                        listed.push(cause);
+                        let sigma = &rival.fitted.sigma;
+                        causes.push(self.cause(rival, i, sigma, known * field.marginal(cause)));
+                    }
+                }
+            }
+            sum += p;
+        }
+        causes
+    }
+
+    /// A cause of a fitted set with its values and their intervals.
+    fn cause(&self, scored: &Scored, i: usize, sigma: &[f64], probability: f64) -> Cause {
+        let candidate = scored.causes[i];
+        let fitted = &scored.fitted;
+        let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
+        let values = fitted.model.parameters(i, &fitted.theta);
+        let mut parameters = IndexMap::new();
+        for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
+            let spread = fitted
+                .model
+                .unknowns
+                .iter()
+                .position(|unknown| unknown.parameter_of(i) == Some(k))
+                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], sigma[u]));
+            let spacing_s = self.dataset.records[0].spacing_s;
+            let spread =
+                NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
+            let unit = parameter.dimension.si_unit(rotational).into_owned();
+            parameters.insert(
+                parameter.name,
+                Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
+            );
+        }
+        Cause {
+            kind: candidate.definition.kind,
+            on: candidate.site.key(&self.dataset.machine),
+            place: candidate.place.name(),
+            probability,
+            parameters,
+            credit: 0.0,
+            accepted: false,
+        }
+    }
+}
+
+/// A cause with intervals that hold its values in all sets that explain about as much.
+fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
+    for set in near {
+        let Some(i) = set.causes.iter().position(|own| own.is(cause)) else { continue };
+        let values = set.fitted.model.parameters(i, &set.fitted.theta);
+        for (estimate, value) in found.parameters.values_mut().zip(values) {
+            let [low, high] = &mut estimate.ci90;
+            let half = (0.5 * (*high - *low)).max((value - estimate.value).abs());
+            // A value that was not fitted has no interval.
+            if *high > *low && half.is_finite() {
+                (*low, *high) = (estimate.value - half, estimate.value + half);
+            }
+        }
+    }
+    found
+}
+
+/// Kinds that look alike: an accepted one, and another that explains about as much in its place, or that
+/// balances the forces as well.
+pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]) -> Vec<[Kind; 2]> {
+    let mut found: Vec<[Kind; 2]> = Vec::new();
+    let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
+    for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {
+        // Either half is part of the whole effect.
+        let whole = rival.causes[0].definition.kind;
+        found = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
+    }
+    let single = |rival: &Scored| match (&others(accepted, rival)[..], &others(rival, accepted)[..]) {
+        ([(_, mine)], [(_, theirs)]) => Some([mine.definition.kind, theirs.definition.kind]),
+        _ => None,
+    };
+    // A balance tells kinds apart, not places.
+    let of_balance = |rival: &&Scored| {
+        let kinds = |scored: &Scored| scored.causes.iter().map(|c| c.definition.kind).collect::<Vec<_>>();
+        let (own, theirs) = (kinds(accepted), kinds(rival));
+        let other = theirs.iter().copied().find(|kind| !own.contains(kind))?;
+        Some([own.iter().copied().find(|kind| !theirs.contains(kind))?, other])
+    };
+    let pairs = near.filter_map(|(rival, ..)| single(rival)).chain(balanced.iter().filter_map(of_balance));
+    for pair in pairs {
+        if found.len() < MOST_ALIKE && pair[0] != pair[1] && !found.contains(&pair) {
+            found.push(pair);
+        }
+    }
+    found
+}
+
+/// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
+/// whichever fits slightly better.
+fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
+    let [whole] = rival.causes[..] else { return false };
+    let has = |kind: &Kind| {
+        pair.causes.iter().any(|cause| cause.site == whole.site && cause.definition.kind == *kind)
+    };
+    dossier(whole.definition.kind).same_as.is_some_and(|parts| parts.iter().all(has))
+}
+
+/// Causes of one set that another does not have, with their indices.
+fn others<'s>(own: &'s Scored, other: &Scored) -> Vec<(usize, &'s Candidate)> {
+    let is_own = |(_, cause): &(usize, &Candidate)| !other.causes.iter().any(|known| known.is(cause));
+    own.causes.iter().enumerate().filter(is_own).collect()
+}
+
+/// Whether two sets have the same causes.
+pub(super) fn same(a: &Scored, b: &Scored) -> bool {
+    a.causes.len() == b.causes.len() && others(a, b).is_empty()
+}
+
+/// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint
+/// may be reported as a spring or as a body.
+fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
+    let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
+    accepted.causes.len() == rival.causes.len()
+        && a.definition.kind == b.definition.kind
+        && a.place == b.place
+        && a.site != b.site
+}

@@ -1,0 +1,69 @@
+//! One unknown of a fit.
+
+use feeler_plant::description::Site;
+
+/// A value is at its end within this share of the width of its tolerance.
+const AT_END: f64 = 5e-3;
+
+/// The quantity that one unknown represents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// A believed number: its element, and its index among the element's keys.
+    Value(Site, usize),
+    /// A parameter of a believed effect: the element, and the indices of the effect and the parameter.
+    Belief(Site, usize, usize),
+    /// A parameter of a trial effect: the index of the effect in the model, and of the parameter in its
+    /// definition.
+    Effect(usize, usize),
+    /// Pre-sliding of sticking guides: natural frequency.
+    PreslidingFrequency,
+    /// Pre-sliding of sticking guides: damping ratio.
+    PreslidingDamping,
+}
+
+/// One unknown of a fit. The fit changes `theta`: the logarithm of the value, or the value in units of
+/// `unit`.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknown {
+    pub(super) target: Target,
+    pub(super) log: bool,
+    pub(super) unit: f64,
+    /// Centre and standard deviation of the prior in `theta`; `None` for a parameter of an effect.
+    pub(crate) prior: Option<(f64, f64)>,
+    pub(crate) bounds: (f64, f64),
+    /// Step of finite differences in `theta`.
+    pub(crate) difference: f64,
+}
+
+impl Unknown {
+    pub(crate) fn value(&self, theta: f64) -> f64 {
+        if self.log { theta.exp() } else { theta * self.unit }
+    }
+
+    pub(crate) fn theta(&self, value: f64) -> f64 {
+        if self.log { value.max(f64::MIN_POSITIVE).ln() } else { value / self.unit }
+    }
+
+    /// Standard deviation of the value from that of `theta`.
+    pub(crate) fn spread(&self, theta: f64, sigma: f64) -> f64 {
+        if self.log { theta.exp() * sigma } else { self.unit * sigma }
+    }
+
+    /// Whether it lies at an end of what it may be.
+    pub(super) fn is_at_end(&self, theta: f64) -> bool {
+        let (low, high) = self.bounds;
+        (theta - low).min(high - theta) < AT_END * (high - low)
+    }
+
+    pub(super) fn is_presliding(&self) -> bool {
+        matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
+    }
+
+    /// The parameter's index if the unknown belongs to effect `effect`.
+    pub(crate) fn parameter_of(&self, effect: usize) -> Option<usize> {
+        match self.target {
+            Target::Effect(e, parameter) if e == effect => Some(parameter),
+            _ => None,
+        }
+    }
+}

@@ -13,8 +13,8 @@ pub struct Criteria {
     pub most_floors: f64,
     /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
     pub most_left: f64,
-    /// Least share of the error beyond the floor that the causes must remove from the short predictions of the
-    /// calibrated machine: a cause that removes less explains little of the gap.
+    /// Least share of the error beyond the floor that the causes must remove. It counts in short predictions
+    /// of the calibrated machine: a cause that removes less explains little of the gap.
     pub least_closed: f64,
     /// Limit on the missing force over the drive force (root mean squares over the check experiments). Above
     /// it the missing force must have fallen to [`Self::most_of_missing_force`] of its value after

@@ -8,8 +8,8 @@ pub(super) fn ends(accepted: &Scored) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let say = |(key, off): (String, f64)| {
         format!(
-            "{key} ends at the limit of its tolerance ({off:+.0} %): its true value may lie beyond, and those of \
-             the causes elsewhere (state a wider one under [tolerance], or correct the believed value)"
+            "{key} ends at the limit of its tolerance ({off:+.0} %): its true value may lie beyond, and the \
+             values of the causes are then off too (state a wider tolerance, or correct the believed value)"
         )
     };
     model.at_ends(theta).into_iter().map(say).collect()

@@ -16,7 +16,9 @@ const fn length(name: &'static str, text: &'static str) -> Key {
 }
 
 const RADIUS: Field<Shape> = field!(
-    Shape: Shape::Ball { radius_m } | Shape::Capsule { radius_m, .. } | Shape::Cylinder { radius_m, .. } => *radius_m,
+    Shape:
+        Shape::Ball { radius_m } | Shape::Capsule { radius_m, .. } | Shape::Cylinder { radius_m, .. }
+            => *radius_m,
     length("radius", "radius")
 );
 const HALF_LENGTH: Field<Shape> = field!(

@@ -60,13 +60,23 @@ fn check_count<T: TimeDomain>(
     Ok(())
 }
 
+/// The system without direct feed-through.
+fn without_feed_through(system: &StateSpace) -> StateSpace {
+    let (a, b, c) = (system.a().clone(), system.b().clone(), system.c().clone());
+    StateSpace::new(a, b, c, DMatrix::zeros(1, 1)).unwrap()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     /// exp(A (s + t)) = exp(A s) exp(A t). The spans are at most sixteen time constants, so a few hundred
     /// roundings.
     #[test]
-    fn prop_exponential_is_a_semigroup(system in stable_system(50.0), s in 1e-4_f64..0.1, t in 1e-4_f64..0.1) {
+    fn prop_exponential_is_a_semigroup(
+        system in stable_system(50.0),
+        s in 1e-4_f64..0.1,
+        t in 1e-4_f64..0.1,
+    ) {
         let e = |time: f64| expm(&(system.a() * time)).unwrap();
         let (whole, parts) = (e(s + t), e(s) * e(t));
         prop_assert!((&whole - &parts).amax() <= 1e-13 * whole.amax().max(1.0));
@@ -83,8 +93,10 @@ proptest! {
         let coarse = system.zero_order_hold_delayed(period_s, period_s * f64::from(quarters) / 4.0).unwrap();
         let fine = system.zero_order_hold(period_s / 4.0).unwrap();
         let zero = |n: usize| DVector::zeros(n);
-        let found = coarse.respond(&zero(coarse.states()), &DMatrix::from_row_slice(1, input.len(), &input)).unwrap();
-        let held = DMatrix::from_fn(1, 4 * input.len(), |_, i| if i < quarters as usize { 0.0 } else { input[(i - quarters as usize) / 4] });
+        let samples = DMatrix::from_row_slice(1, input.len(), &input);
+        let found = coarse.respond(&zero(coarse.states()), &samples).unwrap();
+        let at = |i: usize| i.checked_sub(quarters as usize).map_or(0.0, |i| input[i / 4]);
+        let held = DMatrix::from_fn(1, 4 * input.len(), |_, i| at(i));
         let truth = fine.respond(&zero(fine.states()), &held).unwrap();
         for k in 0..input.len() {
             prop_assert!((found[(0, k)] - truth[(0, 4 * k)]).abs() < 1e-12 * (1.0 + truth.amax()));
@@ -94,9 +106,12 @@ proptest! {
     /// The sampled response to a held input is the sum of the aliases of hold times plant (Poisson). Without
     /// feed-through they fall as 1/k^2.
     #[test]
-    fn prop_sampled_response_is_the_sum_of_its_aliases(system in stable_system(300.0), share in 0.05_f64..0.9) {
+    fn prop_sampled_response_is_the_sum_of_its_aliases(
+        system in stable_system(300.0),
+        share in 0.05_f64..0.9,
+    ) {
         let period_s = 1e-3;
-        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+        let system = without_feed_through(&system);
         let sampled = system.zero_order_hold(period_s).unwrap();
         let w = share * sampled.domain().nyquist_rad_per_s();
         let direct = sampled.at(sampled.domain().boundary_point(w)).unwrap()[(0, 0)];
@@ -123,7 +138,11 @@ proptest! {
     /// A first-order hold is exact for straight lines. The test compares a constant plus a ramp with the
     /// continuous solution.
     #[test]
-    fn prop_first_order_hold_follows_a_ramp(system in stable_system(300.0), start in -1.0_f64..1.0, slope in -50.0_f64..50.0) {
+    fn prop_first_order_hold_follows_a_ramp(
+        system in stable_system(300.0),
+        start in -1.0_f64..1.0,
+        slope in -50.0_f64..50.0,
+    ) {
         let (period_s, samples) = (1e-3, 20_u32);
         let held = system.first_order_hold(period_s).unwrap();
         let input = DMatrix::from_fn(1, samples as usize, |_, k| start + slope * period_s * k as f64);
@@ -136,7 +155,8 @@ proptest! {
             let e = feeler_lti::expm_integrals(system.a(), system.b(), t).unwrap();
             let x = e.step * start + e.ramp * slope;
             let truth = (system.c() * x)[(0, 0)] + system.d()[(0, 0)] * (start + slope * t);
-            prop_assert!((found[(0, k as usize)] - truth).abs() < 1e-12 * (1.0 + truth.abs()), "{} {truth}", found[(0, k as usize)]);
+            let found = found[(0, k as usize)];
+            prop_assert!((found - truth).abs() < 1e-12 * (1.0 + truth.abs()), "{found} {truth}");
         }
     }
 
@@ -162,7 +182,11 @@ proptest! {
 
     /// Series, parallel and feedback are product, sum and L / (1 + L B) of responses.
     #[test]
-    fn prop_connections_are_algebra(first in stable_system(10.0), second in stable_system(10.0), w in 0.1_f64..100.0) {
+    fn prop_connections_are_algebra(
+        first in stable_system(10.0),
+        second in stable_system(10.0),
+        w in 0.1_f64..100.0,
+    ) {
         let s = C64::new(0.3, w);
         let at = |system: &StateSpace| system.at(s).unwrap()[(0, 0)];
         let (g, h) = (at(&first), at(&second));
@@ -182,7 +206,7 @@ proptest! {
         period_share in 0.0_f64..1.0,
         exponents in proptest::collection::vec(-3.0_f64..5.0, 40),
     ) {
-        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+        let system = without_feed_through(&system);
         let sampled = system.zero_order_hold_delayed(1e-3, 2e-3 * period_share).unwrap();
         check_gains(&system, &exponents)?;
         check_gains(&sampled, &exponents)?;
@@ -191,8 +215,12 @@ proptest! {
     /// Nyquist's count uses only the response, and its number of unstable poles equals that of the
     /// eigenvalues.
     #[test]
-    fn prop_nyquist_count_equals_eigenvalues(system in stable_system(100.0), gain in -300.0_f64..300.0, period_share in 0.0_f64..1.0) {
-        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+    fn prop_nyquist_count_equals_eigenvalues(
+        system in stable_system(100.0),
+        gain in -300.0_f64..300.0,
+        period_share in 0.0_f64..1.0,
+    ) {
+        let system = without_feed_through(&system);
         let sampled = system.zero_order_hold_delayed(1e-3, 2e-3 * period_share).unwrap();
         check_count(&system, &LoopTransfer::continuous(&system, 0.0).unwrap(), gain)?;
         check_count(&sampled, &LoopTransfer::discrete(&sampled).unwrap(), gain)?;

@@ -41,7 +41,8 @@ const CORNERS: Field<ReferenceSpec> = field!(
     POINTS
 );
 const AMPLITUDE: Field<ReferenceSpec> = field!(
-    ReferenceSpec: ReferenceSpec::Chirp { amplitude, .. } | ReferenceSpec::Prbs { amplitude, .. } => *amplitude,
+    ReferenceSpec:
+        ReferenceSpec::Chirp { amplitude, .. } | ReferenceSpec::Prbs { amplitude, .. } => *amplitude,
     required("amplitude", Kind::Quantity(R, Bound::Any), "amplitude about the mean")
 );
 const RMS: Field<ReferenceSpec> = field!(

@@ -107,9 +107,10 @@ proptest! {
         let share = balance.residual().abs() / balance.exchanged();
         prop_assert!(share < LEDGER, "residual {:e}", share);
         for (kind, name, joule) in &balance.meters {
-            let takes = matches!(kind, MeterKind::LinkDamping | MeterKind::Friction | MeterKind::ContactDamping);
-            prop_assert!(!takes || *joule >= -LEDGER * balance.exchanged(), "{:?} of {} gave {} \
-                                                            J", kind, name, joule);
+            let is_sink =
+                matches!(kind, MeterKind::LinkDamping | MeterKind::Friction | MeterKind::ContactDamping);
+            let is_taken = *joule >= -LEDGER * balance.exchanged();
+            prop_assert!(!is_sink || is_taken, "{:?} of {} gave {} J", kind, name, joule);
         }
     }
 

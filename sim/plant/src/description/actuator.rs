@@ -207,7 +207,9 @@ const FORCE: &[Field<Actuator>] = &[
 
 const VELOCITY_SOURCE: &[Field<Actuator>] = &[
     field!(
-        Actuator: Actuator { kind: ActuatorKind::VelocitySource { damping_n_s_per_m, .. }, .. } => *damping_n_s_per_m,
+        Actuator:
+            Actuator { kind: ActuatorKind::VelocitySource { damping_n_s_per_m, .. }, .. }
+                => *damping_n_s_per_m,
         required(
             "damping",
             Kind::Quantity(Unit::Of(Dimension::DAMPING), Bound::Positive),
@@ -215,7 +217,8 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
         )
     ),
     field!(
-        Actuator: Actuator { kind: ActuatorKind::VelocitySource { time_constant_s, .. }, .. } => *time_constant_s,
+        Actuator:
+            Actuator { kind: ActuatorKind::VelocitySource { time_constant_s, .. }, .. } => *time_constant_s,
         required("time_constant", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive), "tau")
     ),
     field!(

@@ -158,8 +158,8 @@ impl Motion {
                     add(&mut force, -damping, &rate);
                 }
                 for (j, term) in self.terms.iter().enumerate() {
-                    if matches!(term.law, NonlinearLaw::Cubic { link, side: of, .. } if link == i && of == side)
-                    {
+                    let NonlinearLaw::Cubic { link, side: of, .. } = term.law else { continue };
+                    if link == i && of == side {
                         // While the side would pull, its value is still needed to detect when it pushes
                         // again.
                         forces.arguments[j] = Some([d.clone(), layout.zero()]);

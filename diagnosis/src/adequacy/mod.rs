@@ -134,8 +134,9 @@ impl Adequacy {
 pub(crate) struct Sizes {
     /// What noise alone leaves of short predictions, over each channel's variation.
     pub(crate) floor: f64,
-    /// Share of the error beyond it that the accepted causes remove.
-    pub(crate) closed: f64,
+    /// Share of the error beyond it that the accepted causes remove; `None` if calibration leaves little more
+    /// than the floor.
+    pub(crate) closed: Option<f64>,
     /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
     /// makes, N.
     pub(crate) missing_force_n: [f64; 2],
@@ -171,7 +172,8 @@ pub(crate) fn assess(
         horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
     );
     if is_found && !is_balanced {
-        short(Condition::Left, horizons::unclosed(sizes.closed, &criteria).into_iter().collect());
+        let unclosed = sizes.closed.and_then(|closed| horizons::unclosed(closed, &criteria));
+        short(Condition::Left, unclosed.into_iter().collect());
     }
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);

@@ -57,7 +57,8 @@ impl Judge<'_> {
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
-        let sizes = Sizes { floor: figures.floor, closed: figures.closed, missing_force_n: beyond_noise_n };
+        let closed = (figures.refit > ROUGH * figures.floor).then_some(figures.closed);
+        let sizes = Sizes { floor: figures.floor, closed, missing_force_n: beyond_noise_n };
         let criteria = Criteria::default();
         let tried = [attempts.fitted.as_slice(), &attempts.screened];
         let balanced: Vec<&Scored> =

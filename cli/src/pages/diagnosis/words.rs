@@ -40,6 +40,9 @@ fn cause(diagnosis: &Diagnosis) -> String {
             Some([mine, other]) => {
                 format!("{found} explain{s} the gap, but these records cannot separate {mine} from {other}.")
             }
+            None if is_limited(diagnosis) => {
+                format!("{found} explain{s} the gap beside a believed value at the limit of its tolerance.")
+            }
             None => format!(
                 "{found} explain{s} the gap, but these records cannot separate the cause from its rivals."
             ),
@@ -64,6 +67,12 @@ fn cause(diagnosis: &Diagnosis) -> String {
             format!("{found} would explain the gap, but so would causes at other places.")
         }
     }
+}
+
+/// Whether believed values at the limits of their tolerances are the only doubt.
+fn is_limited(diagnosis: &Diagnosis) -> bool {
+    let shortfalls = &diagnosis.adequacy.shortfalls;
+    !shortfalls.is_empty() && shortfalls.iter().all(|shortfall| shortfall.condition == Condition::Tolerance)
 }
 
 /// Whether the time sufficed for every cause.
@@ -204,6 +213,9 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::Explained => {
             "simulate with machine.toml from now on, and inspect the part named above on the real machine"
+        }
+        Verdict::Ambiguous if is_limited(diagnosis) => {
+            "correct the believed value named below, or state a wider tolerance, and diagnose again"
         }
         Verdict::Ambiguous | Verdict::NotIdentifiable => {
             match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {

@@ -68,7 +68,8 @@ pub(crate) enum Blind {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler blind make --cases 240 --seed 7 --out blind\n  \
-    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n\n\
+    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n  \
+    feeler blind make --servo --cases 100 --seed 3 --out servo  servos: target and position only\n\n\
     In about four of twelve cases not exactly one effect of the library is hidden: nothing, two effects, or \
     an \
     effect outside the library. Of wild cases it is eleven of twenty.")]
@@ -83,6 +84,9 @@ pub(crate) struct BlindMake {
     /// rows
     #[arg(long)]
     pub(crate) wild: bool,
+    /// Servo joints, of which only the target and the servo's own position are recorded
+    #[arg(long, conflicts_with = "wild")]
+    pub(crate) servo: bool,
     /// Folder for the cases, made if absent
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,

@@ -27,14 +27,6 @@ const KNOWN: &[&[&str]] = &[
         "diagnosis/src/report.rs",
     ],
     &[
-        "diagnosis/src/blind/cases.rs",
-        "diagnosis/src/blind/make.rs",
-        "diagnosis/src/blind/wild/mod.rs",
-        "diagnosis/src/blind/wild/draw.rs",
-        "diagnosis/src/blind/wild/files.rs",
-        "diagnosis/src/blind/wild/record.rs",
-    ],
-    &[
         "diagnosis/src/blind/score/mod.rs",
         "diagnosis/src/blind/score/judge.rs",
         "diagnosis/src/blind/score/measures.rs",

@@ -1,6 +1,7 @@
 //! From paths to runs: files that belong together.
 
 use std::fs;
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use crate::agreement;
@@ -13,6 +14,8 @@ use crate::{arrays, bag, csv, lerobot, mcap, parquet};
 
 /// A bag has fewer channels than this, so that files of one bag stay separate.
 const CHANNELS: u64 = 1 << 32;
+/// Bytes of a header by which texts are compared, at most.
+const LONGEST_HEADER: u64 = 1 << 20;
 /// Largest depth of folders in the search for logs.
 const MOST_DEEP: usize = 3;
 
@@ -178,11 +181,7 @@ fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogE
 
 /// Tables of text: those with equal headers are separate runs, those with different ones are one run.
 fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<Source> {
-    let start = |path: &PathBuf| {
-        let bytes = fs::read(path).unwrap_or_default();
-        bytes.split(|b| *b == b'\n').next().unwrap_or_default().to_vec()
-    };
-    let heads: Vec<Vec<u8>> = texts.iter().map(start).collect();
+    let heads: Vec<Vec<u8>> = texts.iter().map(|path| first_line(path).unwrap_or_default()).collect();
     let are_alike = heads.windows(2).any(|pair| pair[0] == pair[1]);
     if texts.len() < 2 || are_alike {
         return texts.iter().map(|path| Source::of(path, Format::Csv)).collect();
@@ -190,6 +189,12 @@ fn together(texts: Vec<PathBuf>, folder: Option<&Path>) -> Vec<Source> {
     let name = folder.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
     let name = name.unwrap_or_else(|| name_of(&texts[0]));
     vec![Source { files: texts, format: Format::Csv, clock: None, name, lerobot: None }]
+}
+
+fn first_line(path: &Path) -> io::Result<Vec<u8>> {
+    let mut line = Vec::new();
+    BufReader::new(fs::File::open(path)?).take(LONGEST_HEADER).read_until(b'\n', &mut line)?;
+    Ok(line)
 }
 
 /// A key that sorts numbers in names by value: `bag_2` before `bag_10`.

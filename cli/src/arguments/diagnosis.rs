@@ -68,7 +68,8 @@ pub(crate) enum Blind {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler blind make --cases 240 --seed 7 --out blind\n  \
-    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n\n\
+    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n  \
+    feeler blind make --servo --cases 100 --seed 3 --out servo  servos: target and position only\n\n\
     About eight of twelve cases hide exactly one effect of the library. The others hide nothing, two \
     effects, or an effect outside the library. Of wild cases, nine of twenty hide exactly one.")]
 pub(crate) struct BlindMake {
@@ -87,6 +88,9 @@ pub(crate) struct BlindMake {
     /// rows
     #[arg(long)]
     pub(crate) wild: bool,
+    /// Servo joints, of which only the target and the servo's own position are recorded
+    #[arg(long, conflicts_with = "wild")]
+    pub(crate) servo: bool,
     /// Folder for the cases, made if absent
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use feeler_diagnosis::blind::{
-    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Regressed, SEALED, make, make_wild, regress, score,
-    unseal,
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Regressed, SEALED, make, make_servo, make_wild,
+    regress, score, unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::free_runs;
@@ -46,6 +46,8 @@ fn make_cases(arguments: &BlindMake) -> crate::Result<()> {
     let is_known = |kind: &str| find(kind).is_some();
     let made = if arguments.wild {
         make_wild(folder, count_of_cases, seed, &is_known, &progress)
+    } else if arguments.servo {
+        make_servo(folder, count_of_cases, seed, &is_known, &progress)
     } else {
         make(folder, count_of_cases, seed, &progress)
     };

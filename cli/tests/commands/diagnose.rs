@@ -161,9 +161,18 @@ fn truth_blind_cases_are_made_repeatably_and_their_truth_is_sealed() {
 
 #[test]
 fn truth_wild_cases_are_made_repeatably_and_are_read_as_they_are() {
+    are_made_repeatably_and_read("--wild");
+}
+
+#[test]
+fn truth_servo_cases_are_made_repeatably_and_are_read_as_they_are() {
+    are_made_repeatably_and_read("--servo");
+}
+
+fn are_made_repeatably_and_read(kind: &str) {
     let bench = Bench::new();
     for out in ["a", "b"] {
-        let said = bench.feeler(&["blind", "make", "--wild", "--cases", "4", "--seed", "5", "--out", out]);
+        let said = bench.feeler(&["blind", "make", kind, "--cases", "4", "--seed", "5", "--out", out]);
         assert_eq!(said.code, DONE, "{}", said.err);
     }
     for case in 0..4 {

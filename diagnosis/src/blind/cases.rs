@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::bench::{Bench, Compliance};
 use super::noise::Random;
-use super::wild::Conditions;
+use super::servo::conditions::ServoConditions;
+use super::wild::conditions::Conditions;
 
 /// An effect that is hidden.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +35,9 @@ pub struct Case {
     /// Under which conditions it was recorded, where these were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conditions: Option<Conditions>,
+    /// The same of a servo joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servo: Option<ServoConditions>,
 }
 
 /// The bench as designed.
@@ -307,7 +311,7 @@ pub(super) fn case(index: usize, random: &mut Random) -> (Bench, Case) {
         }
     }
     let case = format!("case-{index:03}");
-    (bench, Case { case, effects, allowed: Vec::new(), conditions: None })
+    (bench, Case { case, effects, allowed: Vec::new(), conditions: None, servo: None })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! semi-implicit steps, a bristle in place of dry friction, drift and coloured noise. Nothing of the
 //! diagnosis, of its predictions or of the simulator is used to make them.
 
+mod axis;
 mod bench;
 mod cases;
 mod make;
@@ -11,6 +12,7 @@ mod noise;
 mod regression;
 mod score;
 mod seal;
+mod servo;
 mod wild;
 
 pub use cases::{Case, HiddenEffect};
@@ -21,4 +23,5 @@ pub use score::{
     score,
 };
 pub use seal::{seal, unseal};
+pub use servo::{ServoConditions, make_servo};
 pub use wild::{Conditions, make_wild};

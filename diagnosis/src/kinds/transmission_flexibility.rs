@@ -1,5 +1,8 @@
 //! `transmission-flexibility`: a flexible joint.
 
+use std::f64::consts::TAU;
+
+use feeler_plant::assembly::Assembly;
 use feeler_plant::effects::{Host, Kind, TransmissionFlexibility};
 
 use super::start::{NARROW, every, is_overdamped, mode};
@@ -7,13 +10,18 @@ use super::{Element, Glance, Known, Seen};
 
 /// Range of the search for the mode of a joint.
 const RANGE_HZ: (f64, f64) = (10.0, 400.0);
+/// Lowest mode that a servo's loop leaves to be seen, over the frequency of the loop.
+const BELOW_LOOP: f64 = 0.7;
+/// Rows that a period of a mode has at least.
+const ROWS_PER_PERIOD: f64 = 3.0;
 
 impl Known for TransmissionFlexibility {
     /// On average, a joint with play is flexible, too.
     const WHERE_IT_RATTLES: Option<Kind> = Some(Kind::Backlash);
 
-    fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let Some(assembly) = element.assembly() else { return Vec::new() };
+        let range_hz = range_hz(&assembly, glance.spacing_s);
         let mass_of = |node: usize| assembly.nodes[node].mass_kg;
         // The split of a body is unknown: a third or two thirds may be on the spring.
         let split = match element.host {
@@ -24,7 +32,7 @@ impl Known for TransmissionFlexibility {
             _ => Vec::new(),
         };
         let of = |[a, b]: [f64; 2]| {
-            every(RANGE_HZ).map(move |frequency_hz| {
+            every(range_hz).map(move |frequency_hz| {
                 let (stiffness, damping) = mode(a * b / (a + b), frequency_hz, NARROW);
                 Self { stiffness, damping, tip_mass: b }
             })
@@ -36,4 +44,14 @@ impl Known for TransmissionFlexibility {
         seen.is_lost(seen.command_n / self.stiffness)
             || is_overdamped(self.tip_mass, self.stiffness, self.damping)
     }
+}
+
+/// Frequencies at which a mode can be. A servo's loop may be slower than all of [`RANGE_HZ`], and so may its
+/// rows.
+fn range_hz(assembly: &Assembly, spacing_s: f64) -> (f64, f64) {
+    let total: f64 = assembly.nodes.iter().map(|node| node.mass_kg).filter(|mass| mass.is_finite()).sum();
+    let loops = assembly.drives.iter().filter_map(|drive| drive.servo);
+    let low = loops.map(|servo| BELOW_LOOP * (servo.kp / total).sqrt() / TAU).fold(RANGE_HZ.0, f64::min);
+    let high = if low < RANGE_HZ.0 { 1.0 / (ROWS_PER_PERIOD * spacing_s) } else { RANGE_HZ.1 };
+    (low, high.clamp(low, RANGE_HZ.1))
 }

@@ -57,7 +57,11 @@ pub(super) fn is_empty(cell: &[u8]) -> bool {
 
 /// A number as it is written.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
-    let text = std::str::from_utf8(cell).ok()?;
+    number_of(std::str::from_utf8(cell).ok()?, decimal_comma)
+}
+
+/// The same of a text.
+pub(super) fn number_of(text: &str, decimal_comma: bool) -> Option<f64> {
     if decimal_comma && text.contains(',') {
         return text.replacen(',', ".", 1).parse().ok();
     }

@@ -1,7 +1,7 @@
 //! What a balance of forces needs of the believed machine, and of its records.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Axis, Engagement, Machine, Quantity};
+use feeler_plant::description::{ActuatorKind, Axis, Engagement, Machine, Quantity};
 
 use super::rows::Measured;
 use crate::dataset::Dataset;
@@ -37,11 +37,16 @@ fn together<'a>(machine: &'a Machine, body: &'a str) -> Vec<&'a str> {
 }
 
 impl Believed {
-    /// Of the chain that the first drive moves; `None` where there is no drive, or the chain is held.
+    /// Of the chain that the first drive moves; `None` where there is no drive, its command is no force, or
+    /// the chain is held.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
         let (drive, _) = dataset.drives.first()?;
-        let chain = together(machine, &machine.actuators.get_index(*drive)?.1.on);
+        let (_, actuator) = machine.actuators.get_index(*drive)?;
+        if !matches!(actuator.kind, ActuatorKind::Force { .. }) {
+            return None;
+        }
+        let chain = together(machine, &actuator.on);
         let mass: f64 = chain.iter().filter_map(|name| Some(machine.bodies.get(*name)?.mass_kg)).sum();
         let guides = machine.springs.values().filter(|spring| {
             let inside = |name: &String| chain.contains(&name.as_str());

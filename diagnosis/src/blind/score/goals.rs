@@ -1,5 +1,7 @@
 //! What is to be reached.
 
+use super::super::cases::Case;
+
 /// Goals as shares, and wall times in seconds.
 pub(super) struct Goals {
     pub(super) sure_and_wrong: f64,
@@ -38,4 +40,17 @@ impl Goals {
         median_s: 20.0,
         worst_s: 120.0,
     };
+    /// On servo joints with target and position only: as on wild cases.
+    pub(super) const SERVO: Self = Self { ..Self::WILD };
+
+    /// Those of the bench that made these cases.
+    pub(super) fn of(truth: &[Case]) -> &'static Self {
+        if truth.iter().any(|case| case.servo.is_some()) {
+            &Self::SERVO
+        } else if truth.iter().any(|case| case.conditions.is_some()) {
+            &Self::WILD
+        } else {
+            &Self::ORDINARY
+        }
+    }
 }

@@ -171,9 +171,9 @@ pub fn score(truth: &[Case], answers: &[Answered], regressions: &BTreeMap<String
         tallies.add(&judged);
         cases.push(judged.summary());
     }
-    let is_wild = truth.iter().any(|case| case.conditions.is_some());
+    let goals = Goals::of(truth);
     let reliability = reliability::bins(&tallies.stated);
-    let measures = tallies.measures(&reliability, if is_wild { &Goals::WILD } else { &Goals::ORDINARY });
+    let measures = tallies.measures(&reliability, goals);
     let mut confusion: Vec<(String, String, usize)> =
         confusion.into_iter().map(|((a, b), n)| (a, b, n)).collect();
     confusion.sort();
@@ -198,6 +198,7 @@ mod tests {
             effects: kinds.iter().map(effect).collect(),
             allowed: Vec::new(),
             conditions: None,
+            servo: None,
         }
     }
 

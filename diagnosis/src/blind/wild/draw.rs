@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use indexmap::IndexMap;
 
+use super::super::axis::{Axis, Friction};
 use super::super::cases::{Case, HiddenEffect};
 use super::super::noise::Random;
-use super::axis::{Axis, Friction};
 use super::conditions::{Conditions, draw as draw_conditions};
 use super::hidden::{BESIDE_FRICTION, BEYOND, COULOMB, Recipe, SINGLE, gravity};
 use super::motion::Sizes;
@@ -90,6 +90,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
         effects,
         allowed: allowed(&conditions),
         conditions: Some(conditions.clone()),
+        servo: None,
     };
     Drawn { case, conditions, axis, sizes, believed }
 }

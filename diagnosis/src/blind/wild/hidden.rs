@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::super::axis::{Axis, Joint};
 use super::super::noise::Random;
-use super::axis::{Axis, Joint};
 use super::motion::Sizes;
 
 /// A kind that can be hidden.

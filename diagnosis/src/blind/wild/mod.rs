@@ -1,10 +1,10 @@
 //! Cases with the conditions of real records: slow motion, friction that takes most of the command, a
 //! command that was measured with noise, coarse encoders, clocks that wander, rows that are lost.
 //!
-//! The axis ([`axis`]) is this bench's own: neither the simulator nor its library of effects makes the data.
+//! The axis ([`axis`](super::axis)) is that of the blind benches: neither the simulator nor its library of
+//! effects makes the data.
 
-mod axis;
-mod conditions;
+pub(super) mod conditions;
 mod draw;
 mod files;
 mod hidden;

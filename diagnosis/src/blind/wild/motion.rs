@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use super::super::axis::Axis;
 use super::super::noise::Random;
-use super::axis::Axis;
 
 /// Partial waves of a motion: multiples of the fundamental, and shares of the amplitude.
 const PARTIALS: [[f64; 2]; 3] = [[1.0, 0.6], [1.7, 0.25], [2.9, 0.15]];

@@ -4,8 +4,8 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
+use super::super::axis::State;
 use super::super::noise::Random;
-use super::axis::State;
 use super::draw::Drawn;
 use super::motion::{Motion, Servo};
 

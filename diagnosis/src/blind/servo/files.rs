@@ -1,0 +1,96 @@
+//! A servo case as files: the machine as believed, and records of target and position.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use super::super::make::{CASES, HELD_BACK};
+use super::super::noise::Random;
+use super::draw::Drawn;
+use super::record::{Asked, measure};
+
+/// Length of an experiment, in radians of the loop.
+const LENGTH: f64 = 190.0;
+/// Most rows of an experiment.
+const MOST_ROWS: f64 = 2500.0;
+
+/// Writes the datasets of a case, shown and held back, and the machine file beside the first.
+pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Result<()> {
+    let name = &drawn.case.case;
+    let shown = [
+        ("waves-1", "fit", Asked::waves(drawn, 1.0, random)),
+        ("waves-2", "fit", Asked::waves(drawn, 0.4, random)),
+        ("steps-1", "fit", Asked::steps(drawn, 0.8, random)),
+        ("strokes-1", "fit", Asked::strokes(drawn, 0.7, 60.0)),
+        ("waves-3", "check", Asked::waves(drawn, 0.7, random)),
+        ("steps-2", "check", Asked::steps(drawn, 1.0, random)),
+        ("strokes-2", "check", Asked::strokes(drawn, 1.0, 90.0)),
+    ];
+    let held = [
+        ("waves", "check", Asked::waves(drawn, 0.8, random)),
+        ("steps", "check", Asked::steps(drawn, 0.7, random)),
+    ];
+    let seconds = (LENGTH / (TAU * drawn.conditions.loop_hz)).min(MOST_ROWS / drawn.conditions.rate_hz);
+    for (group, experiments, machine) in [
+        (CASES, &shown[..], "machine.toml".to_owned()),
+        (HELD_BACK, &held[..], format!("../../{CASES}/{name}/machine.toml")),
+    ] {
+        let folder = folder.join(group).join(name);
+        fs::create_dir_all(&folder)?;
+        let mut dataset = format!(
+            "name = \"{name}\"\nmachine = \"{machine}\"\n\n[columns.target_rad]\nsignal = \"servo.target\"\n\
+             hold = {:e}\n[columns.position_rad]\nsignal = \"encoder.reading\"\n",
+            1.0 / drawn.conditions.rate_hz
+        );
+        for (file, role, asked) in experiments {
+            fs::write(folder.join(format!("{file}.csv")), measure(drawn, asked, seconds, random))?;
+            let _ = write!(dataset, "\n[[experiments]]\nfile = \"{file}.csv\"\nrole = \"{role}\"\n");
+        }
+        fs::write(folder.join("dataset.toml"), dataset)?;
+        if group == CASES {
+            fs::write(folder.join("machine.toml"), machine_file(drawn))?;
+        }
+    }
+    Ok(())
+}
+
+/// The machine as believed.
+fn machine_file(drawn: &Drawn) -> String {
+    let (axis, firmware) = (&drawn.believed.axis, &drawn.believed.firmware);
+    let mut text = format!(
+        "name = \"{}\"\nabout = \"A servo joint as its maker believes it to be\"\naxis = \"rotational\"\n\n\
+         [bodies.motor]\nmass = {:e}\n[bodies.link]\nmass = {:e}\n\n\
+         [springs.bearing]\nbetween = [\"ground\", \"motor\"]\ndamping = {:e}\n",
+        drawn.case.case, axis.motor_kg, axis.load_kg, axis.damping
+    );
+    if drawn.is_friction_believed {
+        let _ =
+            writeln!(text, "[springs.bearing.effects.coulomb-friction]\nlevel = {:e}", axis.friction.level);
+    }
+    if let Some([amplitude, phase]) = axis.gravity {
+        let _ =
+            writeln!(text, "[springs.bearing.effects.gravity]\namplitude = {amplitude:e}\nphase = {phase:e}");
+    }
+    let _ = writeln!(
+        text,
+        "[springs.gear]\nbetween = [\"motor\", \"link\"]\nrigid = true\n\n\
+         [actuators.servo]\non = \"motor\"\nkind = \"position-servo\"\nkp = {:e}\nkd = {:e}\ndelay = {:e}",
+        firmware.kp, firmware.kd, firmware.delay_s
+    );
+    let _ = match firmware.no_load_speed {
+        Some(speed) => writeln!(
+            text,
+            "[actuators.servo.effects.torque-speed-line]\nforce = {:e}\nspeed = {speed:e}",
+            firmware.limit
+        ),
+        None => writeln!(text, "limit = {:e}", firmware.limit),
+    };
+    let _ = write!(
+        text,
+        "\n[sensors.encoder]\nreads = \"motor.position\"\nresolution = {:e}\n",
+        drawn.conditions.resolution
+    );
+    text
+}

@@ -29,7 +29,7 @@ pub(crate) const PARSIMONY: f64 = 30.0;
 /// The same if the accepted causes are plain numbers, which match reality exactly: odds of twenty to one.
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
 /// Share by which a law must improve on a simpler one that it contains.
-pub(crate) const NESTED_SHARE: f64 = 0.15;
+const NESTED_SHARE: f64 = 0.15;
 /// If the best has implausible values, one with plausible values replaces it. It must bring this share of the
 /// best one's evidence.
 const FAIR_SHARE: f64 = 0.6;

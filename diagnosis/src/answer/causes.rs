@@ -4,7 +4,7 @@ use feeler_plant::effects::Kind;
 use indexmap::IndexMap;
 
 use crate::answer::intervals;
-use crate::diagnose::{Judge, LOOK_ALIKE, NESTED_SHARE, PARSIMONY};
+use crate::diagnose::{Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::candidates::Candidate;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
@@ -70,7 +70,8 @@ impl Judge<'_> {
     }
 
     /// Evidence for a rival, with the same allowances as in the selection: one with more parameters than the
-    /// accepted causes, or with a law that contains one of theirs, must improve the prediction more.
+    /// accepted causes must improve the prediction more. One with a law that contains one of theirs always
+    /// predicts a little better, and is at most as probable.
     fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
         let is_outer = match (&others(accepted, rival)[..], &others(rival, accepted)[..]) {
@@ -79,9 +80,9 @@ impl Judge<'_> {
             }
             _ => false,
         };
-        let nested = if is_outer { NESTED_SHARE * self.all(accepted) } else { 0.0 };
         let more = if parameters(rival) > parameters(accepted) { PARSIMONY } else { 0.0 };
-        self.all(rival) - nested.max(more)
+        let weighed = self.all(rival) - more;
+        if is_outer { weighed.min(self.all(accepted)) } else { weighed }
     }
 
     /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among

@@ -6,6 +6,7 @@
 
 mod balance;
 mod criteria;
+mod held;
 mod horizons;
 mod plausible;
 mod residual;
@@ -181,6 +182,9 @@ pub(crate) fn assess(
     short(Condition::Rivals, balance::named(balanced));
     if is_found {
         short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
+        let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
+        let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
+        short(Condition::Horizons, strayed.into_iter().collect());
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
         short(Condition::Tolerance, tolerance::ends(accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));

@@ -55,3 +55,27 @@ fn range_hz(assembly: &Assembly, spacing_s: f64) -> (f64, f64) {
     let high = if low < RANGE_HZ.0 { 1.0 / (ROWS_PER_PERIOD * spacing_s) } else { RANGE_HZ.1 };
     (low, high.clamp(low, RANGE_HZ.1))
 }
+
+#[cfg(test)]
+mod tests {
+    use feeler_plant::assembly::assemble;
+    use feeler_plant::description::{Actuator, ActuatorKind, Body, GROUND, Machine, PositionServo};
+
+    use super::*;
+
+    #[test]
+    fn truth_a_slow_loop_widens_the_range_to_its_own_frequency_and_its_rows_narrow_it() {
+        let range_of = |loop_hz: f64, rate_hz: f64| {
+            let kp = 0.02 * (TAU * loop_hz).powi(2);
+            let servo = ActuatorKind::PositionServo(PositionServo { kp, ..PositionServo::default() });
+            let machine = Machine::new("joint")
+                .with_body("link", Body::new(0.02))
+                .with_actuator("servo", Actuator { kind: servo, ..Actuator::ideal("link", GROUND) });
+            range_hz(&assemble(&machine).unwrap(), 1.0 / rate_hz)
+        };
+        let (low, high) = range_of(4.0, 100.0);
+        assert!((low - BELOW_LOOP * 4.0).abs() < 1e-12 && (high - 100.0 / ROWS_PER_PERIOD).abs() < 1e-9);
+        let (low, high) = range_of(100.0, 1e4);
+        assert!(low.total_cmp(&RANGE_HZ.0).is_eq() && high.total_cmp(&RANGE_HZ.1).is_eq());
+    }
+}

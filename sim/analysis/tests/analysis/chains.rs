@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use feeler_analysis::{Report, Request, View, analyze};
+use feeler_analysis::{Request, View, analyze};
 use feeler_control::{ForceGains, Law};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_plant::description::{Actuator, Body, Contact, Engagement, GROUND, Machine, Quantity};
@@ -31,11 +31,6 @@ fn chain(bodies: usize) -> Scenario {
     Scenario { machine, controllers, run: RunSettings::default() }
 }
 
-fn analysed(bodies: usize) -> Report {
-    let request = Request { view: View::CLAMPED, sensitivities: true, ..Request::default() };
-    analyze(&chain(bodies), &request).unwrap()
-}
-
 /// `omega_k = 2 sqrt(k / m) sin(k pi / (2 n + 2))`; damping in proportion to stiffness leaves the modulus of
 /// a pole as it is. Roundings of the largest frequency, amplified by the ratio of both.
 #[test]
@@ -57,7 +52,8 @@ fn truth_a_uniform_chain_swings_at_its_closed_form() {
 /// all numbers have no sum. What is left out could only change this by its own effect.
 #[test]
 fn truth_what_is_left_out_of_a_long_chain_matters_little() {
-    let report = analysed(14);
+    let request = Request { view: View::CLAMPED, sensitivities: true, ..Request::default() };
+    let report = analyze(&chain(14), &request).unwrap();
     let waterfall = report.waterfall().unwrap();
     let springs = waterfall.stages.iter().filter(|stage| stage.added.starts_with("springs.")).count();
     assert!((2..=12).contains(&springs) && waterfall.stages.len() <= 18, "{:?}", waterfall.stages);

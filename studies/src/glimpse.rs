@@ -4,6 +4,7 @@
 use feeler_analysis::{AnalysisError, Curves, Report, Request, analyze, curves};
 use feeler_engine::Scenario;
 
+use crate::ALL_PROCESSORS;
 use crate::operating_point::contact_view;
 use crate::run::{Candidate, Outcome, RunError, RunResult, measure, run_once};
 
@@ -29,7 +30,8 @@ impl Glimpse {
 /// # Errors
 /// As [`analyze`].
 pub fn theory(scenario: &Scenario) -> Result<(Report, Curves), AnalysisError> {
-    let request = Request { view: contact_view(scenario), brief: true, ..Request::default() };
+    let (view, workers) = (contact_view(scenario), ALL_PROCESSORS);
+    let request = Request { view, workers, brief: true, ..Request::default() };
     let report = analyze(scenario, &request)?;
     let curves = curves(scenario, &request, &report)?;
     Ok((report, curves))

@@ -5,7 +5,6 @@
 //! for ten milliseconds. A rejected file gives an error; nothing panics and nothing takes long.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use feeler_files::{CellFile, DatasetFile, Draft, SweepFile};
 use feeler_studies::run::{run, run_cell};
@@ -92,14 +91,8 @@ impl Fuzz {
 }
 
 impl Case {
-    /// Reads and runs it, and returns the result and the time, s.
-    pub fn run(&self) -> (Fate, f64) {
-        let started = Instant::now();
-        let fate = self.fate();
-        (fate, started.elapsed().as_secs_f64())
-    }
-
-    fn fate(&self) -> Fate {
+    /// Reads and runs it.
+    pub fn run(&self) -> Fate {
         let name = self.from.display().to_string();
         let is = |what: &str| self.from.iter().any(|part| part == what);
         if is("datasets") {

@@ -29,9 +29,9 @@ const ORDINARY_S: f64 = 1e-5;
 /// cube of that.
 const MOST_BODIES: usize = 256;
 /// Most rows of a record.
-const MOST_ROWS: f64 = 1e8;
-/// Largest number of values in a record: 1.6 GB.
-const MOST_VALUES: f64 = 2e8;
+const MOST_ROWS: f64 = 1e7;
+/// Largest number of values in a record: 0.8 GB.
+const MOST_VALUES: f64 = 1e8;
 
 impl Builder<'_> {
     /// How to run the scenario.

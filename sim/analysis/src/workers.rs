@@ -26,6 +26,23 @@ impl Workers {
         });
         slots.into_iter().filter_map(OnceLock::into_inner).collect()
     }
+
+    /// Results of two tasks.
+    pub(crate) fn both<A: Send + Sync, B: Send + Sync>(
+        self,
+        first: impl Fn() -> A + Sync,
+        second: impl Fn() -> B + Sync,
+    ) -> (A, B) {
+        let (a, b) = (OnceLock::new(), OnceLock::new());
+        (self.0)(2, &|index| {
+            if index == 0 {
+                a.get_or_init(&first);
+            } else {
+                b.get_or_init(&second);
+            }
+        });
+        (a.into_inner().unwrap_or_else(first), b.into_inner().unwrap_or_else(second))
+    }
 }
 
 impl Default for Workers {

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::balance::{Balanced, balance};
 use crate::domain::{C64, TimeDomain};
 use crate::error::{LtiError, require_finite, require_shape};
+use crate::francis::{MOST_STATES, eigenvalues_by_francis};
 use crate::state_space::StateSpace;
 
 /// Eigenvalues of a real square matrix, by rising modulus; conjugate pairs are exact and adjacent, the
@@ -22,9 +23,14 @@ pub(crate) fn eigenvalues_of_balanced(balanced: &Balanced) -> Result<Vec<C64>, L
     if balanced.matrix.is_empty() {
         return Ok(Vec::new());
     }
-    let values = to_faer(&balanced.matrix).eigenvalues();
-    let mut values =
-        values.map_err(|_| LtiError::EigenvaluesNotConverged { order: balanced.matrix.nrows() })?;
+    let order = balanced.matrix.nrows();
+    let quick = (order <= MOST_STATES).then(|| eigenvalues_by_francis(&balanced.matrix)).flatten();
+    let mut values = match quick {
+        Some(values) => values,
+        None => to_faer(&balanced.matrix)
+            .eigenvalues()
+            .map_err(|_| LtiError::EigenvaluesNotConverged { order })?,
+    };
     sort_by_modulus(&mut values);
     Ok(values)
 }

@@ -13,6 +13,8 @@ const LOG_STEP: f64 = 0.15;
 /// Neighbouring frequencies closer than this relative distance are not split: there is a pole or zero on the
 /// boundary.
 const MIN_RELATIVE_GAP: f64 = 1e-9;
+/// A response below this share of its largest value is rounding, as far beyond the modes of a long chain.
+const ROUNDING: f64 = 1e-14;
 /// Beyond the last landmark, the response has settled if it is this close to its value at infinity.
 const SETTLED: f64 = 1e-3;
 /// Modulus of the loop at which an arc about one of its poles is small enough.
@@ -96,7 +98,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let mut poles_s: Vec<C64> = to_s(system.poles()?);
         let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
         let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);
-        let evaluator = TransferEvaluator::new(system);
+        let evaluator = TransferEvaluator::new(system).for_many_points();
         // Rounding moves an integrator's pole away from the origin to either side, and several of them
         // farther.
         let singular = evaluator.at(domain.point_of_s(C64::new(0.0, 0.0))).is_err();
@@ -180,15 +182,15 @@ impl<T: TimeDomain> LoopTransfer<T> {
     pub fn sampled(&self, gain: f64) -> Result<Vec<LoopPoint>, LtiError> {
         let evaluate = |s: C64| Ok(LoopPoint { s, value: self.at_s(s)? * gain });
         let last = self.last_frequency(gain)?;
-        let mut points: Vec<LoopPoint> = Vec::new();
+        let (mut points, mut largest): (Vec<LoopPoint>, f64) = (Vec::new(), 0.0);
         for stretch in self.stretches(gain, last)? {
             // Each stretch is a straight line or an arc; its nodes are refined along it.
-            let mut previous = evaluate(stretch.point(stretch.nodes[0]))?;
-            points.push(previous);
-            for pair in stretch.nodes.windows(2) {
-                let next = evaluate(stretch.point(pair[1]))?;
-                split(&stretch, &evaluate, (pair[0], previous), (pair[1], next), &mut points)?;
-                previous = next;
+            let at = |node: &f64| Ok((*node, evaluate(stretch.point(*node))?));
+            let nodes = stretch.nodes.iter().map(at).collect::<Result<Vec<_>, LtiError>>()?;
+            largest = nodes.iter().map(|(_, point)| point.value.norm()).fold(largest, f64::max);
+            points.push(nodes[0].1);
+            for pair in nodes.windows(2) {
+                split(&stretch, &evaluate, ROUNDING * largest, pair[0], pair[1], &mut points)?;
             }
         }
         Ok(points)
@@ -288,10 +290,11 @@ impl Stretch {
     }
 }
 
-/// Adds the points needed between two nodes, and the second node.
+/// Adds the points needed between two nodes, and the second node. Values below `least` are rounding.
 fn split(
     stretch: &Stretch,
     evaluate: &impl Fn(C64) -> Result<LoopPoint, LtiError>,
+    least: f64,
     left: (f64, LoopPoint),
     right: (f64, LoopPoint),
     out: &mut Vec<LoopPoint>,
@@ -299,12 +302,13 @@ fn split(
     let one = C64::new(1.0, 0.0);
     let change = |a: C64, b: C64| if a == b { 0.0 } else { (b / a).ln().norm() };
     let (l, r) = (left.1.value, right.1.value);
-    let rough = !(change(l, r) <= LOG_STEP && change(one + l, one + r) <= LOG_STEP);
+    let is_small = l.norm().max(r.norm()) <= least;
+    let rough = !((is_small || change(l, r) <= LOG_STEP) && change(one + l, one + r) <= LOG_STEP);
     if rough && right.0 - left.0 > MIN_RELATIVE_GAP * left.0.abs().max(right.0.abs()) {
         let node = 0.5 * (left.0 + right.0);
         let middle = (node, evaluate(stretch.point(node))?);
-        split(stretch, evaluate, left, middle, out)?;
-        split(stretch, evaluate, middle, right, out)
+        split(stretch, evaluate, least, left, middle, out)?;
+        split(stretch, evaluate, least, middle, right, out)
     } else {
         out.push(right.1);
         Ok(())

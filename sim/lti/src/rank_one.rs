@@ -93,7 +93,8 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
     ///
     /// # Errors
     /// Those of [`eigenvalues`].
-    pub fn stable_gains(&self, search: &GainSearch) -> Result<Option<StableGains>, LtiError> {
+    pub fn stable_gains(mut self, search: &GainSearch) -> Result<Option<StableGains>, LtiError> {
+        self.response = self.response.for_many_points();
         let largest = search.scale * 10_f64.powf(f64::from(search.decades));
         let mut crossings = self.crossings()?;
         crossings.retain(|crossing| crossing.gain > search.lower && crossing.gain < largest);

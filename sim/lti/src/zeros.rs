@@ -13,29 +13,20 @@ use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
 use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
 use crate::error::LtiError;
+use crate::polish::Polish;
 use crate::state_space::StateSpace;
 
 /// With several inputs or outputs, values below this multiple of (order x eps x norm) count as zero in the
 /// reduction.
 const RANK_ROUNDINGS: f64 = 16.0;
-/// Largest number of Newton steps to polish a zero; two usually suffice.
-const MAX_POLISH: usize = 8;
-/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction; the
-/// zero then stays unchanged.
-const MAX_CORRECTION: f64 = 1e-2;
-
-/// A Newton step below this share of a zero shows that the zero is correct.
-const ALREADY_FOUND: f64 = 1e-3;
-/// Sweeps of the joint improvement; poor starting points need one or two dozen.
-const MAX_SWEEPS: usize = 100;
 
 /// System matrices during reduction.
 #[derive(Clone)]
-struct Reduced {
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
-    c: DMatrix<f64>,
-    d: DMatrix<f64>,
+pub(crate) struct Reduced {
+    pub(crate) a: DMatrix<f64>,
+    pub(crate) b: DMatrix<f64>,
+    pub(crate) c: DMatrix<f64>,
+    pub(crate) d: DMatrix<f64>,
 }
 
 impl<T: TimeDomain> StateSpace<T> {
@@ -73,8 +64,7 @@ impl<T: TimeDomain> StateSpace<T> {
         };
         let mut zeros = pencil_eigenvalues(&reduced)?;
         if self.inputs() == self.outputs() && reduced.d.ncols() == self.inputs() {
-            improve_together(&system, &mut zeros);
-            polish_all(&system, &mut zeros);
+            Polish::new(&system).all(&mut zeros);
         }
         sort_by_modulus(&mut zeros);
         Ok(zeros)
@@ -249,104 +239,6 @@ fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
     let mut ratios: Vec<(f64, C64)> = pairs.map(|(a, b)| (b.norm() / (a.norm() + b.norm()), a / b)).collect();
     ratios.sort_by(|x, y| y.0.total_cmp(&x.0));
     Ok(ratios.into_iter().take(n).map(|(_, zero)| zero).collect())
-}
-
-/// Polishes zeros in conjugate pairs: those of the upper half plane, mirrored, and the real ones on the real
-/// axis.
-fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
-    let slowest = 1e-8 * system.a.norm();
-    let mut polished = Vec::with_capacity(zeros.len());
-    for &zero in zeros.iter().filter(|z| z.im >= 0.0) {
-        let start = if zero.im <= 1e-14 * zero.norm() { C64::new(zero.re, 0.0) } else { zero };
-        let better = polish(system, start, slowest);
-        polished.push(better);
-        if better.im > 0.0 {
-            polished.push(better.conj());
-        }
-    }
-    // Unequal counts mean that pairs were not exactly conjugate; the zeros then stay unchanged.
-    if polished.len() == zeros.len() {
-        *zeros = polished;
-    }
-}
-
-/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'). It is zero if P is singular,
-/// since the point is then exact.
-fn newton_step(system: &Reduced, point: C64) -> C64 {
-    let n = system.a.nrows();
-    let order = n + system.d.nrows();
-    let mut p = DMatrix::from_fn(order, order, |i, j| {
-        let value = match (i < n, j < n) {
-            (true, true) => -system.a[(i, j)],
-            (true, false) => system.b[(i, j - n)],
-            (false, true) => -system.c[(i - n, j)],
-            (false, false) => system.d[(i - n, j - n)],
-        };
-        C64::new(value, 0.0)
-    });
-    for i in 0..n {
-        p[(i, i)] += point;
-    }
-    let Some(inverse) = p.try_inverse() else { return C64::new(0.0, 0.0) };
-    let trace: C64 = (0..n).map(|i| inverse[(i, i)]).sum();
-    let step = -trace.inv();
-    if step.is_finite() { step } else { C64::new(0.0, 0.0) }
-}
-
-/// Newton's method as long as its steps shrink; after that, rounding determines their size.
-fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
-    let mut zero = start;
-    let mut last = MAX_CORRECTION * start.norm().max(slowest);
-    for _ in 0..MAX_POLISH {
-        let step = newton_step(system, zero);
-        if step.norm() >= 0.5 * last {
-            return zero;
-        }
-        zero += step;
-        last = step.norm();
-    }
-    zero
-}
-
-/// If zeros differ by many decades, rounding of the large ones hides the small ones. All are then improved
-/// together by the method of Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973): Newton's method on
-/// the determinant, divided by the other zeros.
-fn improve_together(system: &Reduced, zeros: &mut [C64]) {
-    let coarse = |z: &C64| !z.is_finite() || newton_step(system, *z).norm() > ALREADY_FOUND * z.norm();
-    if !zeros.iter().any(coarse) {
-        return;
-    }
-    let scale = system.a.norm();
-    for (k, zero) in zeros.iter_mut().enumerate() {
-        // Any distinct starting points suffice; those off the axes may move either way.
-        if !zero.is_finite() {
-            *zero = C64::from_polar(scale, 1.0 + k as f64);
-        }
-        *zero *= C64::new(1.0, 1e-3 * (k + 1) as f64);
-    }
-    for _ in 0..MAX_SWEEPS {
-        let mut settled = true;
-        for k in 0..zeros.len() {
-            let newton = newton_step(system, zeros[k]);
-            let others: C64 = (0..zeros.len())
-                .filter(|&j| j != k)
-                .map(|j| (zeros[k] - zeros[j]).inv())
-                .filter(|v| v.is_finite())
-                .sum();
-            let step = newton / (C64::new(1.0, 0.0) + newton * others);
-            if step.is_finite() {
-                zeros[k] += step;
-                settled &= step.norm() <= 8.0 * f64::EPSILON * zeros[k].norm();
-            }
-        }
-        if settled {
-            break;
-        }
-    }
-    // Real zeros return to the axis up to rounding.
-    for zero in zeros.iter_mut().filter(|z| z.im.abs() <= 1e-9 * z.norm()) {
-        zero.im = 0.0;
-    }
 }
 
 #[cfg(test)]

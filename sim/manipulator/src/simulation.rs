@@ -65,6 +65,8 @@ pub struct Simulation {
 
 /// Largest number of steps of a run: about ten minutes of work.
 const MOST_STEPS: f64 = 1e7;
+/// Shortest step, s: ten milliseconds are then some seconds of work.
+const SHORTEST_S: f64 = 1e-7;
 
 impl Simulation {
     /// A cell at its start. It records the measures at `rate_hz` and the motion at every `every`th of its
@@ -372,9 +374,10 @@ fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, Mani
     };
     let duration_s = cell.scenario.run.duration_s;
     let steps = duration_s / step_s;
-    if steps > MOST_STEPS {
+    let most = MOST_STEPS.min(duration_s / SHORTEST_S);
+    if steps > most {
         let (what, key) = fastest(cell, [of_modes, of_drives, of_contact]);
-        return Err(ManipulatorError::Work { what, key, step_s, duration_s, steps, most: MOST_STEPS });
+        return Err(ManipulatorError::Work { what, key, step_s, duration_s, steps, most });
     }
     Ok(step_s)
 }

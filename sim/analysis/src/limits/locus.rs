@@ -38,6 +38,8 @@ const FINEST: f64 = 16.0;
 /// Tolerance of matrices, relative to their largest element: within it they are affine in the gain, and a
 /// slope is the product of one column and one row.
 const AFFINE: f64 = 1e-10;
+/// Within this they are affine up to rounding.
+const EXACT: f64 = 1e-13;
 /// The picture extends this many times beyond the oscillating poles at gain zero and the oscillating zeros.
 /// Its width is at least this share of its height.
 const PICTURE: f64 = 1.5;
@@ -75,7 +77,7 @@ impl Locus {
 pub(crate) fn follow(
     period_s: Option<f64>,
     closed: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
-    open_zeros: Vec<C64>,
+    open_zeros: impl Fn() -> Vec<C64>,
     present_gain: f64,
     largest: Option<f64>,
     fineness: Fineness,
@@ -83,9 +85,12 @@ pub(crate) fn follow(
     let zero = closed(0.0)?;
     let present = eigenvalues(&closed(present_gain)?)?;
     // Whether the law accepts a gain does not depend on its value, and zero has succeeded.
-    let matrix = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
+    let plain = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
-    let zeros = zeros_of_gain(&matrix, scale).unwrap_or(open_zeros);
+    let affine = Affine::new(&plain, scale);
+    let zeros = affine.as_ref().and_then(Affine::zeros).unwrap_or_else(open_zeros);
+    let exact = affine.filter(|affine| affine.is_exact);
+    let matrix = |k: f64| exact.as_ref().map_or_else(|| plain(k), |affine| affine.at(k));
     let from = BELOW * scale;
     let mut to = BEYOND * scale.max(present_gain);
     let first = if zero.nrows() == matrix(scale).nrows() { 0.0 } else { NEXT_TO_NONE * scale };
@@ -127,25 +132,44 @@ pub(crate) fn follow(
     Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
 }
 
-/// Zeros at which branches end: those between the point at which the gain acts and the quantity that it
-/// multiplies. All other terms of the law belong to the machine. `None` if the closed loop is not affine in
-/// the gain, or if the gain acts in several places.
-fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Vec<C64>> {
-    let [one, two, three] = [1.0, 2.0, 3.0].map(|times| matrix(times * scale));
-    let slope = &two - &one;
-    let rest = &one - &slope;
-    if (&rest + &slope * 3.0 - &three).amax() > AFFINE * three.amax() {
-        return None;
+/// A closed loop `rest + k slope`.
+struct Affine {
+    rest: DMatrix<f64>,
+    slope: DMatrix<f64>,
+    /// Whether only rounding separates it from the loop itself.
+    is_exact: bool,
+}
+
+impl Affine {
+    /// `None` if the closed loop is not affine in the gain.
+    fn new(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Self> {
+        let [one, two, three] = [1.0, 2.0, 3.0].map(|times| matrix(times * scale));
+        let slope = &two - &one;
+        let rest = &one - &slope;
+        let departure = (&rest + &slope * 3.0 - &three).amax() / three.amax();
+        let is_exact = departure <= EXACT;
+        (departure <= AFFINE).then(|| Self { rest, slope: slope / scale, is_exact })
     }
-    // A column and a row through the largest element: where the gain acts and what it multiplies. Their zeros
-    // are exact.
-    let (row, column) = slope.iamax_full();
-    let largest = slope[(row, column)];
-    let (b, c) = (slope.columns(column, 1).into_owned(), slope.rows(row, 1) / largest);
-    if largest.abs() <= 0.0 || (&b * &c - &slope).amax() > AFFINE * largest.abs() {
-        return None;
+
+    fn at(&self, gain: f64) -> DMatrix<f64> {
+        &self.rest + &self.slope * gain
     }
-    StateSpace::new(rest, b, c, DMatrix::zeros(1, 1)).and_then(|system| system.zeros()).ok()
+
+    /// Zeros at which branches end: those between the point at which the gain acts and the quantity that it
+    /// multiplies. All other terms of the law belong to the machine. `None` if the gain acts in several
+    /// places.
+    fn zeros(&self) -> Option<Vec<C64>> {
+        let slope = &self.slope;
+        // A column and a row through the largest element: where the gain acts and what it multiplies. Their
+        // zeros are exact.
+        let (row, column) = slope.iamax_full();
+        let largest = slope[(row, column)];
+        let (b, c) = (slope.columns(column, 1).into_owned(), slope.rows(row, 1) / largest);
+        if largest.abs() <= 0.0 || (&b * &c - slope).amax() > AFFINE * largest.abs() {
+            return None;
+        }
+        StateSpace::new(self.rest.clone(), b, c, DMatrix::zeros(1, 1)).and_then(|system| system.zeros()).ok()
+    }
 }
 
 /// Half the width and half the height of the oscillating points, rad/s.
@@ -207,7 +231,7 @@ mod tests {
             let mode = dmatrix![0.0, 1.0; -9.0, -0.6];
             Ok(if k > 0.0 { dmatrix![0.0, 1.0, 0.0; -9.0, -0.6, k; -1.0, 0.0, 0.0] } else { mode })
         };
-        let locus = follow(None, closed, Vec::new(), 1.0, Some(5.4), Fineness::WHOLE).unwrap();
+        let locus = follow(None, closed, Vec::new, 1.0, Some(5.4), Fineness::WHOLE).unwrap();
         assert_eq!(locus.branches.len(), 3);
         for branch in &locus.branches {
             let image = |p: C64| locus.branches.iter().any(|other| (other[0] - p).norm() < 1e-6);
@@ -221,7 +245,7 @@ mod tests {
     fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {
         let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0 * k, -9.0 - k, -4.6]);
         let elsewhere = vec![C64::new(0.0, 13.0), C64::new(0.0, -13.0)];
-        let locus = follow(None, closed, elsewhere, 1.0, None, Fineness::WHOLE).unwrap();
+        let locus = follow(None, closed, || elsewhere.clone(), 1.0, None, Fineness::WHOLE).unwrap();
         assert!(locus.zeros.len() == 1 && (locus.zeros[0] + 2.0).norm() < 1e-9, "{:?}", locus.zeros);
     }
 
@@ -232,7 +256,7 @@ mod tests {
         let zero = C64::new(-0.01, (4.0_f64 - 1e-4).sqrt());
         let closed =
             |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -4.0 * k, -9.0 - 0.02 * k, -0.02 - k]);
-        let locus = follow(None, closed, vec![zero, zero.conj()], 0.1, None, Fineness::WHOLE).unwrap();
+        let locus = follow(None, closed, || vec![zero, zero.conj()], 0.1, None, Fineness::WHOLE).unwrap();
         let ends: Vec<C64> = locus.branches.iter().map(|branch| branch[branch.len() - 1]).collect();
         assert!(ends.iter().any(|p| (p - zero).norm() < ARRIVED * zero.norm()));
         // The picture is 0.15 times as wide as high, and poles at gain zero lie at 3 rad/s.
@@ -254,7 +278,7 @@ mod tests {
         let closed = |k: f64| {
             Ok(&turn * dmatrix![0.0, 1.0, 0.0; -0.5 - 0.01 * k, 1.2, 0.0; 0.0, 0.0, k.powi(10)] * &back)
         };
-        let locus = follow(Some(1e-3), closed, Vec::new(), 0.5, Some(1.0), Fineness::WHOLE).unwrap();
+        let locus = follow(Some(1e-3), closed, Vec::new, 0.5, Some(1.0), Fineness::WHOLE).unwrap();
         let last = locus.gains[locus.gains.len() - 1];
         assert!(last > 1.5 && last.powi(10) <= FAR, "{last}");
         for pair in locus

@@ -2,6 +2,7 @@
 
 pub(crate) mod drift;
 pub(crate) mod factor;
+pub(crate) mod flexible;
 pub(crate) mod limit_cycle;
 pub(crate) mod locus;
 pub(crate) mod margins;

@@ -1,20 +1,27 @@
 //! Sensitivity of the bandwidth and of other limits to each parameter of a machine: what to stiffen, lighten
 //! or damp first.
 
+use std::f64::consts::TAU;
+
 use feeler_catalogue::Key;
 use feeler_control::ControllerSpec;
-use feeler_plant::assembly::Assembly;
+use feeler_lti::C64;
+use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::{Actuator, Body, Contact, Engagement, Spring, Table};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::error::AnalysisError;
 use crate::limits::waterfall::Stage;
 use crate::loops::closed_loop::ClosedLoop;
 use crate::loops::control_loop::{ControlLoop, LoopController};
+use crate::machine::linearise::LinearMachine;
 use crate::workers::Workers;
 
 /// Relative step of the central differences; their error is its square.
 const DIFFERENCE: f64 = 1e-3;
+/// Of more numbers than this, those with the largest effect on the response of the machine are taken.
+const MOST_NUMBERS: usize = 32;
 /// A loss below this share of the gain does not count.
 const NO_LOSS: f64 = 0.1;
 
@@ -74,19 +81,26 @@ pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
 
 impl ControlLoop {
     /// Sensitivities of bandwidth and largest gain of the sampled loop to every nonzero mass, stiffness and
-    /// damping. If the drive saturates below the bandwidth, also those of the saturation frequency to these
-    /// parameters and to the limits, with the gain kept. Sorted by falling worth; empty if no gain is stable.
+    /// damping; of large machines, to those that matter most at the edge of stability and at the bandwidth.
+    /// If the drive saturates below the bandwidth, also those of the saturation frequency to these parameters
+    /// and to the limits, with the gain kept. Sorted by falling worth; empty if no gain is stable.
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`].
     pub fn sensitivities(&self, key: &str, workers: Workers) -> Result<Vec<Sensitivity>, AnalysisError> {
         let assembly = self.assembly();
-        let base = self.sampled_stage("", key, None)?;
+        let base = self.sampled_stage("", key, &self.sampled_bands(key)?, None)?;
         if base.largest_gain == Some(0.0) {
             return Ok(Vec::new());
         }
         let saturates = base.saturates(self.saturation_hz(key, base.largest_gain)?);
         let mut numbers = self.numbers();
+        if numbers.len() > MOST_NUMBERS {
+            let effects = self.effects(key, &base, &numbers, workers)?;
+            let mut order: Vec<usize> = (0..numbers.len()).collect();
+            order.sort_by(|&a, &b| effects[b].total_cmp(&effects[a]));
+            numbers = order.into_iter().take(MOST_NUMBERS).map(|i| numbers[i].clone()).collect();
+        }
         if saturates {
             numbers.extend(self.limits());
         }
@@ -136,7 +150,7 @@ impl ControlLoop {
     ) -> Result<(Option<f64>, Option<f64>), AnalysisError> {
         let near = base.edge_hz.map(|edge_hz| self.edge_near(key, edge_hz)).transpose()?.flatten();
         let Some((largest, near_hz)) = near.zip(base.bandwidth_hz) else {
-            let stage = self.sampled_stage("", key, None)?;
+            let stage = self.sampled_stage("", key, &self.sampled_bands(key)?, None)?;
             return Ok((stage.largest_gain, stage.bandwidth_hz));
         };
         if !with_bandwidth {
@@ -200,6 +214,75 @@ impl ControlLoop {
             limits.push((format!("controllers.{}.{key}", controller.name), Slot::OutputLimit(i)));
         }
         limits
+    }
+}
+
+impl ControlLoop {
+    /// Effect of each number on the loop, to first order: the relative change of the gain at the edge of
+    /// stability, or of the frequency at which the machine answers as at the bandwidth, whichever is larger.
+    fn effects(
+        &self,
+        key: &str,
+        base: &Stage,
+        numbers: &[(String, Slot)],
+        workers: Workers,
+    ) -> Result<Vec<f64>, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let own = &self.controllers()[controller];
+        let Some(sensor) = own.sensor_of_gain(&gain) else { return Ok(vec![0.0; numbers.len()]) };
+        let matrices = |of: &LinearMachine| -> Result<[DMatrix<C64>; 3], AnalysisError> {
+            let output = of.output(Source::Sensor(sensor))?.c;
+            let output = DMatrix::from_fn(1, output.ncols(), |_, j| output[j]);
+            let input = of.b().columns(own.drive, 1).into_owned();
+            Ok([of.a().clone(), input, output].map(|m| m.map(|v| C64::new(v, 0.0))))
+        };
+        let plant = matrices(self.plant())?;
+        // Hold and delay turn the phase only.
+        let late_s = 0.5 * own.spec.period_s + own.spec.delay_s;
+        let at = |f: Option<f64>| Probe::new(&plant, TAU * f?, late_s);
+        let (edge, bandwidth) = (at(base.edge_hz), at(base.bandwidth_hz));
+        let effect = |slot: Slot| -> Result<f64, AnalysisError> {
+            let altered =
+                self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= 1.0 + DIFFERENCE)?;
+            let altered = matrices(altered.plant())?;
+            let of_gain = edge.as_ref().map_or(0.0, |edge| edge.of_gain(edge.change(&plant, &altered)));
+            let moves = |at: &Probe| (at.change(&plant, &altered) / at.slope).norm();
+            Ok(of_gain.max(bandwidth.as_ref().map_or(0.0, moves)) / DIFFERENCE)
+        };
+        workers.collect(numbers.len(), |i| effect(numbers[i].1)).into_iter().collect()
+    }
+}
+
+/// The machine between drive and sensor at one frequency.
+struct Probe {
+    /// States under a unit input, and of the transposed machine.
+    states: [DMatrix<C64>; 2],
+    value: C64,
+    /// Logarithmic derivative over the logarithm of the frequency.
+    slope: C64,
+}
+
+impl Probe {
+    fn new([a, b, c]: &[DMatrix<C64>; 3], w: f64, late_s: f64) -> Option<Self> {
+        let s = C64::new(0.0, w);
+        let resolvent = DMatrix::from_diagonal_element(a.nrows(), a.nrows(), s) - a;
+        let adjoint = resolvent.transpose().lu().solve(&c.transpose())?;
+        let states = resolvent.lu().solve(b)?;
+        let value = (c * &states)[(0, 0)];
+        let slope = -s * ((adjoint.transpose() * &states)[(0, 0)] / value + late_s);
+        Some(Self { states: [states, adjoint], value, slope })
+    }
+
+    /// Relative change of the response to first order.
+    fn change(&self, [a, b, c]: &[DMatrix<C64>; 3], [a2, b2, c2]: &[DMatrix<C64>; 3]) -> C64 {
+        let [x, y] = &self.states;
+        let change = (c2 - c) * x + y.transpose() * ((a2 - a) * x + (b2 - b));
+        change[(0, 0)] / self.value
+    }
+
+    /// Relative change of the gain at which the loop swings: its phase stays, so its frequency moves.
+    fn of_gain(&self, change: C64) -> f64 {
+        (change.re - self.slope.re * change.im / self.slope.im).abs()
     }
 }
 

@@ -113,6 +113,11 @@ impl GainBands {
         all
     }
 
+    /// The largest stable gain of the first interval: zero if no gain is stable, `None` if it has no end.
+    pub(crate) fn largest(&self) -> Option<f64> {
+        self.bands.first().map_or(Some(0.0), |band| band.upper.as_ref().map(|edge| edge.gain))
+    }
+
     /// The first edge as the gain rises from zero: infinite if there is none, zero if no gain is stable.
     pub fn first_upper(&self) -> f64 {
         self.bands.first().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
@@ -283,7 +288,8 @@ impl ControlLoop {
         let one_place = many.then(|| RankOneLoop::new(domain, zero, slope)).flatten();
         let quick = one_place.and_then(|found| found.stable_gains(&search).ok().flatten());
         let stable: StableGains = quick.map_or_else(|| stable_gains(domain, at, &search), Ok)?;
-        let own = modes(self.plant())?;
+        let has_edges = stable.intervals.iter().any(|i| i.lower.is_some() || i.upper.is_some());
+        let own = if has_edges { modes(self.plant())? } else { Vec::new() };
         let edge = |edge: GainEdge| {
             let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));
             let vector = vector.as_ref().unwrap_or(&edge.eigenvector);

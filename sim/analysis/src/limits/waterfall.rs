@@ -2,16 +2,17 @@
 //! at a time.
 
 use feeler_control::Law;
-use feeler_lti::C64;
-use feeler_plant::assembly::{Assembly, NodeId};
+use feeler_plant::assembly::Assembly;
 use serde::{Serialize, Serializer};
 
 use crate::error::AnalysisError;
+use crate::limits::flexible::Springs;
 use crate::limits::stability::GainBands;
 use crate::loops::closed_loop::{ClosedLoop, Shelf};
 use crate::loops::control_loop::{ControlLoop, LoopController};
 use crate::loops::gain_key::with_gain;
 use crate::machine::modes::{ModeClass, ModeInPair, VibrationMode, undamped_hz};
+use crate::workers::Workers;
 
 /// Bandwidths are compared at half of the largest stable gain: a gain margin of two.
 const SHARE_OF_LIMIT: f64 = 0.5;
@@ -179,11 +180,6 @@ fn idealise_drives(assembly: &mut Assembly) {
     }
 }
 
-/// The same with two nodes joined.
-fn merged(joined: &[NodeId], a: NodeId, b: NodeId) -> Vec<NodeId> {
-    joined.iter().map(|&of| if of == joined[b] { joined[a] } else { of }).collect()
-}
-
 fn without_delay(assembly: &mut Assembly, controllers: &mut [LoopController]) {
     assembly.drives.iter_mut().for_each(|drive| drive.delay = 0.0);
     assembly.sensors.iter_mut().for_each(|sensor| sensor.delay = 0.0);
@@ -210,52 +206,64 @@ impl ControlLoop {
         key: &str,
         modes: &[VibrationMode],
         pairs: &[ModeInPair],
+        workers: Workers,
     ) -> Result<Waterfall, AnalysisError> {
         let flexible = self.flexible_links(modes, pairs);
+        let rows: Vec<Springs> = self.in_rows(&flexible);
         let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| {
             for (i, _) in links {
                 assembly.links[*i].rigid = true;
             }
         };
-        let mut stages: Vec<Stage> = Vec::new();
         let ideal = self.altered(|assembly, _| {
             rigid(assembly, &flexible);
             idealise_drives(assembly);
         })?;
-        stages.push(ideal.continuous_stage("rigid body", key, None)?);
         let driven = self.altered(|assembly, _| rigid(assembly, &flexible))?;
-        stages.push(driven.continuous_stage("actuator", key, stages.last())?);
-        for n in 0..flexible.len() {
-            let added = format!("springs.{}", self.assembly().links[flexible[n].0].name);
-            let softer = self.altered(|assembly, _| rigid(assembly, &flexible[n + 1..]))?;
-            stages.push(softer.continuous_stage(&added, key, stages.last())?);
+        let mut loops = vec![("rigid body".to_owned(), ideal), ("actuator".to_owned(), driven)];
+        let mut soft = 0;
+        for row in &rows {
+            soft += row.links.len();
+            let softer = self.altered(|assembly, _| rigid(assembly, &flexible[soft..]))?;
+            loops.push((row.name.clone(), softer));
         }
+        let sampled_from = loops.len();
         let held = self.altered(|assembly, controllers| {
             without_delay(assembly, controllers);
             without_filters(assembly, controllers);
         })?;
-        stages.push(held.sampled_stage("hold", key, stages.last())?);
         let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
-        stages.push(late.sampled_stage("delay", key, stages.last())?);
-        let last = self.sampled_stage("filters", key, stages.last())?;
+        loops.extend([("hold".into(), held), ("delay".into(), late), ("filters".into(), self.clone())]);
+        let bands = workers.collect(loops.len(), |i| match &loops[i].1 {
+            continuous if i < sampled_from => continuous.continuous_bands(key),
+            sampled => sampled.sampled_bands(key),
+        });
+        let bands = bands.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let stages = workers.collect(loops.len(), |i| {
+            let ((added, looped), before) = (&loops[i], i.checked_sub(1).and_then(|i| bands[i].largest()));
+            if i < sampled_from {
+                looped.continuous_stage(added, key, &bands[i], before)
+            } else {
+                looped.sampled_stage(added, key, &bands[i], before)
+            }
+        });
+        let mut stages = stages.into_iter().collect::<Result<Vec<Stage>, _>>()?;
+        let last = stages[stages.len() - 1].clone();
         let largest_gain = last.largest_gain;
         let limit_gain = largest_gain.unwrap_or(f64::INFINITY);
-        stages.push(last.clone());
 
         let relief = |bands: GainBands| Relief::new(limit_gain, bands.first_upper());
         let mut candidates =
             vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
         let perfect = self.altered(|assembly, _| idealise_drives(assembly))?;
         candidates.push(("actuator".into(), Limit::RigidBody, relief(perfect.sampled_bands(key)?)));
-        for &(i, class) in &flexible {
-            let limit =
-                if class == ModeClass::Noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
-            let stiff = self.altered(|assembly, _| rigid(assembly, &[(i, class)]))?;
-            candidates.push((
-                format!("springs.{}", self.assembly().links[i].name),
-                limit,
-                relief(stiff.sampled_bands(key)?),
-            ));
+        let without = workers.collect(rows.len(), |i| {
+            self.altered(|assembly, _| rigid(assembly, rows[i].links))?.sampled_bands(key)
+        });
+        for (row, without) in rows.into_iter().zip(without) {
+            let is_noncolocated = row.links.iter().any(|(_, class)| *class == ModeClass::Noncolocated);
+            let limit = if is_noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
+            candidates.push((row.name, limit, relief(without?)));
         }
         let saturation_hz = self.saturation_hz(key, largest_gain)?;
         if saturation_hz.is_some() {
@@ -286,10 +294,10 @@ impl ControlLoop {
         &self,
         added: &str,
         key: &str,
-        before: Option<&Stage>,
+        bands: &GainBands,
+        before: Option<f64>,
     ) -> Result<Stage, AnalysisError> {
-        let bands = self.continuous_bands(key)?;
-        self.stage(added, key, &bands, before, |loops, controller| {
+        self.stage(added, key, bands, before, |loops, controller| {
             let Some(closed) = ClosedLoop::continuous(loops, controller)? else { return Ok((None, None)) };
             let bandwidth_hz = closed.bandwidth_hz()?;
             Ok((bandwidth_hz, bandwidth_hz.map(|f| closed.shelf(f)).transpose()?.flatten()))
@@ -300,10 +308,10 @@ impl ControlLoop {
         &self,
         added: &str,
         key: &str,
-        before: Option<&Stage>,
+        bands: &GainBands,
+        before: Option<f64>,
     ) -> Result<Stage, AnalysisError> {
-        let bands = self.sampled_bands(key)?;
-        self.stage(added, key, &bands, before, |loops, controller| {
+        self.stage(added, key, bands, before, |loops, controller| {
             let nyquist_hz = 0.5 / loops.controllers()[controller].spec.period_s;
             let Some(closed) = ClosedLoop::sampled(loops, controller)? else { return Ok((None, None)) };
             let bandwidth_hz = closed.bandwidth_hz()?.unwrap_or(nyquist_hz);
@@ -328,7 +336,7 @@ impl ControlLoop {
         added: &str,
         key: &str,
         bands: &GainBands,
-        before: Option<&Stage>,
+        before: Option<f64>,
         follows: impl Fn(&Self, usize) -> Result<(Option<f64>, Option<Shelf>), AnalysisError>,
     ) -> Result<Stage, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
@@ -338,15 +346,14 @@ impl ControlLoop {
             Some(edge) => follows(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
         };
         // The previous gain, if this loop is stable with it.
-        let kept = before.and_then(|stage| stage.largest_gain).filter(|largest| *largest > 0.0);
+        let kept = before.filter(|largest| *largest > 0.0);
         let kept = kept.filter(|largest| edge.is_some_and(|edge| SHARE_OF_LIMIT * largest < edge.gain));
         let at_gain_before = kept
             .map(|largest| follows(&self.at_half_of(controller, &gain, largest)?, controller))
             .transpose()?;
-        let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
         Ok(Stage {
             added: added.into(),
-            largest_gain,
+            largest_gain: bands.largest(),
             edge_hz: edge.map(|edge| edge.frequency_hz),
             bandwidth_hz,
             bandwidth_at_gain_before_hz: at_gain_before.and_then(|(bandwidth_hz, _)| bandwidth_hz),
@@ -367,66 +374,5 @@ impl ControlLoop {
             with_gain(&self.controllers()[controller].spec, gain, SHARE_OF_LIMIT * largest)?,
         );
         Ok(half)
-    }
-
-    /// Springs that can be made rigid while every drive can still move, with the class of the mode that
-    /// strains each most. Sorted by the frequency of that mode.
-    fn flexible_links(&self, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
-        let plant = self.plant();
-        let layout = plant.motion().layout();
-        let strain = |i: usize, mode: &VibrationMode| {
-            let row = &plant.equations().elongation[i][0];
-            let e: C64 = (0..layout.coordinates()).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum();
-            let speed: f64 = (0..layout.coordinates()).map(|g| mode.vector[layout.v(g)].norm_sqr()).sum();
-            e.norm_sqr() / speed
-        };
-        let mut links: Vec<(f64, usize, ModeClass)> = Vec::new();
-        for (i, link) in plant
-            .motion()
-            .assembly()
-            .links
-            .iter()
-            .enumerate()
-            .filter(|(_, link)| !link.rigid && link.stiffness > 0.0)
-        {
-            let flexible = (0..modes.len()).filter(|&m| !pairs[m].rigid_body);
-            let most = flexible.max_by(|&a, &b| {
-                (link.stiffness * strain(i, &modes[a])).total_cmp(&(link.stiffness * strain(i, &modes[b])))
-            });
-            if let Some(m) = most {
-                links.push((modes[m].frequency_hz(), i, pairs[m].class));
-            }
-        }
-        links.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut joined = self.joined_by_rigid_links();
-        // Starting with the stiffest: with all of them rigid, the drive must still be able to move.
-        let mut kept = vec![true; links.len()];
-        for (kept, (_, i, _)) in kept.iter_mut().zip(&links).rev() {
-            let link = &self.assembly().links[*i];
-            let after = merged(&joined, link.a, link.b);
-            *kept = self
-                .controllers()
-                .iter()
-                .all(|c| self.drive_moves(c.drive, &after) || !self.drive_moves(c.drive, &joined));
-            if *kept {
-                joined = after;
-            }
-        }
-        links.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|((_, i, class), _)| (i, class)).collect()
-    }
-
-    /// For each node, the representative of the nodes that move with it as one.
-    fn joined_by_rigid_links(&self) -> Vec<NodeId> {
-        let apart: Vec<NodeId> = (0..self.assembly().nodes.len()).collect();
-        self.assembly()
-            .links
-            .iter()
-            .filter(|link| link.rigid)
-            .fold(apart, |joined, link| merged(&joined, link.a, link.b))
-    }
-
-    fn drive_moves(&self, drive: usize, joined: &[NodeId]) -> bool {
-        let drive = &self.assembly().drives[drive];
-        joined[drive.on] != joined[drive.reacts_on]
     }
 }

@@ -87,7 +87,6 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let of_drive = || whole.controllers().iter().position(|c| c.drive == drive);
     let holder = looped.as_ref().map(|(controller, _)| *controller).or_else(of_drive);
     let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
-    let roots: Vec<C64> = channel.poles()?.into_iter().chain(channel.zeros()?).collect();
 
     let delayed = at(&channel.system);
     let delay_s = channel.delay_s;
@@ -110,7 +109,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         let late = broken.as_ref().is_some_and(|open| open.samples > 0);
         open_sampled = broken.as_ref().map(at_late);
         if !late {
-            let zeros = broken.map(|open| open.system.zeros().unwrap_or_default()).unwrap_or_default();
+            let zeros = || broken.as_ref().and_then(|open| open.system.zeros().ok()).unwrap_or_default();
             let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
             locus_sampled = Some(follow(
                 Some(sampled.common_period_s()),
@@ -126,7 +125,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
             let broken = continuous.open_loop(*controller)?;
             open = Some(at(&broken));
             let closed = |k: f64| continuous.closed_loop_with(*controller, key, k);
-            let zeros = broken.zeros().unwrap_or_default();
+            let zeros = || broken.zeros().unwrap_or_default();
             // The sampled locus is shown first.
             if locus_sampled.is_none() || !request.brief {
                 locus = Some(follow(None, closed, zeros, present, range.stable[1], fineness)?);
@@ -137,7 +136,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         if request.brief { [BRIEF_POINTS, MOST_BRIEF_POINTS] } else { [POINTS, MOST_POINTS] };
     let loops = [open, open_sampled];
     let plants = [Some(plant), plant_sampled];
-    let frequencies_hz = refined(grid(&roots, nyquist_hz, points), most_points, &plants, &loops);
+    let frequencies_hz = refined(grid(&roots(report), nyquist_hz, points), most_points, &plants, &loops);
     let values = |response: &Option<Response>| {
         response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
     };
@@ -232,6 +231,11 @@ fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<
     alone.response_to(0, row)
 }
 
+/// Poles and zeros of a report.
+fn roots(report: &Report) -> Vec<C64> {
+    report.poles.iter().chain(&report.zeros).map(|[re, im]| C64::new(*re, *im)).collect()
+}
+
 /// Frequencies (Hz) that resolve every root near the axis, and end beyond the last root and half of the
 /// sampling rate.
 fn grid(roots: &[C64], nyquist_hz: Option<f64>, points: usize) -> Vec<f64> {
@@ -269,7 +273,7 @@ fn at_late(response: &LateResponse) -> Response {
 }
 
 fn at<T: TimeDomain + 'static>(system: &StateSpace<T>) -> Response {
-    let evaluator = TransferEvaluator::new(system);
+    let evaluator = TransferEvaluator::new(system).for_many_points();
     let domain = system.domain();
     let nyquist = domain.nyquist_rad_per_s() * (1.0 + 1e-9);
     let none = C64::new(f64::NAN, f64::NAN);

@@ -7,6 +7,7 @@ mod signals;
 use std::borrow::Cow;
 
 use feeler_engine::Scenario;
+use feeler_lti::{Continuous, frequencies_hz};
 use feeler_plant::description::{Engagement, SignalName};
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -209,29 +210,30 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     let own = modes(plant)?;
     let classified = classify(plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
     let looped = (request.gain.clone().or_else(|| whole.default_gain_key()))
-        .map(|key| {
-            let machine = &scenario.machine;
-            let workers = request.sensitivities.then_some(request.workers);
-            LoopReport::new(machine, &whole, &key, &own, &classified, request.brief, workers)
-        })
+        .map(|key| LoopReport::new(&scenario.machine, &whole, &key, &own, &classified, request))
         .transpose()?;
     let (looped, in_loop) = looped.unzip();
     let in_loop = in_loop.flatten();
     let crossover_hz = (looped.as_ref())
         .and_then(|of: &LoopReport| of.margins.as_ref())
         .and_then(|margins| margins.crossover_hz);
-    let pairs = |points: Vec<feeler_lti::C64>| points.into_iter().map(|p| [p.re, p.im]).collect::<Vec<_>>();
+    let form = channel.zero_pole_gain()?;
+    let (poles, zeros, factor) = match form {
+        Some(form) => (form.poles, form.zeros, Some(form.leading_coefficient)),
+        None => (channel.poles()?, Vec::new(), None),
+    };
+    let pairs = |points: &[feeler_lti::C64]| points.iter().map(|p| [p.re, p.im]).collect::<Vec<_>>();
     let named = request.input.as_ref().unwrap_or(&input);
     Ok(Report {
         input: named.to_string(),
         output: output.to_string(),
         preload_n: Some(request.view.preload_n()).filter(|force| *force > 0.0),
         delay_s: channel.delay_s,
-        poles: pairs(channel.poles()?),
-        zeros: pairs(channel.zeros()?),
-        poles_hz: channel.poles_hz()?,
-        zeros_hz: channel.zeros_hz()?,
-        zero_pole_gain: channel.zero_pole_gain()?.map(|form| form.leading_coefficient),
+        poles: pairs(&poles),
+        zeros: pairs(&zeros),
+        poles_hz: frequencies_hz(Continuous, &poles),
+        zeros_hz: frequencies_hz(Continuous, &zeros),
+        zero_pole_gain: factor,
         state_space: StateSpaceReport::new(&channel, named, &output),
         modes: described(&own, &classified, in_loop.as_deref(), crossover_hz),
         undamped_hz: undamped_hz(&own, in_loop.as_deref().unwrap_or(&classified)),

@@ -13,6 +13,7 @@ use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::gain;
 use crate::loops::loop_pair::{LoopPair, loop_pair};
 use crate::machine::modes::{ModeInPair, VibrationMode};
+use crate::report::Request;
 use crate::workers::Workers;
 
 /// A loop: stable gains, margins, and what limits its bandwidth.
@@ -98,32 +99,37 @@ type LoopAndModes = (LoopReport, Option<Vec<ModeInPair>>);
 
 impl LoopReport {
     /// The loop that the gain `key` closes, with the class of each of `modes` in it. If the controller reads
-    /// nothing, modes are as `classified`. `workers` compute the sensitivities if these are requested.
+    /// nothing, modes are as `classified`.
     pub(super) fn new(
         machine: &Machine,
         whole: &ControlLoop,
         key: &str,
         modes: &[VibrationMode],
         classified: &[ModeInPair],
-        brief: bool,
-        workers: Option<Workers>,
+        request: &Request,
     ) -> Result<LoopAndModes, AnalysisError> {
         let (controller, name) = whole.gain_of_key(key)?;
         let (pair, in_loop) = loop_pair(machine, whole, controller, &name, modes)?.unzip();
         let present = gain(&whole.controllers()[controller].spec, &name)?;
-        let (continuous, no_form) = continuous(whole, key, present)?;
-        let sampled =
-            StableRange::about(present, whole.sampled_bands(key)?, whole.sampled_bands_below_zero(key)?);
-        let (margins, slower) = margins(whole, controller)?;
-        let waterfall = (continuous.is_some() && margins.is_some() && !brief)
-            .then(|| whole.waterfall(key, modes, in_loop.as_deref().unwrap_or(classified)))
+        let workers = request.workers;
+        let ((continuous, margins), (above, below)) = workers.both(
+            || workers.both(|| continuous(whole, key), || margins(whole, controller)),
+            || workers.both(|| whole.sampled_bands(key), || whole.sampled_bands_below_zero(key)),
+        );
+        let (continuous, no_form) = continuous?;
+        let continuous = continuous.map(|(bands, below)| StableRange::about(present, bands, below));
+        let sampled = StableRange::about(present, above?, below?);
+        let (margins, slower) = margins?;
+        let waterfall = (continuous.is_some() && margins.is_some() && !request.brief)
+            .then(|| whole.waterfall(key, modes, in_loop.as_deref().unwrap_or(classified), workers))
             .transpose()?;
         let is_stable = margins.as_ref().is_some_and(|margins| margins.unstable_poles == 0);
         let closed = if is_stable { ClosedLoop::sampled(whole, controller)? } else { None };
         let bandwidth_hz = closed.map(|closed| closed.bandwidth_hz()).transpose()?.flatten();
-        let (sensitivities, ranked_by) = match workers.filter(|_| margins.is_some()) {
-            Some(workers) => ranked(whole, key, waterfall.as_ref(), workers)?,
-            None => (Vec::new(), None),
+        let (sensitivities, ranked_by) = if request.sensitivities && margins.is_some() {
+            ranked(whole, key, waterfall.as_ref(), workers)?
+        } else {
+            (Vec::new(), None)
         };
         let report = Self {
             pair,
@@ -144,17 +150,14 @@ impl LoopReport {
     }
 }
 
-/// Stable values in the continuous loop, or why there are none.
-fn continuous(
-    whole: &ControlLoop,
-    key: &str,
-    present: f64,
-) -> Result<(Option<StableRange>, Option<WhyNoWaterfall>), AnalysisError> {
+/// Intervals from zero on and below zero in the continuous loop, or why there are none.
+type Intervals = (Option<(GainBands, BelowZero)>, Option<WhyNoWaterfall>);
+/// Margins of the sampled loop, or why there are none.
+type MarginsOrWhy = (Option<MarginReport>, Option<WhyNoWaterfall>);
+
+fn continuous(whole: &ControlLoop, key: &str) -> Result<Intervals, AnalysisError> {
     match whole.continuous_bands(key) {
-        Ok(bands) => {
-            let below = whole.continuous_bands_below_zero(key)?;
-            Ok((Some(StableRange::about(present, bands, below)), None))
-        }
+        Ok(bands) => Ok((Some((bands, whole.continuous_bands_below_zero(key)?)), None)),
         Err(AnalysisError::Improper { name }) => {
             Ok((None, Some(WhyNoWaterfall::NoContinuousForm { controller: name })))
         }
@@ -162,11 +165,7 @@ fn continuous(
     }
 }
 
-/// Margins of the sampled loop, or why there are none.
-fn margins(
-    whole: &ControlLoop,
-    controller: usize,
-) -> Result<(Option<MarginReport>, Option<WhyNoWaterfall>), AnalysisError> {
+fn margins(whole: &ControlLoop, controller: usize) -> Result<MarginsOrWhy, AnalysisError> {
     match whole.open_loop(controller) {
         Ok(open) => Ok((Some(MarginReport::new(&open.transfer()?)?), None)),
         Err(AnalysisError::SlowerThanLoop { name, period_s, common_s }) => {

@@ -1,6 +1,7 @@
 //! The linear view of a machine against closed forms and against the simulation.
 
 mod account;
+mod chains;
 mod closed_loop;
 mod common;
 mod frf;

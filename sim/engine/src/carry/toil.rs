@@ -5,7 +5,7 @@
 const MOST_STEPS: u64 = 3_000_000;
 const SPAN_S: f64 = 0.01;
 /// Cost of a step of a nonlinear mode, in polynomials of a linear one.
-pub(crate) const NONLINEAR: u64 = 10;
+pub(crate) const NONLINEAR: u64 = 20;
 
 /// Counts steps over simulated time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

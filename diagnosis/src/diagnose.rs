@@ -33,6 +33,8 @@ const NESTED_SHARE: f64 = 0.15;
 /// If the best has implausible values, one with plausible values replaces it. It must bring this share of the
 /// best one's evidence.
 const FAIR_SHARE: f64 = 0.6;
+/// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
+const LEAST_REST: f64 = 0.1;
 /// Largest number of causes in an answer.
 const MOST_CAUSES: usize = 3;
 /// Causes within this much evidence of the best look alike to these records, nats.
@@ -161,7 +163,12 @@ pub fn diagnose_within(
         prefer_simple(&mut further, parsimony, |scored| judge.all(scored));
         judge.prefer_meant(&mut further);
         let Some(best) = further.first() else { break };
-        let pruned = judge.prune(best.clone(), asked(best).keep);
+        let beside = Asked::beside(&accepted).keep;
+        let last = best.causes.last().copied();
+        let pruned = judge.prune(best.clone(), |cause| {
+            let is_last = last.is_some_and(|last| last.is(cause));
+            if is_last { asked(best).keep } else { beside }
+        });
         // If a cause adds nothing beside a partner, the partner keeps its own rivals. A combination that
         // contains the partner is no rival.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
@@ -183,7 +190,7 @@ pub fn diagnose_within(
         && judge.outweighs(best, &accepted)
     {
         let keep = Asked::beside(&found.calibrated).keep;
-        let pruned = judge.prune(best.clone(), keep);
+        let pruned = judge.prune(best.clone(), |_| keep);
         rivals = pairs.iter().filter(|pair| pair.causes.len() == pruned.causes.len()).cloned().collect();
         rivals.push(accepted);
         accepted = pruned;
@@ -235,12 +242,16 @@ impl Asked {
     /// Of a set of causes, the last of which is new beside those accepted before. If the last adds to a
     /// believed value that ends at the limit of its tolerance, it must bring no more than a first.
     fn of(scored: &Scored, accepted: &Scored) -> Self {
-        let is_at_limit = |cause: &Candidate| {
-            let key = dossier(cause.definition.kind).adds_to?;
-            Some(accepted.fitted.model.excess(cause.site, key, &accepted.fitted.theta)?.1)
-        };
-        let frees = scored.causes.last().and_then(is_at_limit).unwrap_or(false);
+        let frees = scored.causes.last().is_some_and(|cause| Self::frees(accepted, cause));
         if frees { Self::FIRST } else { Self::beside(accepted) }
+    }
+
+    /// Whether a cause adds to a believed value that ends at the limit of its tolerance.
+    fn frees(accepted: &Scored, cause: &Candidate) -> bool {
+        let Fitted { model, theta, .. } = &accepted.fitted;
+        let excess =
+            dossier(cause.definition.kind).adds_to.and_then(|key| model.excess(cause.site, key, theta));
+        excess.is_some_and(|(_, is_at_limit)| is_at_limit)
     }
 
     /// The evidence required beside the accepted causes.
@@ -351,7 +362,13 @@ impl Judge<'_> {
     /// Whether more than noise remains, and enough of it for a further cause.
     fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
-        let (asked, [check, all]) = (Asked::beside(accepted), room(task, accepted));
+        let is_freed = |cause: &Candidate| Asked::frees(accepted, cause);
+        let asked = if candidates(&self.dataset.machine).iter().any(is_freed) {
+            Asked::FIRST
+        } else {
+            Asked::beside(accepted)
+        };
+        let [check, all] = room(task, accepted);
         let noise = || noise(task, &accepted.fitted.model, &accepted.fitted.theta);
         check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
@@ -378,8 +395,11 @@ impl Judge<'_> {
             let mut values = model.parameters(i, theta);
             // What the calibrated value took over belongs to the effect.
             let taken = known.adds_to.and_then(|key| model.excess(cause.site, key, theta));
-            values[0] += taken.map_or(0.0, |(excess, _)| excess.max(0.0));
-            !model.is_believed(i, theta) && !(known.is_trivial)(&values, &element, self.search.seen)
+            let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
+            values[0] += taken.map_or(0.0, |(excess, _)| excess);
+            !is_rest
+                && !model.is_believed(i, theta)
+                && !(known.is_trivial)(&values, &element, self.search.seen)
         })
     }
 
@@ -419,11 +439,11 @@ impl Judge<'_> {
     }
 
     /// Removes effects whose removal costs nothing.
-    fn prune(&self, mut scored: Scored, keep: f64) -> Scored {
+    fn prune(&self, mut scored: Scored, keep: impl Fn(&Candidate) -> f64) -> Scored {
         let mut i = 0;
         while i < scored.causes.len() && scored.causes.len() > 1 {
             let without = self.without(&scored, i);
-            if self.check(&without, &scored) < keep {
+            if self.check(&without, &scored) < keep(&scored.causes[i]) {
                 scored = without;
                 i = 0;
             } else {

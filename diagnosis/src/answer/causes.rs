@@ -1,6 +1,6 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::{Kind, Scale};
 use indexmap::IndexMap;
 
 use crate::answer::intervals;
@@ -45,6 +45,17 @@ impl Field {
         let holds = |(set, _): &(&Scored, &f64)| set.causes.iter().any(|own| own.is(cause));
         let held: f64 = self.sets.iter().zip(&self.odds).filter(holds).map(|(_, p)| p).sum();
         if self.sets.is_empty() { 1.0 } else { held }
+    }
+
+    /// Odds of the sets that hold a cause at a place, and none of the accepted causes there.
+    pub(super) fn instead(&self, accepted: &Scored, place: &str) -> f64 {
+        let is_there = |cause: &&Candidate| cause.place.name() == place;
+        let own: Vec<&Candidate> = accepted.causes.iter().filter(is_there).collect();
+        let holds = |rival: &Scored| {
+            rival.causes.iter().any(|cause| is_there(&cause))
+                && !rival.causes.iter().any(|cause| own.iter().any(|own| own.is(cause)))
+        };
+        self.rivals(accepted).filter(|(rival, ..)| holds(rival)).map(|(_, p, _)| p).sum()
     }
 
     /// The sets that differ from the accepted one, with their odds and evidence.
@@ -101,8 +112,10 @@ impl Judge<'_> {
             Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(*b)).collect(),
             None => fitted.clone(),
         };
-        let near: Vec<&Scored> =
-            tried.iter().filter(|set| self.all(set) > self.all(accepted) - LOOK_ALIKE).collect();
+        let is_near = |set: &&Scored| {
+            self.is_finding(set) && self.weighed(accepted, set) > self.all(accepted) - LOOK_ALIKE
+        };
+        let near: Vec<&Scored> = tried.iter().filter(is_near).collect();
         let mut causes: Vec<Cause> = (accepted.causes.iter().enumerate())
             .map(|(i, cause)| {
                 // Only the last cause was weighed against every other one.
@@ -168,7 +181,9 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
     for set in near {
         let Some(i) = set.causes.iter().position(|own| own.is(cause)) else { continue };
         let values = set.fitted.model.parameters(i, &set.fitted.theta);
-        for (estimate, value) in found.parameters.values_mut().zip(values) {
+        let rows = found.parameters.values_mut().zip(values).zip(cause.definition.parameters);
+        // Angles and signed values may be the same at another number.
+        for ((estimate, value), _) in rows.filter(|(_, parameter)| parameter.scale == Scale::Log) {
             let [low, high] = &mut estimate.ci90;
             let half = (0.5 * (*high - *low)).max((value - estimate.value).abs());
             // A value that was not fitted has no interval.

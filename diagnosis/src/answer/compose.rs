@@ -5,7 +5,7 @@ use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
 use crate::adequacy::{Criteria, Sizes, as_good, assess, further};
-use crate::answer::causes::{look_alikes, same};
+use crate::answer::causes::{Field, look_alikes, same};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
@@ -25,7 +25,7 @@ use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Verdict, Wh
 const SURE: f64 = 0.9;
 /// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one.
 const INADEQUATE: f64 = 0.5;
-/// The same if something else may do as well that was not fitted beside these causes.
+/// The same if something else may do as well, or a believed value ends at the limit of its tolerance.
 const RIVALLED: f64 = 0.8;
 /// Errors above this many noise floors are errors of the model.
 const ROUGH: f64 = 2.0;
@@ -57,7 +57,7 @@ impl Judge<'_> {
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
-        let closed = (figures.refit > ROUGH * figures.floor).then_some(figures.closed);
+        let closed = (figures.after > ROUGH * figures.floor).then_some(figures.closed);
         let sizes = Sizes { floor: figures.floor, closed, missing_force_n: beyond_noise_n };
         let criteria = Criteria::default();
         let tried = [attempts.fitted.as_slice(), &attempts.screened];
@@ -80,7 +80,8 @@ impl Judge<'_> {
             (true, true) => RIVALLED,
             (true, false) => 1.0,
         };
-        let is_rough = self.weight > 0.0 || figures.after > ROUGH * figures.floor;
+        let is_rough = (self.weight > 0.0 || figures.after > ROUGH * figures.floor)
+            && !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_rough), &attempts.fitted);
         let look_alikes = look_alikes(accepted, &field, &balanced);
         let removed: Vec<Scored> = match accepted.causes.len() {
@@ -99,7 +100,8 @@ impl Judge<'_> {
             [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)],
             &noise,
         );
-        let places = self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), &cells);
+        let places =
+            self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
         let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
@@ -320,6 +322,7 @@ impl Judge<'_> {
         removed: &[Scored],
         effects: &[Cause],
         (verdict, smooth): (Verdict, Option<Place>),
+        (field, known): (&Field, f64),
         cells: &[Cell],
     ) -> Vec<Where> {
         let mut pointer = unknown::point(
@@ -339,9 +342,10 @@ impl Judge<'_> {
         let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
         for effect in effects {
             let chance = chances.entry(effect.place).or_insert(0.0);
-            *chance =
-                if effect.accepted { chance.max(effect.probability) } else { *chance + effect.probability }
-                    .min(1.0);
+            *chance = chance.max(if effect.accepted { effect.probability } else { 0.0 });
+        }
+        for (place, chance) in &mut chances {
+            *chance = (*chance + known * field.instead(accepted, place)).min(1.0);
         }
         if verdict == Verdict::UnknownCause {
             let rest = if accepted.causes.is_empty() || smooth.is_some() { 0.7 } else { 0.4 };

@@ -85,10 +85,15 @@ fn elongation(dataset: &Dataset, spring: usize) -> Option<f64> {
         })
     });
     let (a, b) = (a?, b?);
-    let fitted = dataset.records.iter().filter(|record| !record.is_check);
-    let mut elongations: Vec<f64> = fitted
-        .flat_map(|record| record.series[b].iter().zip(&record.series[a]).map(|(b, a)| b - a))
-        .collect();
+    // Encoders may be zeroed before every record.
+    let counts = |record: &&Record| !record.is_check && !record.silent[a] && !record.silent[b];
+    dataset.records.iter().filter(counts).filter_map(|record| range(record, [a, b])).reduce(f64::max)
+}
+
+/// Range of the difference of two columns of a record.
+fn range(record: &Record, [a, b]: [usize; 2]) -> Option<f64> {
+    let mut elongations: Vec<f64> =
+        record.series[b].iter().zip(&record.series[a]).map(|(b, a)| b - a).collect();
     elongations.sort_by(f64::total_cmp);
     let last = elongations.len().checked_sub(1)?;
     let outside = (OUTSIDE * last as f64) as usize;

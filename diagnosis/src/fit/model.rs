@@ -8,7 +8,7 @@ use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
-use crate::fit::unknown::{Target, Unknown};
+use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::inverse::Part;
 use crate::kinds::{dossier, overlaps};
 use crate::predict::Presliding;
@@ -19,8 +19,6 @@ const DIFFERENCE: f64 = 1e-3;
 /// Step of finite differences for a gap, m. It equals the step for the offset of a surface, which has the
 /// same effect. The slopes then agree, and only the priors separate the two.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
-/// Number of standard deviations that a tolerance stands for.
-const SIGMAS: f64 = 2.0;
 
 /// Calibration may reduce damping by this factor.
 const LESS_DAMPING: f64 = 8.0;
@@ -335,15 +333,28 @@ impl Model {
         self.unknowns.iter().find(is_of).is_some_and(|unknown| unknown.is_at_end(unknown.theta(value)))
     }
 
-    /// Believed values at an end of their tolerance: key, and percent of the believed value.
-    pub(crate) fn at_ends(&self, theta: &[f64]) -> Vec<(String, f64)> {
-        let rows = self.unknowns.iter().zip(theta).enumerate();
-        rows.filter(|(i, (unknown, theta))| unknown.is_at_end(**theta) && !self.is_idle(*i))
-            .filter_map(|(_, (unknown, theta))| {
-                let believed = unknown.value(unknown.prior?.0);
-                Some((self.key_of(unknown.target)?, 100.0 * (unknown.value(*theta) / believed - 1.0)))
+    /// Believed values at the limits of their tolerances: key, believed and fitted value. Without those that
+    /// a trial effect of the same dimension on the same element carries on.
+    pub(crate) fn at_limits(&self, theta: &[f64]) -> Vec<(String, [f64; 2])> {
+        let is_carried_on = |target: Target| {
+            let Target::Value(site, index) = target else { return false };
+            let dimension = (self.believed.element(site)).and_then(|(_, element)| {
+                Some(element.believed().into_iter().find(|believed| believed.index == index)?.dimension())
+            });
+            self.tried.iter().any(|tried| {
+                let first = tried.effect.definition.parameters.first();
+                tried.site == site && first.map(|parameter| parameter.dimension) == dimension
             })
-            .collect()
+        };
+        let rows = self.unknowns.iter().zip(theta).enumerate();
+        rows.filter(|(i, (unknown, theta))| {
+            unknown.is_at_limit(**theta) && !self.is_idle(*i) && !is_carried_on(unknown.target)
+        })
+        .filter_map(|(_, (unknown, theta))| {
+            let believed = unknown.value(unknown.prior?.0);
+            Some((self.key_of(unknown.target)?, [believed, unknown.value(*theta)]))
+        })
+        .collect()
     }
 
     /// How far the fitted value of this key of an element exceeds the believed one, and whether it ends at
@@ -353,7 +364,7 @@ impl Model {
         let of = |unknown: &Unknown| self.key_of(unknown.target).as_deref() == Some(key.as_str());
         let (unknown, theta) = self.unknowns.iter().zip(theta).find(|(unknown, _)| of(unknown))?;
         let excess = unknown.value(*theta) - unknown.value(unknown.prior?.0);
-        Some((excess, excess > 0.0 && unknown.is_at_end(*theta)))
+        Some((excess, excess > 0.0 && unknown.is_at_limit(*theta)))
     }
 
     /// The parameters of effect `effect` at `theta`.

@@ -2,6 +2,8 @@
 
 use feeler_plant::description::Site;
 
+/// Number of standard deviations that a tolerance stands for.
+pub(super) const SIGMAS: f64 = 2.0;
 /// A value is at its end within this share of the width of its tolerance.
 const AT_END: f64 = 5e-3;
 
@@ -49,6 +51,15 @@ impl Unknown {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
     }
 
+    /// Whether it lies at the limit of its tolerance, and not at another bound: of a kind of value, or of
+    /// damping, which may be much smaller.
+    pub(super) fn is_at_limit(&self, theta: f64) -> bool {
+        let (low, high) = self.bounds;
+        let Some((centre, sigma)) = self.prior else { return false };
+        let is_limit = |end: f64| ((end - centre).abs() - SIGMAS * sigma).abs() < AT_END * SIGMAS * sigma;
+        [low, high].iter().any(|end| is_limit(*end) && (theta - end).abs() < AT_END * (high - low))
+    }
+
     /// Whether it lies at an end of what it may be.
     pub(super) fn is_at_end(&self, theta: f64) -> bool {
         let (low, high) = self.bounds;
@@ -65,5 +76,29 @@ impl Unknown {
             Target::Effect(e, parameter) if e == effect => Some(parameter),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_only_ends_of_the_tolerance_are_its_limits() {
+        let of = |bounds| Unknown {
+            target: Target::PreslidingDamping,
+            log: true,
+            unit: 1.0,
+            prior: Some((1.0, 0.35)),
+            bounds,
+            difference: 1e-3,
+        };
+        let both = of((0.3, 1.7));
+        assert!(both.is_at_limit(0.3) && both.is_at_limit(1.7) && !both.is_at_limit(1.0));
+        // Damping may be much smaller; a kind of value may begin at the believed one.
+        let lower = of((-1.1, 1.7));
+        assert!(!lower.is_at_limit(-1.1) && lower.is_at_limit(1.7));
+        let clipped = of((1.0, 1.7));
+        assert!(!clipped.is_at_limit(1.0) && clipped.is_at_limit(1.7));
     }
 }

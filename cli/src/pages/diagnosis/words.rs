@@ -72,7 +72,12 @@ fn cause(diagnosis: &Diagnosis) -> String {
 /// Whether believed values at the limits of their tolerances are the only doubt.
 fn is_limited(diagnosis: &Diagnosis) -> bool {
     let shortfalls = &diagnosis.adequacy.shortfalls;
-    !shortfalls.is_empty() && shortfalls.iter().all(|shortfall| shortfall.condition == Condition::Tolerance)
+    let has_rival =
+        !diagnosis.look_alikes.is_empty() || diagnosis.effects.iter().any(|effect| !effect.accepted);
+    let is_of_tolerance = |condition: Condition| condition == Condition::Tolerance;
+    !has_rival
+        && !shortfalls.is_empty()
+        && shortfalls.iter().all(|shortfall| is_of_tolerance(shortfall.condition))
 }
 
 /// Whether the time sufficed for every cause.

@@ -135,8 +135,8 @@ impl Adequacy {
 pub(crate) struct Sizes {
     /// What noise alone leaves of short predictions, over each channel's variation.
     pub(crate) floor: f64,
-    /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than the
-    /// floor.
+    /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than
+    /// the floor.
     pub(crate) closed: Option<f64>,
     /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
     /// makes, N.

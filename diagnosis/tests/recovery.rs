@@ -3,6 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::dataset::{Channel, Dataset, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::report::{AttemptOutcome, Verdict};
@@ -102,7 +103,12 @@ fn records_of(effect: &str) -> Dataset {
 }
 
 fn records_on(text: &str, effect: &str) -> Dataset {
-    let believed = machine(text);
+    records_between(text, &format!("{text}\n{effect}"))
+}
+
+/// The same of two whole machines.
+fn records_between(believed: &str, real: &str) -> Dataset {
+    let believed = machine(believed);
     let noises = &[ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2]
         [..believed.sensors.len()];
     let channels: Vec<Channel> = believed
@@ -147,7 +153,7 @@ fn records_on(text: &str, effect: &str) -> Dataset {
         records: records.collect(),
         warnings: Vec::new(),
     };
-    let real = machine(&format!("{text}\n{effect}"));
+    let real = machine(real);
     let mut noise = Noise(7);
     for r in 0..dataset.records.len() {
         let assembly = assemble(&real).expect("it assembles");
@@ -198,6 +204,41 @@ fn truth_coulomb_friction_is_recovered() {
         // What an unknown more costs, and the check experiments, which are not fitted.
         assert!(outer > inner - 10.0, "{outer} {inner}");
     }
+}
+
+#[test]
+fn truth_friction_stands_beside_damping_that_is_hardly_there() {
+    let real =
+        BELIEVED.replace("damping = 60.0", "damping = 3.0\neffects.coulomb-friction = { level = 7.0 }");
+    let answer = diagnose(&records_between(BELIEVED, &real), &|_| {}).unwrap();
+    let (kind, level) = first(&answer);
+    assert_eq!(kind, Kind::CoulombFriction, "{:?}", answer.attempts);
+    assert!((level / 7.0 - 1.0).abs() < RECOVERY, "{level}");
+    // No cause takes damping away: at the lowest value that calibration gives, nothing can be missing.
+    assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
+}
+
+#[test]
+fn truth_damping_beyond_its_tolerance_is_a_finding_and_no_doubt() {
+    let real = BELIEVED.replace("damping = 60.0", "damping = 300.0");
+    let answer = diagnose(&records_between(BELIEVED, &real), &|_| {}).unwrap();
+    assert_eq!(first(&answer).0, Kind::ViscousFriction, "{:?}", answer.attempts);
+    assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
+}
+
+/// Friction is found in any case. Damping of 2.5 times the believed one, half of which calibration may take,
+/// must be found beside it, or the answer must say that it may be there.
+#[test]
+fn truth_damping_beyond_its_tolerance_beside_friction_is_found_or_declared() {
+    let real =
+        BELIEVED.replace("damping = 60.0", "damping = 150.0\neffects.coulomb-friction = { level = 7.0 }");
+    let answer = diagnose(&records_between(BELIEVED, &real), &|_| {}).unwrap();
+    let accepted: Vec<Kind> =
+        answer.effects.iter().filter(|effect| effect.accepted).map(|effect| effect.kind).collect();
+    assert!(accepted.contains(&Kind::CoulombFriction), "{accepted:?}");
+    let is_declared =
+        answer.adequacy.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tolerance);
+    assert!(accepted.contains(&Kind::ViscousFriction) || is_declared, "{:?}", answer.adequacy);
 }
 
 #[test]

@@ -294,7 +294,7 @@ fn truth_a_delay_of_hundreds_of_samples_is_analysed_or_refused_with_the_arithmet
         "--set",
         "controllers.force.damping=10",
     ]);
-    assert!(said.contains("500 samples are under way") && said.contains("lengthen the period"), "{said}");
+    assert!(said.contains("hold 500 samples") && said.contains("lengthen the period"), "{said}");
 }
 
 #[test]

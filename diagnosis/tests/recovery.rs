@@ -211,9 +211,11 @@ fn truth_friction_stands_beside_damping_that_is_hardly_there() {
     let real =
         BELIEVED.replace("damping = 60.0", "damping = 3.0\neffects.coulomb-friction = { level = 7.0 }");
     let answer = diagnose(&records_between(BELIEVED, &real), &|_| {}).unwrap();
-    let (kind, level) = first(&answer);
-    assert_eq!(kind, Kind::CoulombFriction, "{:?}", answer.attempts);
-    assert!((level / 7.0 - 1.0).abs() < RECOVERY, "{level}");
+    assert_eq!(first(&answer).0, Kind::CoulombFriction, "{:?}", answer.attempts);
+    // Calibration stops at an eighth of the believed damping, 7.5 N s/m. The level makes up for the rest, by
+    // less than its interval.
+    let [low, high] = answer.effects[0].parameters[0].ci90;
+    assert!((low..high).contains(&7.0), "{low} to {high}");
     // No cause takes damping away: at the lowest value that calibration gives, nothing can be missing.
     assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
 }

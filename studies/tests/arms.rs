@@ -180,7 +180,7 @@ fn truth_mistakes_of_arm_files_are_told_together() {
         (
             "\"six-joint.urdf\"",
             "\"mesh.urdf\"",
-            &["link `base` names the mesh `package://arm/meshes/hand.stl`, which is not there"],
+            &["link `base` names the mesh `package://arm/meshes/hand.stl`, which does not exist"],
         ),
         ("\"six-joint.urdf\"", "\"six-joint.urdf\"\ntool = \"hand\"", &["there is no link `hand`"]),
         (

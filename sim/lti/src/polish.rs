@@ -5,7 +5,6 @@ use nalgebra::DMatrix;
 use crate::domain::C64;
 use crate::eigen::eigenvalues;
 use crate::response::TransferEvaluator;
-use crate::zeros::Reduced;
 
 /// Largest number of Newton steps to polish a zero; two usually suffice.
 const MAX_POLISH: usize = 8;
@@ -20,6 +19,15 @@ const MAX_SWEEPS: usize = 100;
 const MANY_STATES: usize = 24;
 /// Closer to a pole than this, relative to the point, pole and zero of the response nearly cancel.
 const BESIDE_POLE: f64 = 1e-6;
+
+/// System matrices during reduction.
+#[derive(Clone)]
+pub(crate) struct Reduced {
+    pub(crate) a: DMatrix<f64>,
+    pub(crate) b: DMatrix<f64>,
+    pub(crate) c: DMatrix<f64>,
+    pub(crate) d: DMatrix<f64>,
+}
 
 /// A square system whose zeros are sought.
 pub(crate) struct Polish<'a> {

@@ -13,21 +13,12 @@ use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
 use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
 use crate::error::LtiError;
-use crate::polish::Polish;
+use crate::polish::{Polish, Reduced};
 use crate::state_space::StateSpace;
 
 /// With several inputs or outputs, values below this multiple of (order x eps x norm) count as zero in the
 /// reduction.
 const RANK_ROUNDINGS: f64 = 16.0;
-
-/// System matrices during reduction.
-#[derive(Clone)]
-pub(crate) struct Reduced {
-    pub(crate) a: DMatrix<f64>,
-    pub(crate) b: DMatrix<f64>,
-    pub(crate) c: DMatrix<f64>,
-    pub(crate) d: DMatrix<f64>,
-}
 
 impl<T: TimeDomain> StateSpace<T> {
     /// Finite transmission (invariant) zeros, by rising modulus. They include decoupling zeros (poles that

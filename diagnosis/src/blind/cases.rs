@@ -22,6 +22,15 @@ pub struct HiddenEffect {
     pub outside_library: bool,
 }
 
+impl HiddenEffect {
+    /// With its values by name, which only an effect of the library has.
+    pub(super) fn new(kind: &str, place: &str, drawn: Vec<(&str, f64)>, outside_library: bool) -> Self {
+        let named = drawn.into_iter().filter(|_| !outside_library);
+        let parameters = named.map(|(name, value)| (name.to_owned(), value)).collect();
+        Self { kind: kind.into(), place: place.into(), parameters, outside_library }
+    }
+}
+
 /// A case with its truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
@@ -289,9 +298,7 @@ pub(super) fn case(index: usize, random: &mut Random) -> (Bench, Case) {
     let mut effects = Vec::new();
     let mut hide = |recipe: &Recipe, outside_library: bool, random: &mut Random| {
         let (kind, place, apply) = *recipe;
-        let parameters =
-            apply(&mut bench, random).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        effects.push(HiddenEffect { kind: kind.into(), place: place.into(), parameters, outside_library });
+        effects.push(HiddenEffect::new(kind, place, apply(&mut bench, random), outside_library));
     };
     let round = index / TURN;
     match index % TURN {

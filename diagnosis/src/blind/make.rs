@@ -274,35 +274,55 @@ pub fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
     let (bench, case) = case(index, &mut random);
     let (shown, held) = experiments(&mut random);
-    for (group, experiments, machine) in [
-        (CASES, shown, "machine.toml".to_owned()),
-        (HELD_BACK, held, format!("../../{CASES}/{}/machine.toml", case.case)),
-    ] {
-        let folder = folder.join(group).join(&case.case);
-        fs::create_dir_all(&folder)?;
-        let mut dataset = format!("name = \"{}\"\nmachine = \"{machine}\"\n\n{COLUMNS}", case.case);
-        for experiment in &experiments {
-            fs::write(
-                folder.join(format!("{}.csv", experiment.name)),
-                measure(&bench, experiment, &mut random),
-            )?;
+    let groups = [shown, held].map(|group| {
+        let sheet = |experiment: Experiment| {
             let engagement = match experiment.hold {
                 Hold::Free => "free",
                 Hold::Clamped => "clamped",
                 Hold::Wall => "unilateral",
             };
             let repeat = if experiment.repeat { "repeat = \"press\"\n" } else { "" };
-            let (name, role) = (&experiment.name, experiment.role);
-            let _ = write!(
-                dataset,
-                "\n[[experiments]]\nfile = \"{name}.csv\"\nengagement = \"{engagement}\"\nrole \
-                 = \"{role}\"\n{repeat}"
-            );
+            Sheet {
+                rows: measure(&bench, &experiment, &mut random),
+                keys: format!("engagement = \"{engagement}\"\nrole = \"{}\"\n{repeat}", experiment.role),
+                name: experiment.name,
+            }
+        };
+        group.into_iter().map(sheet).collect()
+    });
+    write_datasets(folder, &case.case, COLUMNS, MACHINE, &groups)?;
+    Ok(case)
+}
+
+/// An experiment as files hold it.
+pub(super) struct Sheet {
+    /// Its name, that of the file.
+    pub(super) name: String,
+    /// Lines of its table in `dataset.toml` after that of the file.
+    pub(super) keys: String,
+    /// Its rows as CSV.
+    pub(super) rows: String,
+}
+
+/// Writes the datasets of a case, shown and held back, and the machine file beside the first. `columns` are
+/// the tables of columns.
+pub(super) fn write_datasets(
+    folder: &Path,
+    case: &str,
+    columns: &str,
+    machine: &str,
+    groups: &[Vec<Sheet>; 2],
+) -> io::Result<()> {
+    let files = ["machine.toml".to_owned(), format!("../../{CASES}/{case}/machine.toml")];
+    for ((group, sheets), file) in [CASES, HELD_BACK].iter().zip(groups).zip(files) {
+        let folder = folder.join(group).join(case);
+        fs::create_dir_all(&folder)?;
+        let mut dataset = format!("name = \"{case}\"\nmachine = \"{file}\"\n\n{columns}");
+        for Sheet { name, keys, rows } in sheets {
+            fs::write(folder.join(format!("{name}.csv")), rows)?;
+            let _ = write!(dataset, "\n[[experiments]]\nfile = \"{name}.csv\"\n{keys}");
         }
         fs::write(folder.join("dataset.toml"), dataset)?;
-        if group == CASES {
-            fs::write(folder.join("machine.toml"), MACHINE)?;
-        }
     }
-    Ok(case)
+    fs::write(folder.join(CASES).join(case).join("machine.toml"), machine)
 }

@@ -186,15 +186,11 @@ impl Model {
     /// The start with some parts of the believed machine scaled by these factors.
     pub(crate) fn start_at(&self, factors: &[(Part, f64)]) -> Vec<f64> {
         let part_of = |target: Target| match target {
-            Target::Value(site, index) => {
-                let believed = self.believed.element(site)?.1.believed();
-                let dimension = believed.into_iter().find(|believed| believed.index == index)?.dimension();
-                match dimension {
-                    Dimension::MASS => Some(Part::Mass),
-                    Dimension::DAMPING => Some(Part::Damping),
-                    _ => None,
-                }
-            }
+            Target::Value(site, index) => match self.believed_at(site, index)?.dimension() {
+                Dimension::MASS => Some(Part::Mass),
+                Dimension::DAMPING => Some(Part::Damping),
+                _ => None,
+            },
             Target::Belief(site, e, p) => {
                 let definition = self.believed.element(site)?.1.effects().get(e)?.definition;
                 (definition.parameters.get(p)?.dimension == Dimension::FORCE)
@@ -310,13 +306,17 @@ impl Model {
         found
     }
 
+    /// A believed number of an element, by its index among the element's keys.
+    fn believed_at(&self, site: Site, index: usize) -> Option<Believed> {
+        self.believed.element(site)?.1.believed().into_iter().find(|believed| believed.index == index)
+    }
+
     /// The dotted key of a believed value; `None` for other unknowns.
     fn key_of(&self, target: Target) -> Option<String> {
         match target {
             Target::Value(site, index) => {
-                let believed = self.believed.element(site)?.1.believed();
-                let found = believed.into_iter().find(|believed| believed.index == index)?;
-                Some(format!("{}.{}", site.key(&self.believed), found.key.name))
+                let name = self.believed_at(site, index)?.key.name;
+                Some(format!("{}.{name}", site.key(&self.believed)))
             }
             Target::Belief(site, e, p) => {
                 let definition = self.believed.element(site)?.1.effects().get(e)?.definition;
@@ -338,9 +338,7 @@ impl Model {
     pub(crate) fn at_limits(&self, theta: &[f64]) -> Vec<(String, [f64; 2])> {
         let is_carried_on = |target: Target| {
             let Target::Value(site, index) = target else { return false };
-            let dimension = (self.believed.element(site)).and_then(|(_, element)| {
-                Some(element.believed().into_iter().find(|believed| believed.index == index)?.dimension())
-            });
+            let dimension = self.believed_at(site, index).map(|believed| believed.dimension());
             self.tried.iter().any(|tried| {
                 let first = tried.effect.definition.parameters.first();
                 tried.site == site && first.map(|parameter| parameter.dimension) == dimension

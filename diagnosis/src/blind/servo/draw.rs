@@ -46,10 +46,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
         .iter()
         .map(|recipe| {
             let drawn = (recipe.apply)(&mut built, random);
-            let outside_library = !is_known(recipe.kind);
-            let named = drawn.into_iter().filter(|_| !outside_library);
-            let parameters = named.map(|(name, value)| (name.to_owned(), value)).collect();
-            HiddenEffect { kind: recipe.kind.into(), place: recipe.place.into(), parameters, outside_library }
+            HiddenEffect::new(recipe.kind, recipe.place, drawn, !is_known(recipe.kind))
         })
         .collect();
     let case = Case {

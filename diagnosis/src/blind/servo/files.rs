@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::super::make::{CASES, HELD_BACK};
+use super::super::make::{Sheet, write_datasets};
 use super::super::noise::Random;
 use super::draw::Drawn;
 use super::record::{Asked, measure};
@@ -18,7 +17,6 @@ const MOST_ROWS: f64 = 2500.0;
 
 /// Writes the datasets of a case, shown and held back, and the machine file beside the first.
 pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Result<()> {
-    let name = &drawn.case.case;
     let shown = [
         ("waves-1", "fit", Asked::waves(drawn, 1.0, random)),
         ("waves-2", "fit", Asked::waves(drawn, 0.4, random)),
@@ -33,27 +31,21 @@ pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Re
         ("steps", "check", Asked::steps(drawn, 0.7, random)),
     ];
     let seconds = (LENGTH / (TAU * drawn.conditions.loop_hz)).min(MOST_ROWS / drawn.conditions.rate_hz);
-    for (group, experiments, machine) in [
-        (CASES, &shown[..], "machine.toml".to_owned()),
-        (HELD_BACK, &held[..], format!("../../{CASES}/{name}/machine.toml")),
-    ] {
-        let folder = folder.join(group).join(name);
-        fs::create_dir_all(&folder)?;
-        let mut dataset = format!(
-            "name = \"{name}\"\nmachine = \"{machine}\"\n\n[columns.target_rad]\nsignal = \"servo.target\"\n\
-             hold = {:e}\n[columns.position_rad]\nsignal = \"encoder.reading\"\n",
-            1.0 / drawn.conditions.rate_hz
-        );
-        for (file, role, asked) in experiments {
-            fs::write(folder.join(format!("{file}.csv")), measure(drawn, asked, seconds, random))?;
-            let _ = write!(dataset, "\n[[experiments]]\nfile = \"{file}.csv\"\nrole = \"{role}\"\n");
-        }
-        fs::write(folder.join("dataset.toml"), dataset)?;
-        if group == CASES {
-            fs::write(folder.join("machine.toml"), machine_file(drawn))?;
-        }
-    }
-    Ok(())
+    let mut sheets = |experiments: &[(&str, &str, Asked)]| {
+        let sheet = |(name, role, asked): &(&str, &str, Asked)| Sheet {
+            name: (*name).to_owned(),
+            keys: format!("role = \"{role}\"\n"),
+            rows: measure(drawn, asked, seconds, random),
+        };
+        experiments.iter().map(sheet).collect()
+    };
+    let columns = format!(
+        "[columns.target_rad]\nsignal = \"servo.target\"\nhold = {:e}\n\
+         [columns.position_rad]\nsignal = \"encoder.reading\"\n",
+        1.0 / drawn.conditions.rate_hz
+    );
+    let groups = [sheets(&shown), sheets(&held)];
+    write_datasets(folder, &drawn.case.case, &columns, &machine_file(drawn), &groups)
 }
 
 /// The machine as believed.

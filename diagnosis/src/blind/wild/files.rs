@@ -1,11 +1,10 @@
 //! A wild case as files: the machine as believed and the datasets.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::io;
 use std::path::Path;
 
-use super::super::make::{CASES, HELD_BACK};
+use super::super::make::{Sheet, write_datasets};
 use super::super::noise::Random;
 use super::conditions::PERIODS;
 use super::draw::Drawn;
@@ -49,29 +48,15 @@ fn experiments(drawn: &Drawn, random: &mut Random) -> [Vec<Experiment>; 2] {
 
 /// Writes the datasets of a case, shown and held back, and the machine file beside the first.
 pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Result<()> {
-    let name = &drawn.case.case;
-    let [shown, held] = experiments(drawn, random);
-    for (group, experiments, machine) in [
-        (CASES, shown, "machine.toml".to_owned()),
-        (HELD_BACK, held, format!("../../{CASES}/{name}/machine.toml")),
-    ] {
-        let folder = folder.join(group).join(name);
-        fs::create_dir_all(&folder)?;
-        let mut dataset = format!("name = \"{name}\"\nmachine = \"{machine}\"\n\n{}", signals(drawn));
-        for Experiment { name, role, motion, share } in &experiments {
-            let text = measure(drawn, motion, share * PERIODS, random);
-            fs::write(folder.join(format!("{name}.csv")), text)?;
-            let _ = write!(dataset, "\n[[experiments]]\nfile = \"{name}.csv\"\n");
-            if !role.is_empty() {
-                let _ = writeln!(dataset, "role = \"{role}\"");
-            }
-        }
-        fs::write(folder.join("dataset.toml"), dataset)?;
-        if group == CASES {
-            fs::write(folder.join("machine.toml"), machine_file(drawn))?;
-        }
-    }
-    Ok(())
+    let groups = experiments(drawn, random).map(|group| {
+        let sheet = |Experiment { name, role, motion, share }: Experiment| Sheet {
+            name: name.to_owned(),
+            keys: if role.is_empty() { String::new() } else { format!("role = \"{role}\"\n") },
+            rows: measure(drawn, &motion, share * PERIODS, random),
+        };
+        group.into_iter().map(sheet).collect()
+    });
+    write_datasets(folder, &drawn.case.case, &signals(drawn), &machine_file(drawn), &groups)
 }
 
 /// What the columns are.

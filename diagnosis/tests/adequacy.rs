@@ -92,6 +92,7 @@ fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
         machine,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "command".into())],
+        holds_s: vec![Some(1.0 / RATE_HZ)],
         loops: Vec::new(),
         channels: vec![Channel {
             column: "encoder".into(),

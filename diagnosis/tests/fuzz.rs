@@ -105,6 +105,7 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
         machine,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "command".into())],
+        holds_s: vec![None],
         loops: Vec::new(),
         channels,
         records,

@@ -78,6 +78,7 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
         name: "run".into(),
         tolerance: indexmap::IndexMap::default(),
         drives: (0..commands.len()).map(|i| (i, format!("command-{i}"))).collect(),
+        holds_s: vec![Some(1.0 / ROWS_PER_S); commands.len()],
         loops: Vec::new(),
         channels: channels.collect(),
         records: vec![record],

@@ -148,6 +148,7 @@ fn records_between(believed: &str, real: &str) -> Dataset {
         machine: believed,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "command".into())],
+        holds_s: vec![Some(SPACING_S)],
         loops: Vec::new(),
         channels,
         records: records.collect(),

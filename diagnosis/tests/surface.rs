@@ -104,6 +104,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
         machine: believed,
         tolerance,
         drives,
+        holds_s: vec![Some(SPACING_S)],
         loops: Vec::new(),
         channels,
         records,

@@ -13,6 +13,10 @@ pub struct Criteria {
     pub most_floors: f64,
     /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
     pub most_left: f64,
+    /// Largest error of predictions over up to a second, as a share of every channel's variation, beyond
+    /// [`Self::most_floors`]. It holds for machines without contacts, whose impacts soon make a motion
+    /// another one.
+    pub most_left_far: f64,
     /// Least share of the error beyond the floor that the causes must remove. It counts in short predictions
     /// of the calibrated machine: a cause that removes less explains little of the gap.
     pub least_closed: f64,
@@ -77,6 +81,7 @@ impl Default for Criteria {
         Self {
             most_floors: 4.0,
             most_left: 0.05,
+            most_left_far: 0.25,
             least_closed: 0.5,
             most_missing_force: 0.2,
             most_of_missing_force: 0.5,

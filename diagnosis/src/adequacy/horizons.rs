@@ -109,6 +109,16 @@ pub(super) fn left(
     found
 }
 
+/// Says at which horizon of up to a second predictions lose the motion, the shortest of these.
+pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
+    let is_lost = |horizon: &&Horizon| {
+        let most = (criteria.most_floors * horizon.floor).max(criteria.most_left_far);
+        horizon.seconds.is_some() && horizon.after.is_some_and(|after| after > most)
+    };
+    let lost = horizons.iter().find(is_lost)?;
+    Some(format!("over {} predictions are off by {} of the signal", lost.name(), share(lost.after?)))
+}
+
 /// Says so if the causes remove too little of the error beyond the floor.
 pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     (closed < criteria.least_closed).then(|| {
@@ -189,6 +199,11 @@ mod tests {
         // Most of the force is explained, or next to none of it.
         assert_eq!(told(0.03, [50.0, 3.0]), 0);
         assert_eq!(told(0.03, [4.0, 3.0]), 1);
+        assert_eq!(
+            lost(&[horizon(0.9, 0.2), Horizon { seconds: None, ..horizon(2.0, 0.9) }], &criteria),
+            None
+        );
+        assert!(lost(&[horizon(0.9, 0.8)], &criteria).is_some_and(|told| told.contains("80.0 %")));
         assert_eq!(unclosed(0.9, &criteria), None);
         assert!(unclosed(0.16, &criteria).is_some_and(|told| told.contains("16.0 %")));
         assert_eq!(share(1e24), "more than 1000 %");

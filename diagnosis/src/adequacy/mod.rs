@@ -172,6 +172,9 @@ pub(crate) fn assess(
         Condition::Left,
         horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
     );
+    if task.dataset.machine.contacts.is_empty() {
+        short(Condition::Left, horizons::lost(&horizons, &criteria).into_iter().collect());
+    }
     if is_found && !is_balanced {
         let unclosed = sizes.closed.and_then(|closed| horizons::unclosed(closed, &criteria));
         short(Condition::Left, unclosed.into_iter().collect());

@@ -142,7 +142,7 @@ fn run(dataset: &Dataset, scored: &Scored, template: &Template, spacing_s: f64) 
     let rest = record(template, spacing_s);
     let Fitted { model, theta, .. } = &scored.fitted;
     let assembly = model.assembly(theta, rest.engagement)?;
-    let seen = Predictor::with(assembly, model.presliding(theta), dataset, &rest).ok()?.free().ok()?;
+    let seen = Predictor::with(assembly, model.leeway(theta), dataset, &rest).ok()?.free().ok()?;
     let is_finite = seen.series.iter().flatten().chain(seen.stroke.iter().flatten()).all(|x| x.is_finite());
     is_finite.then_some(seen)
 }
@@ -190,5 +190,5 @@ fn expected(
 fn truth_prediction(dataset: &Dataset, truth: &Scored) -> Option<crate::predict::Prediction> {
     let Fitted { model, theta, .. } = &truth.fitted;
     let assembly = model.assembly(theta, dataset.records[0].engagement)?;
-    Predictor::with(assembly, model.presliding(theta), dataset, &dataset.records[0]).ok()?.anchored().ok()
+    Predictor::with(assembly, model.leeway(theta), dataset, &dataset.records[0]).ok()?.anchored().ok()
 }

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_files::{DatasetFile, Role, followed_by};
 use feeler_plant::assembly::{Source, resolve};
-use feeler_plant::description::{Engagement, Machine, Quantity};
+use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity};
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
@@ -82,7 +82,7 @@ pub struct Record {
     pub times_s: Vec<f64>,
     /// Spacing of rows, s.
     pub spacing_s: f64,
-    /// Commands of every drive, one per row, held until the next; N (or m/s).
+    /// Commands of every drive, one per row; N (or m/s). See [`Dataset::is_sampled`] for what is between rows.
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
@@ -114,6 +114,8 @@ pub struct Dataset {
     /// Drives with recorded commands: index of the actuator and its column, in the order of
     /// [`Record::commands`].
     pub drives: Vec<(usize, String)>,
+    /// Per drive, the time for which its commands are held, s; `None`: not stated.
+    pub holds_s: Vec<Option<f64>>,
     /// Drives of which not the command was recorded, but what the controller that commands them followed.
     pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
@@ -211,18 +213,19 @@ impl Dataset {
             .iter()
             .map(|experiment| read::table(file, &experiment.file, &held))
             .collect::<Result<Vec<_>, _>>()?;
-        let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
+        let holds_s: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
         let mut dataset = Self {
             name: file.name.clone(),
             machine,
             tolerance,
             drives,
+            holds_s,
             loops,
             channels,
             records: Vec::new(),
             warnings: Vec::new(),
         };
-        let faults = check::assemble(&mut dataset, &file.experiments, tables, &holds);
+        let faults = check::assemble(&mut dataset, &file.experiments, tables);
         let (fatal, warnings): (Vec<Fault>, Vec<Fault>) =
             faults.into_iter().partition(|fault| fault.kind.is_fatal());
         if !fatal.is_empty() {
@@ -270,6 +273,18 @@ impl Dataset {
                 kind: FaultKind::NoiseNotStated { scatter },
             });
         }
+    }
+
+    /// Whether the commands of drive `i` are samples of a signal that goes on between rows: a force or a
+    /// voltage of which no hold is stated.
+    pub fn is_sampled(&self, i: usize) -> bool {
+        let is_pushed =
+            |kind: &ActuatorKind| matches!(kind, ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. });
+        let drive = self.drives.get(i).map(|(drive, _)| *drive);
+        let kind = drive.and_then(|drive| self.machine.actuators.get_index(drive));
+        self.holds_s.get(i).is_none_or(Option::is_none)
+            && drive.is_some_and(|drive| !self.is_looped(drive))
+            && kind.is_some_and(|(_, actuator)| is_pushed(&actuator.kind))
     }
 
     /// Whether a controller commands a drive, so that what was recorded of it is no command.

@@ -203,7 +203,7 @@ impl Task<'_> {
     pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
         let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
         let prediction =
-            Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record])
+            Predictor::with(assembly, model.leeway(theta), self.dataset, &self.dataset.records[record])
                 .ok()?
                 .anchored()
                 .ok()?;

@@ -11,7 +11,7 @@ use crate::error::DiagnosisError;
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::inverse::Part;
 use crate::kinds::{dossier, overlaps};
-use crate::predict::Presliding;
+use crate::predict::{Leeway, Presliding};
 use crate::tolerance;
 
 /// Step of finite differences in `theta`.
@@ -19,6 +19,11 @@ const DIFFERENCE: f64 = 1e-3;
 /// Step of finite differences for a gap, m. It equals the step for the offset of a surface, which has the
 /// same effect. The slopes then agree, and only the priors separate the two.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
+
+/// Step of finite differences for the timing of commands, rows.
+const TIMING_DIFFERENCE: f64 = 1e-2;
+/// Commands act at most this much before or after their rows, where no hold is stated.
+const MOST_LATE_ROWS: f64 = 0.5;
 
 /// Calibration may reduce damping by this factor.
 const LESS_DAMPING: f64 = 8.0;
@@ -98,6 +103,20 @@ impl Model {
             model.free_presliding();
         }
         Ok(model)
+    }
+
+    /// The same, where the instants at which commands act are not stated: up to half a row earlier or later
+    /// than the row. Half a row later is a command that was held.
+    pub(crate) fn with_free_timing(mut self) -> Self {
+        self.unknowns.push(Unknown {
+            target: Target::CommandTiming,
+            log: false,
+            unit: 1.0,
+            prior: Some((0.0, MOST_LATE_ROWS / SIGMAS)),
+            bounds: (-MOST_LATE_ROWS, MOST_LATE_ROWS),
+            difference: TIMING_DIFFERENCE,
+        });
+        self
     }
 
     /// Adds the pre-sliding of sticking guides to the unknowns.
@@ -293,13 +312,14 @@ impl Model {
         }
     }
 
-    /// Pre-sliding of sticking guides at `theta`.
-    pub(crate) fn presliding(&self, theta: &[f64]) -> Presliding {
-        let mut found = Presliding::default();
+    /// What is free beyond the machine's values, at `theta`.
+    pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
+        let mut found = Leeway::default();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {
             match unknown.target {
-                Target::PreslidingFrequency => found.frequency_hz = unknown.value(theta),
-                Target::PreslidingDamping => found.damping_ratio = unknown.value(theta),
+                Target::PreslidingFrequency => found.presliding.frequency_hz = unknown.value(theta),
+                Target::PreslidingDamping => found.presliding.damping_ratio = unknown.value(theta),
+                Target::CommandTiming => found.late_rows = unknown.value(theta),
                 _ => {}
             }
         }

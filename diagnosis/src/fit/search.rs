@@ -62,7 +62,10 @@ pub(crate) fn search(
     budget: Budget,
     has_room: impl Fn(&Task<'_>, &Scored) -> bool,
 ) -> Result<Search<'_>, DiagnosisError> {
-    let model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
+    let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
+    if (0..dataset.drives.len()).any(|i| dataset.is_sampled(i)) {
+        model = model.with_free_timing();
+    }
     let start = model.start();
     let reference = dataset
         .records
@@ -73,7 +76,7 @@ pub(crate) fn search(
                 let problem = Problem::new("", message, "check it by itself, and simplify its effects");
                 DiagnosisError::Machine { problems: vec![problem] }
             })?;
-            Predictor::with(assembly, model.presliding(&start), dataset, record)?.anchored()
+            Predictor::with(assembly, model.leeway(&start), dataset, record)?.anchored()
         })
         .collect::<Result<Vec<Prediction>, _>>()?;
     let weights = Weights::new(dataset, &reference);

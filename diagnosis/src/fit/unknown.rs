@@ -21,6 +21,8 @@ pub(super) enum Target {
     PreslidingFrequency,
     /// Pre-sliding of sticking guides: damping ratio.
     PreslidingDamping,
+    /// Time from a row to the instant at which its command acts, in rows.
+    CommandTiming,
 }
 
 /// One unknown of a fit. The fit changes `theta`: the logarithm of the value, or the value in units of

@@ -41,7 +41,7 @@ fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
 fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
     let assembly = model.assembly(theta, record.engagement)?;
-    let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
+    let prediction = Predictor::with(assembly, model.leeway(theta), task.dataset, record)
         .ok()?
         .follow(Anchoring::Continuous, Start::Windows(rows))
         .ok()?;
@@ -165,7 +165,7 @@ pub fn closing(
             .iter()
             .map(|record| {
                 let assembly = model.assembly(&start, record.engagement)?;
-                Predictor::with(assembly, model.presliding(&start), dataset, record).ok()?.anchored().ok()
+                Predictor::with(assembly, model.leeway(&start), dataset, record).ok()?.anchored().ok()
             })
             .collect();
         let task = Task {

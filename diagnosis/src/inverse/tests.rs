@@ -70,6 +70,7 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
         machine,
         tolerance: indexmap::IndexMap::default(),
         drives: vec![(0, "u".into())],
+        holds_s: vec![None],
         loops: Vec::new(),
         channels: vec![channel],
         records,

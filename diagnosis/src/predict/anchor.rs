@@ -16,7 +16,7 @@ use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source};
 use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
-use super::begin::{beginning, pace};
+use super::begin::{beginning, is_in_motion, pace};
 use super::machine::{Moving, State};
 use crate::dataset::{Channel, Record};
 
@@ -59,10 +59,20 @@ struct Tap {
     late: usize,
 }
 
+impl Tap {
+    /// How far a reading exceeds the prediction.
+    fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> f64 {
+        let measured = series[self.channel][(row + self.late).min(series[self.channel].len() - 1)];
+        (measured - self.bias) / self.gain - predicted[self.channel]
+    }
+}
+
 /// The corrections of one chain of bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Anchor {
     coordinates: Vec<usize>,
+    /// The same with sliding surfaces.
+    whole: Vec<usize>,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
     omega: f64,
@@ -96,7 +106,9 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
 
 /// Sets position and speed of the first measured chain from the first rows of its encoder, if the record
 /// begins in motion. `omega` is the natural frequency of the correction, rad/s.
-pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) {
+///
+/// Returns whether it does.
+pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) -> bool {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
@@ -123,8 +135,9 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }
         }
-        return;
+        return begun.is_some() || is_in_motion(series, step);
     }
+    false
 }
 
 impl Anchor {
@@ -148,13 +161,18 @@ impl Anchor {
         };
         let (_, _, first, stop) = of_kind(Quantity::Position).next()?;
         let members = chain(assembly, first, stop);
-        let mut coordinates: Vec<usize> = members
-            .iter()
-            .filter(|node| !surfaces.contains(node))
-            .filter_map(|&node| motion.coordinates().of(node))
-            .collect();
-        coordinates.sort_unstable();
-        coordinates.dedup();
+        let coordinates_of = |counts: &dyn Fn(&usize) -> bool| {
+            let mut all: Vec<usize> = members
+                .iter()
+                .filter(|node| counts(node))
+                .filter_map(|&node| motion.coordinates().of(node))
+                .collect();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        let coordinates = coordinates_of(&|node| !surfaces.contains(node));
+        let whole = coordinates_of(&|_| true);
         let tap = |i: usize, channel: &Channel, weight: f64| {
             let (gain, bias, late, step) = match channel.source {
                 Source::Sensor(s) => {
@@ -204,7 +222,20 @@ impl Anchor {
         } else {
             (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
         };
-        Some(Self { coordinates, positions, accelerations, omega })
+        Some(Self { coordinates, whole, positions, accelerations, omega })
+    }
+
+    /// How far the reading of the position exceeds the prediction, before its dead zone.
+    pub(super) fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> Option<f64> {
+        self.positions.first().map(|tap| tap.beyond(predicted, series, row))
+    }
+
+    /// The state moved by a distance and a speed, with all that goes along.
+    pub(super) fn moved(&self, machine: &Moving, xi: &mut [f64], [distance, speed]: [f64; 2]) {
+        for &g in &self.whole {
+            xi[machine.motion.layout().q(g)] += distance;
+            xi[machine.motion.layout().v(g)] += speed;
+        }
     }
 
     /// Natural frequency of the correction, rad/s.
@@ -223,8 +254,7 @@ impl Anchor {
         spacing_s: f64,
     ) {
         let innovation = |tap: &Tap| {
-            let measured = series[tap.channel][(row + tap.late).min(series[tap.channel].len() - 1)];
-            let beyond = (measured - tap.bias) / tap.gain - predicted[tap.channel];
+            let beyond = tap.beyond(predicted, series, row);
             tap.weight * (beyond - beyond.clamp(-tap.dead_zone, tap.dead_zone))
         };
         let position: f64 = self.positions.iter().map(innovation).sum();

@@ -14,6 +14,10 @@ const STANDARD_ERRORS: f64 = 4.0;
 const SPEED_SHARE: f64 = 0.05;
 /// A record tells no more digits of a motion.
 const DIGITS: f64 = 1e-9;
+/// A way of this many steps of the readings is one, and this share of it in half the time a motion that goes
+/// on: from rest it is a quarter.
+const CLEAR_STEPS: f64 = 8.0;
+const HALF_WAY: f64 = 0.35;
 /// Scatter over the step of the readings up to which a motion is a parabola.
 const SCATTER: f64 = 2.0;
 
@@ -68,18 +72,31 @@ pub(super) fn beginning(
     stands_out.then_some([begun.value, begun.speed / spacing_s])
 }
 
+/// Whether a motion has a speed at its first row: half of the rows in which it leaves the steps of its
+/// readings then make about half of the way, and from rest a quarter at most.
+pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
+    let step = step.max(DIGITS * series.iter().fold(0.0_f64, |most, x| most.max((x - series[0]).abs())));
+    let way = |row: usize| (series[row] - series[0]).abs();
+    let middle = (1..series.len().div_ceil(2)).find(|half| way(2 * half) > CLEAR_STEPS * step);
+    middle.is_some_and(|half| way(half) > HALF_WAY * way(2 * half))
+}
+
 /// A parabola through rows: value and speed (per row) at the first, root mean square of what it leaves, and
 /// the standard error of the speed over that of a row.
-struct Parabola {
+pub(super) struct Parabola {
     rows: usize,
-    value: f64,
-    speed: f64,
+    pub(super) value: f64,
+    pub(super) speed: f64,
     left: f64,
     error: f64,
 }
 
 impl Parabola {
-    fn through(series: &[f64]) -> Option<Self> {
+    pub(super) fn is_finite(&self) -> bool {
+        self.value.is_finite() && self.speed.is_finite()
+    }
+
+    pub(super) fn through(series: &[f64]) -> Option<Self> {
         let rows = series.len() as f64;
         let powers = |k: usize| {
             let t = k as f64 / rows;
@@ -141,6 +158,13 @@ mod tests {
         // Twelve rows turn by 1.4 rad: a parabola misses less than the peak of that speed, 0.06 m/s.
         assert!(of(&moves, 0.0).is_some_and(|[_, speed]| (speed / 0.4 - 1.0).abs() < 0.15));
         assert_eq!(of(&moves, 0.4), None, "as believed");
+    }
+
+    #[test]
+    fn truth_a_motion_from_rest_is_not_one_that_goes_on() {
+        let of = |series: &dyn Fn(f64) -> f64| is_in_motion(&counted(series), STEP);
+        assert!(of(&|t| 0.3 * t) && of(&|t| 0.3 * t - 4.0 * t * t) && of(&|t| 0.3 * t + 3.0 * t * t));
+        assert!(!of(&|t| 2.0 * t * t) && !of(&|t| 0.1 * (1.0 - (9.0 * t).cos())) && !of(&|_| 0.2));
     }
 
     #[test]

@@ -63,9 +63,10 @@ impl Moving {
         Ok(Self { is_imposed, motion, flows, precision, next: Vec::new(), probe: Vec::new() })
     }
 
-    /// The state at the start, filters at rest.
-    pub(super) fn start(&mut self) -> State {
+    /// The state at the start, filters at rest, after `change` was made to it.
+    pub(super) fn start(&mut self, change: impl Fn(&Self, &mut [f64])) -> State {
         let mut xi = self.motion.initial_vector();
+        change(self, &mut xi);
         let Ok(beginning) = self.motion.begin(&mut self.flows, Mode::default(), &mut xi);
         self.motion.settle_filters(&self.flows[beginning.index].equations, &mut xi);
         State { xi, flow: beginning.index, loops: Vec::new() }

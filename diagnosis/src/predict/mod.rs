@@ -1,8 +1,8 @@
 //! What a machine would have measured, sample by sample, driven by the recorded command.
 //!
 //! The equations of motion are those of [`feeler_plant::motion`]; here they are stepped along a record.
-//! Between rows the command is held, so that each linear mode is carried exactly by its exponential; events
-//! in between are located. At each row the rigid motion may be corrected to what was measured (see
+//! Between rows the command is held (at its mean, where a record shows samples of a signal that goes on in
+//! between), so that each linear mode is carried exactly by its exponential; events in between are located. At each row the rigid motion may be corrected to what was measured (see
 //! `anchor.rs`), which cuts the loop: what is left between prediction and measurement is then a force that
 //! the machine lacks, not its consequences.
 
@@ -10,6 +10,7 @@ mod anchor;
 mod begin;
 mod close;
 mod flow;
+mod leeway;
 mod loops;
 mod machine;
 mod presliding;
@@ -18,6 +19,7 @@ mod sensor;
 
 pub(crate) use anchor::Anchoring;
 pub(crate) use begin::pace;
+pub(crate) use leeway::Leeway;
 pub(crate) use presliding::Presliding;
 pub(crate) use run::Start;
 pub use run::{Prediction, Predictor};

@@ -8,15 +8,21 @@ use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Profile;
 
 use super::anchor::{Anchor, Anchoring, pace_of, place};
+use super::begin::Parabola;
+use super::leeway::{Leeway, means_between_rows};
 use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision, State};
-use super::presliding::Presliding;
 use super::sensor::readings;
-use crate::dataset::{Channel, Dataset, Record};
+use crate::dataset::{Dataset, Record};
 use crate::error::DiagnosisError;
 
 /// Predictions are quantised if the step is this many times the noise. A finer step counts as noise.
 const COARSE: f64 = 4.0;
+/// Rows along which a motion is followed to find its start, and how often: friction may first turn the wrong
+/// way.
+const FEWEST_STARTING: usize = 6;
+const MOST_STARTING: usize = 50;
+const STARTS: usize = 3;
 /// A command that arrives within this share of a row arrives with the row.
 const NEGLIGIBLE_PART: f64 = 1e-6;
 
@@ -52,14 +58,16 @@ pub struct Prediction {
 /// A machine prepared to follow one record.
 #[derive(Debug)]
 pub struct Predictor<'a> {
+    dataset: &'a Dataset,
     record: &'a Record,
-    channels: &'a [Channel],
-    drives: &'a [(usize, String)],
     machine: Moving,
     servos: Vec<ServoLoop>,
     surfaces: Vec<usize>,
     /// Natural frequency of the anchoring without accelerometers, rad/s.
     pace: f64,
+    /// Whether the record begins in motion.
+    is_in_motion: bool,
+    late_rows: f64,
 }
 
 impl<'a> Predictor<'a> {
@@ -68,19 +76,19 @@ impl<'a> Predictor<'a> {
     /// # Errors
     /// If the machine has no motion.
     pub fn new(assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
-        Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record)
+        Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record, 0.0)
     }
 
     /// Prepares a machine for a fit. Sticking guides yield slightly, so that small motion in a record does
     /// not count against dry friction. The motion advances row by row.
     pub(crate) fn with(
         mut assembly: Assembly,
-        presliding: Presliding,
+        leeway: Leeway,
         dataset: &'a Dataset,
         record: &'a Record,
     ) -> Result<Self, DiagnosisError> {
-        let surfaces = presliding.soften(&mut assembly);
-        Self::following(assembly, surfaces, Precision::Rows, dataset, record)
+        let surfaces = leeway.presliding.soften(&mut assembly);
+        Self::following(assembly, surfaces, Precision::Rows, dataset, record, leeway.late_rows)
     }
 
     fn following(
@@ -89,23 +97,25 @@ impl<'a> Predictor<'a> {
         precision: Precision,
         dataset: &'a Dataset,
         record: &'a Record,
+        late_rows: f64,
     ) -> Result<Self, DiagnosisError> {
         if let Some(engagement) = record.engagement {
             assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
         }
         let pace = pace_of(&assembly, &dataset.channels, record);
-        place(&mut assembly, &dataset.channels, record, pace);
+        let is_in_motion = place(&mut assembly, &dataset.channels, record, pace);
         impose(&mut assembly, dataset, record);
         let servos = loops(&assembly, &dataset.loops)?;
         let sources = dataset.channels.iter().map(|channel| channel.source).collect();
         Ok(Self {
+            dataset,
             record,
-            channels: &dataset.channels,
-            drives: &dataset.drives,
             machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
             servos,
             surfaces,
             pace,
+            is_in_motion,
+            late_rows,
         })
     }
 
@@ -136,21 +146,18 @@ impl<'a> Predictor<'a> {
     ) -> Result<Prediction, DiagnosisError> {
         let dt = self.record.spacing_s;
         let rows = self.record.len();
-        let anchor = match anchoring {
-            Anchoring::Continuous => {
-                let (motion, silent) = (&self.machine.motion, &self.record.silent);
-                Anchor::new(motion, self.channels, silent, &self.surfaces, dt, self.pace)
-            }
-            Anchoring::Never => None,
-        };
+        let (motion, silent) = (&self.machine.motion, &self.record.silent);
+        let anchor = Anchor::new(motion, &self.dataset.channels, silent, &self.surfaces, dt, self.pace);
         let commands = self.effective_commands();
-        let mut state = State { loops: at_start(&self.servos), ..self.machine.start() };
+        let mut state = self.start(anchor.as_ref(), &commands)?;
+        let anchor = anchor.filter(|_| anchoring == Anchoring::Continuous);
         let mut window: Option<State> = None;
-        let mut signals = vec![Vec::with_capacity(rows); self.channels.len()];
+        let mut signals = vec![Vec::with_capacity(rows); self.dataset.channels.len()];
         let mut prediction =
             Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
         let mut seen = Vec::new();
-        let (channels, contacts) = (self.channels.len(), self.machine.motion.assembly().contacts.len());
+        let (channels, contacts) =
+            (self.dataset.channels.len(), self.machine.motion.assembly().contacts.len());
         prediction.compressions = vec![Vec::with_capacity(rows); contacts];
         dispatch(
             #[inline(always)]
@@ -191,7 +198,7 @@ impl<'a> Predictor<'a> {
                 Ok(())
             },
         )?;
-        for (channel, signal) in self.channels.iter().zip(&signals) {
+        for (channel, signal) in self.dataset.channels.iter().zip(&signals) {
             let (read, smooth, dead_zone) = match channel.source {
                 Source::Sensor(i) => {
                     let sensor = &self.machine.motion.assembly().sensors[i];
@@ -212,18 +219,55 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
+    /// The state at the first row. Where a record begins in motion, position and speed are those from which
+    /// the machine runs along the first readings: a force that is missing bends what is beyond them, a
+    /// wrong speed tilts it.
+    fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
+        let dt = self.record.spacing_s;
+        let mut moved = [0.0; 2];
+        if let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) {
+            let rows = ((1.0 / (self.pace * dt)) as usize).clamp(FEWEST_STARTING, MOST_STARTING);
+            let mut seen = Vec::new();
+            for _ in 0..STARTS {
+                let mut state = self.machine.start(|machine, xi| anchor.moved(machine, xi, moved));
+                let mut beyond = Vec::with_capacity(rows);
+                for k in 0..rows.min(self.record.len()) {
+                    self.machine.impose(&mut state, k as f64 * dt);
+                    self.machine.look(&state, &mut seen);
+                    beyond.extend(anchor.beyond(&seen, &self.record.series, k));
+                    self.drive_on(&mut state, commands, k, dt)?;
+                }
+                let Some(bent) = Parabola::through(&beyond).filter(Parabola::is_finite) else { break };
+                moved = [moved[0] + bent.value, moved[1] + bent.speed / dt];
+            }
+        }
+        let start = self.machine.start(|machine, xi| {
+            if let Some(anchor) = anchor {
+                anchor.moved(machine, xi, moved);
+            }
+        });
+        Ok(State { loops: at_start(&self.servos), ..start })
+    }
+
     /// Commands after the static part of each drive's chain: deadband, gain and limit. For a servo, its
     /// targets.
     fn effective_commands(&self) -> Vec<Vec<f64>> {
         let drives = &self.machine.motion.assembly().drives;
-        self.drives
+        self.dataset
+            .drives
             .iter()
             .zip(&self.record.commands)
-            .map(|((drive, _), commands)| {
+            .enumerate()
+            .map(|(i, ((drive, _), commands))| {
                 let is_reference = self.has_controller(*drive);
                 let of =
                     |&command: &f64| if is_reference { command } else { drives[*drive].received(command) };
-                commands.iter().map(of).collect()
+                let commands: Vec<f64> = commands.iter().map(of).collect();
+                if self.dataset.is_sampled(i) {
+                    means_between_rows(&commands, self.late_rows)
+                } else {
+                    commands
+                }
             })
             .collect()
     }
@@ -247,7 +291,7 @@ impl<'a> Predictor<'a> {
             return self.drive_on_sampled(state, commands, k, dt);
         }
         let mut is_delayed = false;
-        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
             let whole = delay.floor() as usize;
             // A negligible part of a row would only prevent the reuse of exponentials.
@@ -282,7 +326,7 @@ impl<'a> Predictor<'a> {
         let row =
             Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision == Precision::Rows };
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
-        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
             let part = &self.machine.motion.assembly().drives[*drive];
             let late = if self.has_controller(*drive) { 0.0 } else { part.received_late() / dt };
             let whole = late.floor();
@@ -324,7 +368,7 @@ impl<'a> Predictor<'a> {
         dt: f64,
     ) -> Result<(), DiagnosisError> {
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
-        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
             let whole = delay.floor() as usize;
             let part = delay - whole as f64;

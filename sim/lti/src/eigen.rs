@@ -1,13 +1,13 @@
 //! Eigenvalues and eigenvectors of real matrices, balanced first, and poles.
 
-use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
 use crate::balance::{Balanced, balance};
 use crate::domain::{C64, TimeDomain};
 use crate::error::{LtiError, require_finite, require_shape};
-use crate::francis::{MOST_STATES, eigenvalues_by_francis};
+use crate::francis::eigenvalues_by_francis;
 use crate::state_space::StateSpace;
+use crate::vectors::eigenpairs;
 
 /// Eigenvalues of a real square matrix, by rising modulus; conjugate pairs are exact and adjacent, the
 /// negative imaginary part first.
@@ -20,17 +20,9 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<C64>, LtiError> {
 
 /// [`eigenvalues`] of a matrix that has been balanced already.
 pub(crate) fn eigenvalues_of_balanced(balanced: &Balanced) -> Result<Vec<C64>, LtiError> {
-    if balanced.matrix.is_empty() {
-        return Ok(Vec::new());
-    }
     let order = balanced.matrix.nrows();
-    let quick = (order <= MOST_STATES).then(|| eigenvalues_by_francis(&balanced.matrix)).flatten();
-    let mut values = match quick {
-        Some(values) => values,
-        None => to_faer(&balanced.matrix)
-            .eigenvalues()
-            .map_err(|_| LtiError::EigenvaluesNotConverged { order })?,
-    };
+    let mut values =
+        eigenvalues_by_francis(&balanced.matrix).ok_or(LtiError::EigenvaluesNotConverged { order })?;
     sort_by_modulus(&mut values);
     Ok(values)
 }
@@ -49,22 +41,13 @@ pub struct Eigen {
 /// # Errors
 /// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::EigenvaluesNotConverged`].
 pub fn eigen(a: &DMatrix<f64>) -> Result<Eigen, LtiError> {
-    let n = a.nrows();
     let balanced = checked_balance(a)?;
-    if n == 0 {
-        return Ok(Eigen { values: Vec::new(), vectors: Vec::new() });
-    }
-    let found =
-        to_faer(&balanced.matrix).eigen().map_err(|_| LtiError::EigenvaluesNotConverged { order: n })?;
-    let values: Vec<C64> = found.S().column_vector().iter().copied().collect();
-    let u = found.U();
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| compare_modulus(&values[i], &values[j]));
-    let vectors = order
-        .iter()
-        .map(|&k| DVector::from_fn(n, |i, _| u[(i, k)] * balanced.scale[i]).normalize())
-        .collect();
-    Ok(Eigen { values: order.iter().map(|&k| values[k]).collect(), vectors })
+    let mut found =
+        eigenpairs(&balanced.matrix).ok_or(LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
+    found.sort_by(|(p, _), (q, _)| compare_modulus(p, q));
+    let unscaled = |v: DVector<C64>| DVector::from_fn(v.len(), |i, _| v[i] * balanced.scale[i]).normalize();
+    let (values, vectors) = found.into_iter().map(|(value, v)| (value, unscaled(v))).unzip();
+    Ok(Eigen { values, vectors })
 }
 
 /// A square, finite matrix, balanced.
@@ -72,10 +55,6 @@ pub(crate) fn checked_balance(a: &DMatrix<f64>) -> Result<Balanced, LtiError> {
     require_shape("A", a, (a.nrows(), a.nrows()))?;
     require_finite("A", a)?;
     Ok(balance(a))
-}
-
-pub(crate) fn to_faer(m: &DMatrix<f64>) -> Mat<f64> {
-    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
 }
 
 fn compare_modulus(a: &C64, b: &C64) -> std::cmp::Ordering {

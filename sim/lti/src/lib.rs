@@ -60,6 +60,7 @@ mod search;
 mod simulate;
 pub mod spectral;
 mod state_space;
+mod vectors;
 mod zero_pole_gain;
 mod zeros;
 

@@ -1,10 +1,9 @@
 //! A system in the coordinates of its modes: a point of its response is a sum over the poles.
 
-use faer::linalg::solvers::DenseSolveCore;
 use nalgebra::DMatrix;
 
 use crate::domain::C64;
-use crate::eigen::to_faer;
+use crate::vectors::eigenpairs;
 
 /// Largest condition of the matrix of eigenvectors. Beyond it some modes are almost equal, such as those of a
 /// delay line or of a body that nothing holds.
@@ -33,11 +32,10 @@ impl Modal {
     /// From balanced matrices; `None` if the modes are too alike.
     pub(crate) fn new(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>) -> Option<Self> {
         let n = a.nrows();
-        let found = to_faer(a).eigen().ok()?;
-        let vectors = found.U();
-        let right = DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]);
-        let left = found.U().partial_piv_lu().inverse();
-        let left = DMatrix::from_fn(n, n, |i, j| left[(i, j)]);
+        let (poles, vectors): (Vec<C64>, Vec<_>) =
+            eigenpairs(a)?.into_iter().map(|(pole, vector)| (pole, vector.normalize())).unzip();
+        let right = DMatrix::from_fn(n, n, |i, j| vectors[j][i]);
+        let left = right.clone().try_inverse()?;
         let condition = right.norm() * left.norm();
         if !condition.is_finite() || condition > MOST_PARALLEL * n as f64 {
             return None;
@@ -45,7 +43,7 @@ impl Modal {
         let complex = |m: &DMatrix<f64>| m.map(|v| C64::new(v, 0.0));
         let conditions = (0..n).map(|i| left.row(i).norm() * right.column(i).norm()).collect();
         Some(Self {
-            poles: found.S().column_vector().iter().copied().collect(),
+            poles,
             conditions,
             b: left * complex(b),
             c: complex(c) * right,

@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 
 use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
-use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
+use crate::eigen::{eigenvalues, sort_by_modulus};
 use crate::error::LtiError;
 use crate::polish::{Polish, Reduced};
 use crate::state_space::StateSpace;
@@ -207,29 +207,11 @@ fn row_compression(m: &DMatrix<f64>, tolerance: f64) -> (DMatrix<f64>, usize) {
 
 /// Eigenvalues of the pencil [A B; C D] - z [I 0; 0 0], D invertible: as many as A has rows.
 fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
-    let (n, rank) = (r.a.nrows(), r.d.nrows());
-    if n == 0 {
-        return Ok(Vec::new());
+    if r.d.is_empty() {
+        return eigenvalues(&r.a);
     }
-    if rank == 1 {
-        // A scalar feed-through, however small, is eliminated without loss.
-        return eigenvalues(&(&r.a - &r.b * &r.c / r.d[(0, 0)]));
-    }
-    let order = n + rank;
-    let mut left = DMatrix::zeros(order, order);
-    left.view_mut((0, 0), (n, n)).copy_from(&r.a);
-    left.view_mut((0, n), (n, rank)).copy_from(&r.b);
-    left.view_mut((n, 0), (rank, n)).copy_from(&r.c);
-    left.view_mut((n, n), (rank, rank)).copy_from(&r.d);
-    let right = DMatrix::from_fn(order, order, |i, j| if i == j && i < n { 1.0 } else { 0.0 });
-    let found = to_faer(&left)
-        .generalized_eigen(to_faer(&right))
-        .map_err(|_| LtiError::EigenvaluesNotConverged { order })?;
-    // The rank infinite eigenvalues are those with the smallest |beta| / |alpha|.
-    let pairs = found.S_a().column_vector().iter().zip(found.S_b().column_vector().iter());
-    let mut ratios: Vec<(f64, C64)> = pairs.map(|(a, b)| (b.norm() / (a.norm() + b.norm()), a / b)).collect();
-    ratios.sort_by(|x, y| y.0.total_cmp(&x.0));
-    Ok(ratios.into_iter().take(n).map(|(_, zero)| zero).collect())
+    let solved = r.d.clone().full_piv_lu().solve(&r.c).ok_or(LtiError::Degenerate)?;
+    eigenvalues(&(&r.a - &r.b * solved))
 }
 
 #[cfg(test)]

@@ -1,0 +1,55 @@
+//! What a fit frees beyond the values of a machine: how guides give way, and when commands act.
+
+use super::presliding::Presliding;
+
+/// What a fit frees beyond the values of a machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Leeway {
+    pub(crate) presliding: Presliding,
+    /// Time from a row to the instant at which its command acts, in rows; for commands of which no hold is
+    /// stated.
+    pub(crate) late_rows: f64,
+}
+
+/// Means from each row to the next of commands that go in straight lines from row to row, `late` rows later
+/// than they stand there. Before the first row and after the last they are constant.
+///
+/// A mean over a row moves a mass as far as the line does, up to the third power of the spacing.
+pub(super) fn means_between_rows(commands: &[f64], late: f64) -> Vec<f64> {
+    let whole = late.floor();
+    let part = late - whole;
+    let at = |row: i64| commands[row.clamp(0, commands.len() as i64 - 1) as usize];
+    // The mean covers the end of one line and the start of the next.
+    let rest = 0.5 * (1.0 - part).powi(2);
+    (0..commands.len() as i64)
+        .map(|k| {
+            let row = k - whole as i64;
+            let [before, here, after] = [at(row - 1), at(row), at(row + 1)];
+            here + (before - here) * 0.5 * part * part + (after - here) * rest
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_means_of_a_ramp_lie_half_a_row_ahead_and_come_as_late_as_asked() {
+        let ramp: Vec<f64> = (0..12).map(f64::from).collect();
+        for late in [-1.3, -0.5, 0.0, 0.2, 0.5, 1.0, 2.7] {
+            let means = means_between_rows(&ramp, late);
+            for (k, mean) in means.iter().enumerate().take(8).skip(4) {
+                assert!((mean - (k as f64 + 0.5 - late)).abs() < 1e-12, "{late} {k}: {mean}");
+            }
+        }
+    }
+
+    #[test]
+    fn truth_means_of_a_corner_are_its_areas() {
+        let corner = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        // From 0.7 before row 3 to 0.3 after it: 0.7 of a line that rises from 0.3 to 1, and 0.3 of one.
+        let mean = means_between_rows(&corner, 0.7)[3];
+        assert!((mean - (0.7 * 0.65 + 0.3)).abs() < 1e-12, "{mean}");
+    }
+}

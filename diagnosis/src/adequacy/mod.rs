@@ -183,13 +183,13 @@ pub(crate) fn assess(
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
     short(Condition::Rivals, balance::named(balanced));
+    short(Condition::Tolerance, tolerance::limits(accepted));
     if is_found {
         short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
         let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
         let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
         short(Condition::Horizons, strayed.into_iter().collect());
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
-        short(Condition::Tolerance, tolerance::limits(accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
     Adequacy {

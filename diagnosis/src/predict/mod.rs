@@ -1,10 +1,10 @@
 //! What a machine would have measured, sample by sample, driven by the recorded command.
 //!
 //! The equations of motion are those of [`feeler_plant::motion`]; here they are stepped along a record.
-//! Between rows the command is held (at its mean, where a record shows samples of a signal that goes on in
-//! between), so that each linear mode is carried exactly by its exponential; events in between are located. At each row the rigid motion may be corrected to what was measured (see
-//! `anchor.rs`), which cuts the loop: what is left between prediction and measurement is then a force that
-//! the machine lacks, not its consequences.
+//! Between rows the command is held, so that each linear mode is carried exactly by its exponential; events
+//! in between are located. Samples of a command that goes on between rows are held at its mean. At each row
+//! the rigid motion may be corrected to what was measured (see `anchor.rs`), which cuts the loop: what is
+//! left between prediction and measurement is then a force that the machine lacks, not its consequences.
 
 mod anchor;
 mod begin;

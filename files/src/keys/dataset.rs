@@ -123,7 +123,8 @@ impl Record for Column {
             optional(
                 "hold",
                 Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
-                "time for which a command is held between controller samples; if absent, rows are samples of a force or voltage that goes on between them, and the diagnosis fits when it acts, within half a row",
+                "time for which a command is held between controller samples; if absent, a force or voltage \
+                 goes in straight lines from row to row, and a diagnosis fits its instant, within half a row",
             )
         ),
         field!(

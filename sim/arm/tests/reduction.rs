@@ -14,6 +14,7 @@ use feeler_arm::{
     inverse_kinematics,
 };
 use nalgebra::{Complex, Vector3};
+use rayon::prelude::*;
 
 /// Rounding of a small eigenvalue problem.
 const ROUNDING: f64 = 1e-9;
@@ -264,7 +265,7 @@ fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
 fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     let arm = six_joint();
     let touches = workspace();
-    let all: Vec<Agreement> = touches.iter().filter_map(|touch| misfit(&arm, *touch)).collect();
+    let all: Vec<Agreement> = touches.par_iter().filter_map(|touch| misfit(&arm, *touch)).collect();
     let worst = all.iter().map(promised).fold(0.0, f64::max);
     let kp = all.iter().map(|found| found.misfits()[2]).fold(0.0, f64::max);
     let doubted = all.iter().filter(|found| !found.is_trusted()).count();

@@ -118,7 +118,7 @@ impl Judge<'_> {
             effects,
             look_alikes,
             attempts: tried,
-            warnings: in_words(&self.dataset.warnings),
+            warnings: in_words(&self.dataset.warnings).into_iter().chain(self.timing(accepted)).collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
                 .collect(),
@@ -132,6 +132,20 @@ impl Judge<'_> {
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }
+    }
+
+    /// When commands act of which no hold is stated.
+    fn timing(&self, accepted: &Scored) -> Option<String> {
+        let is_sampled = |(i, _): &(usize, &(usize, String))| self.dataset.is_sampled(*i);
+        let (_, (_, column)) = self.dataset.drives.iter().enumerate().find(is_sampled)?;
+        let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;
+        let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
+        Some(format!(
+            "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state `hold`; \
+             without it a delay of less than {:.2} ms is not told from this)",
+            rows * row_ms,
+            0.5 * row_ms
+        ))
     }
 
     /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that

@@ -22,7 +22,7 @@ pub(crate) use scatter::of_series as scatter;
 use std::path::{Path, PathBuf};
 
 use feeler_files::{DatasetFile, Role, followed_by};
-use feeler_plant::assembly::{Source, resolve};
+use feeler_plant::assembly::{Assembly, Source, resolve};
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity};
 use indexmap::IndexMap;
 
@@ -54,6 +54,14 @@ impl Channel {
     /// Whether a step of the readings, signal units, is coarser than believed and than the noise.
     pub(crate) fn is_coarse(&self, step: f64) -> bool {
         step > 1.5 * self.resolution && step > self.noise
+    }
+
+    /// Factor and offset of its readings.
+    pub(crate) fn scale(&self, assembly: &Assembly) -> (f64, f64) {
+        match self.source {
+            Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
+            _ => (1.0, 0.0),
+        }
     }
 
     /// Whether the signal is one of a contact, directly or through a sensor: zero without contact.

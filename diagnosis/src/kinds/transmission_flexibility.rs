@@ -10,6 +10,8 @@ use super::{Element, Glance, Known, Seen};
 
 /// Range of the search for the mode of a joint.
 const RANGE_HZ: (f64, f64) = (10.0, 400.0);
+/// Shares of the largest command that may bend a spring.
+const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.1];
 /// Lowest mode that a servo's loop leaves to be seen, over the frequency of the loop.
 const BELOW_LOOP: f64 = 0.7;
 /// Rows that a period of a mode has at least.
@@ -37,7 +39,18 @@ impl Known for TransmissionFlexibility {
                 Self { stiffness, damping, tip_mass: b }
             })
         };
-        split.into_iter().flat_map(of).collect()
+        // Sensors on both bodies show how far a spring bends, under at most the largest command.
+        let bent = |[a, b]: [f64; 2]| {
+            let reduced = a * b / (a + b);
+            let seen = glance.elongations.iter().filter(|(spring, _)| element.host == Host::Spring(*spring));
+            let most = seen.map(|(_, range)| 2.0 * glance.command / range);
+            most.flat_map(|stiffness| SHARES.map(|share| share * stiffness)).map(move |stiffness| {
+                let (stiffness, damping) = mode(reduced, (stiffness / reduced).sqrt() / TAU, NARROW);
+                Self { stiffness, damping, tip_mass: b }
+            })
+        };
+        let is_sound = |own: &Self| own.stiffness.is_finite() && own.stiffness > 0.0;
+        split.into_iter().flat_map(|masses| of(masses).chain(bent(masses))).filter(is_sound).collect()
     }
 
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {

@@ -34,6 +34,8 @@ const NOISE_SHARE: f64 = 0.05;
 const ABOVE_MOTION: f64 = 6.0;
 /// Slowest anchoring without accelerometers, rad/s.
 const SLOWEST: f64 = 2.0;
+/// A spring is bent if the readings at its ends differ by more than this many of their steps.
+const BENT_STEPS: f64 = 8.0;
 /// A step of this many times the noise dominates the error of a reading.
 const COARSE: f64 = 4.0;
 
@@ -118,10 +120,7 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
             continue;
         }
         let step = channel.resolution.max(channel.noise);
-        let (gain, bias) = match channel.source {
-            Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
-            _ => (1.0, 0.0),
-        };
+        let (gain, bias) = channel.scale(assembly);
         let speed_of = |node: usize| assembly.nodes[node].velocity_m_per_s;
         let believed = gain * (speed_of(node) - speed_of(relative_to));
         let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
@@ -135,9 +134,30 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }
         }
+        place_beside(assembly, channels, record, node);
         return begun.is_some() || is_in_motion(series, step);
     }
     false
+}
+
+/// Sets the other measured bodies of the chain of `first` to their own readings, where these tell that a
+/// spring between them is bent: the record begins under load.
+fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, first: usize) {
+    for (channel, series) in channels.iter().zip(&record.series) {
+        let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
+            continue;
+        };
+        let as_one = assembly.reached(vec![node], &[GROUND_NODE, relative_to], |link| link.rigid);
+        if as_one.contains(&first) || !chain(assembly, first, relative_to).contains(&node) {
+            continue;
+        }
+        let (gain, bias) = channel.scale(assembly);
+        let read = (series[0] - bias) / gain + assembly.nodes[relative_to].position_m;
+        let bent = read - assembly.nodes[node].position_m;
+        if bent.abs() > BENT_STEPS * channel.resolution.max(channel.noise) / gain.abs() {
+            as_one.iter().for_each(|member| assembly.nodes[*member].position_m += bent);
+        }
+    }
 }
 
 impl Anchor {

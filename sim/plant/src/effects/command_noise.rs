@@ -1,6 +1,8 @@
 //! `command-noise`: noise on the commands of a drive.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use std::f64::consts::TAU;
+
+use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -49,6 +51,14 @@ Linear theory leaves noise out.
 ## Source
 H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on analogue lines.
 ",
+    law: Law {
+        axes: ["time", "command at the drive"],
+        start: 0.0,
+        with: &[Curve::Function(|t| {
+            0.6 * (TAU * t).sin() + 0.1 * ((211.0 * t).sin() + (137.0 * t).sin() + (89.0 * t).sin())
+        })],
+        without: &[Curve::Function(|t| 0.6 * (TAU * t).sin())],
+    },
     traits: &[],
     change: Change::plant::<CommandNoise>(),
 };

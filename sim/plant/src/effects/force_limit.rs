@@ -1,7 +1,8 @@
 //! `force-limit`: the drive force is clipped.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -50,6 +51,12 @@ cycles at it.
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.
 ",
+    law: Law {
+        axes: ["command", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.5), (-0.5, -0.5), (0.5, 0.5), (0.9, 0.5)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<ForceLimit>(),
 };

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, Ripple};
 use crate::units::Dimension;
@@ -56,12 +57,18 @@ any speed.
 
 ## Numerical treatment
 The force is a sine of the position, so an extrapolation method integrates the mode to rounding. Linear
-theory leaves it out and says so.
+theory takes its slope where the machine rests: a stiffness.
 
 ## Source
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
 ripple.
 ",
+    law: Law {
+        axes: ["position", "added force"],
+        start: -1.0,
+        with: &[Curve::Function(|x| 0.7 * (2.0 * TAU * x + 1.0).sin())],
+        without: &[],
+    },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ForceRipple>(),
 };

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, Pull, Weight};
 use crate::units::Dimension;
@@ -63,6 +64,12 @@ balance counts the potential energy. Linear theory takes the slope at the operat
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
+    law: Law {
+        axes: ["angle", "torque of gravity"],
+        start: -1.0,
+        with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],
+        without: &[],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<Gravity>(),
 };

@@ -1,6 +1,8 @@
 //! `hard-stop`: an unexpected end of travel.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, Link};
 use crate::motion::StopSide;
 use crate::units::Dimension;
@@ -55,6 +57,12 @@ reached.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on an elastic support.
 ",
+    law: Law {
+        axes: ["position", "force of the stop"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
+        without: &[],
+    },
     traits: &[Trait::Dissipative],
     change: Change::plant::<HardStop>(),
 };

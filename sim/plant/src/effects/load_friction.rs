@@ -1,6 +1,8 @@
 //! `load-friction`: the Coulomb level grows with the contact force.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -50,6 +52,12 @@ sliding one way.
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load
 and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
+    law: Law {
+        axes: ["contact force", "level of dry friction"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.9)])],
+        without: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.2)])],
+    },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<LoadFriction>(),
 };

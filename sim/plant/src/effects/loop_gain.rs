@@ -1,7 +1,8 @@
 //! `loop-gain`: a drive makes more or less force of the same motion and command.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -54,6 +55,12 @@ gains of the servo.
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
+    law: Law {
+        axes: ["error of the servo", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<LoopGain>(),
 };

@@ -1,7 +1,8 @@
 //! `slew-limit`: a limit on the rate of the drive force.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -49,6 +50,12 @@ the limit as not reached.
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
 ",
+    law: Law {
+        axes: ["time", "drive force"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<SlewLimit>(),
 };

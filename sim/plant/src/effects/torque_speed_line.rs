@@ -1,7 +1,8 @@
 //! `torque-speed-line`: the faster a drive moves, the less force is left.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, SpeedLine};
 use crate::units::Dimension;
@@ -55,6 +56,12 @@ theory takes the line as not reached.
 A. Hughes and B. Drury, Electric Motors and Drives, Newnes (2013): torque and speed of motors on a constant
 voltage.
 ",
+    law: Law {
+        axes: ["speed", "bounds of the drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, 1.0), (1.0, 0.0)]), Curve::Points(&[(-1.0, 0.0), (1.0, -1.0)])],
+        without: &[],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<TorqueSpeedLine>(),
 };

@@ -27,7 +27,7 @@ mass = \"3 kg\"
 `feeler run scenarios/effects/added-mass.toml` runs it.
 
 ## Model
-The body weighs `mass` more than believed (or less; what remains must be more than nothing).
+The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.
 
 ## Where it comes from
 Payloads, grippers and cables that nobody entered, motor and gear inertia off the data sheet.

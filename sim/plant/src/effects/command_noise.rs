@@ -27,9 +27,8 @@ sigma = \"2 N\"
 `feeler run scenarios/effects/command-noise.toml` runs it.
 
 ## Model
-Every command that is issued gets a normal number of deviation `sigma`, drawn from a stream of the drive at
-the instant of the command, before deadband, gain and limit. The record holds the command without it. Linear
-theory leaves it out.
+Every command that is issued gets a normally distributed error of standard deviation `sigma`, before
+deadband, gain and limit. The record holds the command without this error. Linear theory leaves it out.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was

@@ -26,7 +26,7 @@ damping = \"500 N s/m\"
 
 ## Model
 The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.
-It vanishes at the value the contact has.
+At the value that the contact has, the effect is absent.
 
 ## Where it comes from
 Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sensor.

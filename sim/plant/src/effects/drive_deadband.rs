@@ -28,7 +28,8 @@ width = \"4 N\"
 
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the
-command, and so the width, is a speed.
+command, and so the width, is a speed. Under a position servo it is a deadband of the error, and the width a
+length.
 
 ## Where it comes from
 Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set

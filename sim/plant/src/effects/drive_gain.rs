@@ -30,8 +30,8 @@ gain = 0.8
 
 ## Model
 The drive acts on `gain * u`, before its limits. This is the error of a motor's torque constant, too: a
-constant that is a tenth less than believed is `gain = 0.9`. A negative gain is a drive that is wired the
-wrong way round.
+constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it scales the target. A
+negative gain is a drive that is wired the wrong way round.
 
 ## Where it comes from
 A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.

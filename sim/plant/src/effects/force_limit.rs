@@ -44,9 +44,9 @@ Plot the missing force against the command: it is zero up to the limit and a str
 and large steps show it, small signals do not.
 
 ## Numerical treatment
-The held command is clipped, which is exact. For a velocity source the limit is a mode of the force, whose
-begin and end are events. Linear theory takes the limit as not reached; describing functions predict limit
-cycles at it.
+The held command is clipped, which is exact. For a velocity source or a continuous servo the limit is a
+mode of the force, whose begin and end are events. Linear theory takes the limit as not reached; describing
+functions predict limit cycles at it.
 
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.

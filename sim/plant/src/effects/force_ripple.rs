@@ -49,7 +49,7 @@ Permanent magnets that pull at teeth and at the ends of an iron core, gears, bal
 ## How it shows
 The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much
 shorter than the pitch it is a constant and a slope: `constant-load` then looks the same. A slow axis rests
-in its valleys much as under `coulomb-friction`, but it returns its energy.
+in its valleys much as under `coulomb-friction`, but ripple returns its energy.
 
 ## How it is recognised
 Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best, at

@@ -42,8 +42,8 @@ on the first, `x` the position of the second against the first. For an arm of ma
 from its joint, `amplitude = m g l`, and `phase` is the angle over the hanging arm where the position is
 zero. `period` is a full turn unless a gear lies between position and arm. Linear theory takes the slope at
 the operating point: a stiffness `amplitude 2 pi / period cos(...)`, negative above the joint. Runs
-integrate the sine to rounding, and the energy balance counts the potential energy. A rotational body states
-the gravity that is known as `gravity` and `gravity_phase`.
+integrate the sine to rounding, and the energy balance counts the potential energy. The known gravity
+of a rotational body is stated by its keys `gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.

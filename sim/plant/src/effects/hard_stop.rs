@@ -35,17 +35,17 @@ damping = \"200 N s/m\"
 
 ## Model
 Beyond `position` (of the second body of the spring against the first) a stop pushes back with `stiffness`
-times the depth and `damping` times its rate, and never pulls. It stands above the start where `position` is
-above the position at the start, and below it otherwise. Touching and parting are modes, each linear and
-exact. Linear theory takes the stop as never reached.
+times the depth and `damping` times its rate, and never pulls. It is an upper stop if `position` is above
+the position at the start, else a lower one. Touching and parting are modes, each linear and exact. Linear
+theory takes the stop as never reached.
 
 ## Where it comes from
 Rubber buffers, end caps, a cable that becomes taut, a chip in the guide, a bellows that is squeezed flat.
 
 ## How it shows
-The axis stops short or bounces at one place, and the force that is missing begins there. Under a free
-spring beyond the place, `constant-load` and `gravity` may look alike on records that barely reach it.
-`force-limit` stops an axis too, but at a force and at any place.
+The axis stops short or bounces at one place, and the force that is missing begins there. On records that
+barely reach the stop, `constant-load` and `gravity` may look alike. `force-limit` stops an axis too, but at
+a force and at any place.
 
 ## How it is recognised
 Plot the missing force against position: it is zero up to one place and rises beyond it, at every speed.

@@ -33,7 +33,7 @@ stiffness = \"20 MN/m^1.5\"
 
 ## Model
 The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear
-contact it vanishes at `exponent = 1` and the stiffness which the contact has.
+contact the effect is absent at `exponent = 1` and the stiffness that the contact has.
 
 ## Where it comes from
 Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar

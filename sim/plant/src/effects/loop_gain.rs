@@ -28,10 +28,10 @@ gain = 0.7
 `feeler run scenarios/effects/loop-gain.toml` runs it.
 
 ## Model
-The drive gives `gain` times the force that it would give of the same command at the same motion, before its
-limits. Of a position servo that is `gain` on `kp`, `ki` and `kd`. Of a velocity source or a motor it is
-`gain` on what command and speed make of force. Of a drive whose command is its force it is the same as
-`drive-gain`, which under a servo scales the target instead.
+The drive gives `gain` times the force that it would give for the same command at the same motion, before
+its limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it
+scales the parts of the force that follow from command and speed. For a drive whose command is its force it
+is the same as `drive-gain`, which under a servo scales the target instead.
 
 ## Where it comes from
 Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply

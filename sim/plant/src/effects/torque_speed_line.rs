@@ -32,17 +32,18 @@ speed = \"30 mm/s\"
 `feeler run scenarios/effects/torque-speed-line.toml` runs it.
 
 ## Model
-The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
-its stroke: what the supply voltage of a motor leaves over for its current. Against the motion more than
-`force` is possible. A motor on a voltage has this line by its resistance and takes no second one.
+The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed
+of its stroke. This is the force that the supply voltage of a motor still allows at that speed. Against the
+motion more than `force` is possible. A motor whose command is a voltage has this line already, by its
+resistance, and takes no second one.
 
 ## Where it comes from
 The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.
 
 ## How it shows
 Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit`
-caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not ask
-for the load.
+caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not depend
+on the load.
 
 ## How it is recognised
 Plot the largest force against speed, with and against the motion: its edge is a straight line that falls.

@@ -29,7 +29,7 @@ width = \"4 N\"
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the
 command, and so the width, is a speed. Under a position servo it is a deadband of the error, and the width a
-length.
+length. Write these as plain SI numbers: a text must have a unit of force.
 
 ## Where it comes from
 Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set

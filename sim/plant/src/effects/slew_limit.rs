@@ -30,7 +30,8 @@ rate = \"1 kN/s\"
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
 Of several limits the smallest holds. On a velocity source it is the commanded speed that is held back,
-under a position servo the target.
+under a position servo the target. Write these rates as plain SI numbers: a text must have a unit of force
+over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.

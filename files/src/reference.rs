@@ -101,6 +101,7 @@ pub fn effects_markdown() -> String {
         let (first, rest) = definition.summary.split_at(1);
         let _ = write!(text, "\n## `{}`\n\n{}{rest}. ", definition.kind, first.to_uppercase());
         let _ = writeln!(text, "It sits under {}.\n", definition.sits_under());
+        let _ = writeln!(text, "![law of {0}](images/effects/{0}.svg)\n", definition.kind);
         for line in definition.documentation.lines() {
             match line.strip_prefix("## ") {
                 Some(title) => drop(writeln!(text, "### {title}\n")),
@@ -123,6 +124,9 @@ feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
 is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
+
+Each drawing shows the law of an effect in outline, without numbers. The solid line is the machine
+with the effect, the dashed line the machine without it.
 ";
 
 /// The text with its paragraphs and lists wrapped at `COLUMNS`.

@@ -9,7 +9,7 @@ use feeler_plant::description::{
     Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::{
-    Change, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
+    Change, Curve, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
 };
 
 /// An axis on a base in front of a workpiece, with an element for every effect: bodies, rigid and flexible
@@ -178,6 +178,22 @@ fn prop_the_model_speaks_of_every_parameter() {
                 definition.kind,
                 parameter.name
             );
+        }
+    }
+}
+
+#[test]
+fn prop_a_law_is_drawn_within_its_box_and_differs_from_the_machine_without() {
+    for definition in LIBRARY {
+        let law = &definition.law;
+        let points =
+            |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
+        let (with, without) = (points(law.with), points(law.without));
+        assert!(law.axes.iter().all(|axis| !axis.is_empty()) && !with.is_empty(), "{}", definition.kind);
+        assert!(with.iter().all(|curve| !without.contains(curve)), "{}", definition.kind);
+        for &(across, up) in with.iter().chain(&without).flatten() {
+            let within = (law.start..=1.0).contains(&across) && (-1.0..=1.0).contains(&up);
+            assert!(within, "{}: ({across}, {up})", definition.kind);
         }
     }
 }

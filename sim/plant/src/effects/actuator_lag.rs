@@ -1,6 +1,8 @@
 //! `actuator-lag`: first-order lag between command and drive force.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -49,6 +51,12 @@ theory has it as a pole.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
 ",
+    law: Law {
+        axes: ["time", "drive force"],
+        start: 0.0,
+        with: &[Curve::LAGGED_STEP],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ActuatorLag>(),
 };

@@ -1,6 +1,8 @@
 //! `added-mass`: payload or error of the inertia.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -25,7 +27,7 @@ mass = \"3 kg\"
 `feeler run scenarios/effects/added-mass.toml` runs it.
 
 ## Model
-The body weighs `mass` more than believed (or less; what remains must be more than nothing).
+The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.
 
 ## Where it comes from
 Payloads, grippers and cables that nobody entered, motor and gear inertia off the data sheet.
@@ -46,6 +48,12 @@ The body's mass changes; everything stays exact. Linear theory uses the changed 
 C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and
 links, International Journal of Robotics Research 5 (1986).
 ",
+    law: Law {
+        axes: ["drive force", "acceleration"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<AddedMass>(),
 };

@@ -1,6 +1,8 @@
 //! `asymmetric-friction`: dry friction with one level per direction.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -52,6 +54,12 @@ Linear theory takes friction as sliding one way.
 C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE
 Journal of Robotics and Automation 3 (1987).
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, -0.5), (0.0, -0.2), (0.0, 0.6), (1.0, 0.9)])],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<AsymmetricFriction>(),
 };

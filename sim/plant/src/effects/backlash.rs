@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -69,6 +71,12 @@ and exact. Linear theory takes the play as closed.
 M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002):
 the dead-zone model with damping.
 ",
+    law: Law {
+        axes: ["elongation", "force in the transmission"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::Compliance],
     change: Change::plant::<Backlash>(),
 };

@@ -1,7 +1,8 @@
 //! `base-flexibility`: guide, actuator reaction and workpiece are mounted on a base that moves.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, GROUND_NODE};
 use crate::units::Dimension;
@@ -58,6 +59,12 @@ pair of zeros.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): robot base dynamics.
 ",
+    law: Law {
+        axes: ["time after a step of the drive force", "base position"],
+        start: 0.0,
+        with: &[Curve::Function(|t| -0.5 * (1.0 - (-4.0 * t).exp() * (25.0 * t).cos()))],
+        without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.0)])],
+    },
     traits: &[Trait::Compliance],
     change: Change::plant::<BaseFlexibility>(),
 };

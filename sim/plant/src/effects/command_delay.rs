@@ -1,6 +1,8 @@
 //! `command-delay`: a delay of the command, by any real number of seconds.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -48,6 +50,12 @@ factor of the frequency response or as states of the sampled loop.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
+    law: Law {
+        axes: ["time", "command at the drive"],
+        start: 0.0,
+        with: &[Curve::LATE_STEP],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Delay],
     change: Change::plant::<CommandDelay>(),
 };

@@ -1,6 +1,8 @@
 //! `command-noise`: noise on the commands of a drive.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use std::f64::consts::TAU;
+
+use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -25,9 +27,8 @@ sigma = \"2 N\"
 `feeler run scenarios/effects/command-noise.toml` runs it.
 
 ## Model
-Every command that is issued gets a normal number of deviation `sigma`, drawn from a stream of the drive at
-the instant of the command, before deadband, gain and limit. The record holds the command without it. Linear
-theory leaves it out.
+Every command that is issued gets a normally distributed error of standard deviation `sigma`, before
+deadband, gain and limit. The record holds the command without this error. Linear theory leaves it out.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was
@@ -49,6 +50,14 @@ Linear theory leaves noise out.
 ## Source
 H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on analogue lines.
 ",
+    law: Law {
+        axes: ["time", "command at the drive"],
+        start: 0.0,
+        with: &[Curve::Function(|t| {
+            0.6 * (TAU * t).sin() + 0.1 * ((211.0 * t).sin() + (137.0 * t).sin() + (89.0 * t).sin())
+        })],
+        without: &[Curve::Function(|t| 0.6 * (TAU * t).sin())],
+    },
     traits: &[],
     change: Change::plant::<CommandNoise>(),
 };

@@ -1,6 +1,8 @@
 //! `constant-load`: gravity or a cable pull.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -33,8 +35,8 @@ Weight on an inclined axis, a counterbalance that is not quite right, hoses, cab
 
 ## How it shows
 The command that holds the axis still is not zero, and free motion is faster one way than the other.
-`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact `force-bias`
-offsets force and reading alike in a closed loop; the command at rest in free motion parts them.
+`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact under
+force control `force-bias` shifts the command as well; the command at rest in free motion parts them.
 
 ## How it is recognised
 The missing force has a mean that depends neither on speed nor on command. Hold the axis at rest in free
@@ -48,6 +50,12 @@ change the motion about it.
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
+    law: Law {
+        axes: ["position", "load"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, 0.6), (1.0, 0.6)])],
+        without: &[],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ConstantLoad>(),
 };

@@ -1,6 +1,6 @@
 //! `contact-damping`: another damping of the contact.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -26,15 +26,16 @@ damping = \"500 N s/m\"
 
 ## Model
 The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.
-It vanishes at the value the contact has.
+At the value that the contact has, the effect is absent.
 
 ## Where it comes from
 Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sensor.
 
 ## How it shows
 Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the
-same frequency. `hunt-crossley-contact` loses energy in proportion to the impact speed too; the force at
-touch-down parts them: a step here, none there. `viscous-friction` damps free motion as well.
+same frequency. The share of energy that an impact loses does not depend on its speed; in a
+`hunt-crossley-contact` it grows with the speed. The force at touch-down parts them too: a step here, none
+there. `viscous-friction` damps free motion as well.
 
 ## How it is recognised
 Impacts lose more or less energy than predicted, and the contact mode rings for a different time at the same
@@ -48,6 +49,12 @@ a step, and the contact opens when its force reaches zero.
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37
 (2002): the spring-dashpot model.
 ",
+    law: Law {
+        axes: ["rate of compression", "viscous contact force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],
+        without: &[Curve::Points(&[(-1.0, -0.4), (1.0, 0.4)])],
+    },
     traits: &[],
     change: Change::plant::<ContactDamping>(),
 };

@@ -1,6 +1,8 @@
 //! `contact-stiffness`: another stiffness of the contact.
 
-use super::{ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -26,7 +28,8 @@ stiffness = \"120 kN/m\"
 
 ## Model
 The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power
-of the compression, `stiffness` is its coefficient in N/m^n. It vanishes at the value the contact has.
+of the compression, `stiffness` is its coefficient in N/m^n. At the value that the contact has, the effect
+is absent.
 
 ## Where it comes from
 Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data
@@ -50,6 +53,12 @@ The stiffness of the contact is replaced; each mode stays exact. Linear theory u
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,
 Measurement, and Control 99 (1977): the loop gain is proportional to the stiffness.
 ",
+    law: Law {
+        axes: ["compression", "elastic contact force"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.9)])],
+        without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.5)])],
+    },
     traits: &[],
     change: Change::plant::<ContactStiffness>(),
 };

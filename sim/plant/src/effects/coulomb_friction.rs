@@ -1,6 +1,8 @@
 //! `coulomb-friction`: dry friction, set-valued at rest.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -50,6 +52,12 @@ the instants between them are events. Linear theory takes friction as sliding on
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction
 compensation, European Journal of Control 4 (1998).
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Function(|v| 0.3 * v + 0.4 * v.signum())],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<CoulombFriction>(),
 };

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use feeler_problem::Remedy;
 use thiserror::Error;
 
-use super::Kind;
+use super::{Kind, Law};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -300,6 +300,8 @@ pub struct Definition {
     /// Its documentation: description, equation, causes and look-alikes, as Markdown with the sections
     /// `Model`, `Where it comes from`, `How it shows` and `Source`.
     pub documentation: &'static str,
+    /// The drawing of its model on that page.
+    pub law: Law,
     /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
     /// What it does.

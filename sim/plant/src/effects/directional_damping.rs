@@ -1,6 +1,8 @@
 //! `directional-damping`: viscous friction that depends on the direction.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -57,6 +59,12 @@ takes the mean of both.
 M. T. Mason and J. K. Salisbury, Robot Hands and the Mechanics of Manipulation, MIT Press (1985): gears that
 are driven backward; J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative],
     change: Change::plant::<DirectionalDamping>(),
 };

@@ -1,6 +1,8 @@
 //! `drive-deadband`: commands within the width have no effect; beyond it the width is subtracted.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -26,7 +28,8 @@ width = \"4 N\"
 
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the
-command, and so the width, is a speed.
+command, and so the width, is a speed. Under a position servo it is a deadband of the error, and the width a
+length. Write these as plain SI numbers: a text must have a unit of force.
 
 ## Where it comes from
 Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set
@@ -38,16 +41,22 @@ command. `coulomb-friction` takes the same size with the sign of the velocity. T
 pushes the way it moves and part where it brakes, and where a resting axis is pushed from outside.
 
 ## How it is recognised
-Plot the missing force against the command: it is a step at zero. Repeat at two levels: the share that is
-missing falls with the level.
+Plot the missing force against the command: it is the whole command up to `width`, and `width` beyond.
+Repeat at two levels: the share that is missing falls with the level.
 
 ## Numerical treatment
-It acts on held commands and is exact. Linear theory leaves it out and says so.
+It acts on held commands and is exact. Linear theory takes it as crossed: the drive answers in full.
 
 ## Source
 G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley
 (1996): the dead-zone.
 ",
+    law: Law {
+        axes: ["command", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<DriveDeadband>(),
 };

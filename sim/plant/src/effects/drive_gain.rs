@@ -1,6 +1,8 @@
 //! `drive-gain`: an error of the force constant scales the command.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -28,8 +30,8 @@ gain = 0.8
 
 ## Model
 The drive acts on `gain * u`, before its limits. This is the error of a motor's torque constant, too: a
-constant that is a tenth less than believed is `gain = 0.9`. A negative gain is a drive that is wired the
-wrong way round.
+constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it scales the target. A
+negative gain is a drive that is wired the wrong way round.
 
 ## Where it comes from
 A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.
@@ -51,6 +53,12 @@ The held command is multiplied, which is exact. Linear theory scales the loop ga
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
+    law: Law {
+        axes: ["command", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<DriveGain>(),
 };

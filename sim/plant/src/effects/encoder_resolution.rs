@@ -1,6 +1,8 @@
 //! `encoder-resolution`: quantisation.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -47,6 +49,12 @@ in simulation.
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall
 passivity, IEEE Transactions on Robotics 21 (2005).
 ",
+    law: Law {
+        axes: ["position", "encoder reading"],
+        start: -1.0,
+        with: &[Curve::ROUNDED],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::Quantisation],
     change: Change::plant::<EncoderResolution>(),
 };

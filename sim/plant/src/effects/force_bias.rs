@@ -1,6 +1,8 @@
 //! `force-bias`: offset.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -44,6 +46,12 @@ A constant is added to the reading. Linear theory does not depend on it.
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.
 ",
+    law: Law {
+        axes: ["force", "force reading"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.6), (0.7, 1.0)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ForceBias>(),
 };

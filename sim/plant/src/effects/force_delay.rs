@@ -1,6 +1,8 @@
 //! `force-delay`: a delay of the force reading.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -49,6 +51,12 @@ exact.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
+    law: Law {
+        axes: ["time", "force reading"],
+        start: 0.0,
+        with: &[Curve::LATE_STEP],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Delay],
     change: Change::plant::<ForceDelay>(),
 };

@@ -1,6 +1,8 @@
 //! `force-gain`: calibration error.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -46,6 +48,12 @@ The reading is multiplied, which is exact. Linear theory scales the loop gain.
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and
 sensitivity.
 ",
+    law: Law {
+        axes: ["force", "force reading"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ForceGain>(),
 };

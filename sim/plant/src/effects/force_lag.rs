@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::description::LowPass;
 use crate::units::Dimension;
@@ -50,6 +52,12 @@ The filter is one more state and exact. Linear theory has it as a pole in the lo
 G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):
 antialiasing prefilters.
 ",
+    law: Law {
+        axes: ["time", "force reading"],
+        start: 0.0,
+        with: &[Curve::LAGGED_STEP],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Delay],
     change: Change::plant::<ForceLag>(),
 };

@@ -1,7 +1,8 @@
 //! `force-limit`: the drive force is clipped.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -43,13 +44,19 @@ Plot the missing force against the command: it is zero up to the limit and a str
 and large steps show it, small signals do not.
 
 ## Numerical treatment
-The held command is clipped, which is exact. For a velocity source the limit is a mode of the force, whose
-begin and end are events. Linear theory takes the limit as not reached; describing functions predict limit
-cycles at it.
+The held command is clipped, which is exact. For a velocity source or a continuous servo the limit is a
+mode of the force, whose begin and end are events. Linear theory takes the limit as not reached; describing
+functions predict limit cycles at it.
 
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.
 ",
+    law: Law {
+        axes: ["command", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.5), (-0.5, -0.5), (0.5, 0.5), (0.9, 0.5)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<ForceLimit>(),
 };

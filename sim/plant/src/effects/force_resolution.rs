@@ -1,6 +1,8 @@
 //! `force-resolution`: quantisation.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -45,6 +47,12 @@ seen only in simulation.
 ## Source
 B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
 ",
+    law: Law {
+        axes: ["force", "force reading"],
+        start: -1.0,
+        with: &[Curve::ROUNDED],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::Quantisation],
     change: Change::plant::<ForceResolution>(),
 };

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, Ripple};
 use crate::units::Dimension;
@@ -48,7 +49,7 @@ Permanent magnets that pull at teeth and at the ends of an iron core, gears, bal
 ## How it shows
 The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much
 shorter than the pitch it is a constant and a slope: `constant-load` then looks the same. A slow axis rests
-in its valleys much as under `coulomb-friction`, but it returns its energy.
+in its valleys much as under `coulomb-friction`, but ripple returns its energy.
 
 ## How it is recognised
 Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best, at
@@ -56,12 +57,18 @@ any speed.
 
 ## Numerical treatment
 The force is a sine of the position, so an extrapolation method integrates the mode to rounding. Linear
-theory leaves it out and says so.
+theory takes its slope where the machine rests: a stiffness.
 
 ## Source
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
 ripple.
 ",
+    law: Law {
+        axes: ["position", "added force"],
+        start: -1.0,
+        with: &[Curve::Function(|x| 0.7 * (2.0 * TAU * x + 1.0).sin())],
+        without: &[],
+    },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ForceRipple>(),
 };

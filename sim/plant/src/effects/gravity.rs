@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, Pull, Weight};
 use crate::units::Dimension;
@@ -41,8 +42,8 @@ on the first, `x` the position of the second against the first. For an arm of ma
 from its joint, `amplitude = m g l`, and `phase` is the angle over the hanging arm where the position is
 zero. `period` is a full turn unless a gear lies between position and arm. Linear theory takes the slope at
 the operating point: a stiffness `amplitude 2 pi / period cos(...)`, negative above the joint. Runs
-integrate the sine to rounding, and the energy balance counts the potential energy. A rotational body states
-the gravity that is known as `gravity` and `gravity_phase`.
+integrate the sine to rounding, and the energy balance counts the potential energy. The known gravity
+of a rotational body is stated by its keys `gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.
@@ -63,6 +64,12 @@ balance counts the potential energy. Linear theory takes the slope at the operat
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
+    law: Law {
+        axes: ["angle", "torque of gravity"],
+        start: -1.0,
+        with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],
+        without: &[],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<Gravity>(),
 };

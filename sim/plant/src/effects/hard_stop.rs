@@ -1,6 +1,8 @@
 //! `hard-stop`: an unexpected end of travel.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, Link};
 use crate::motion::StopSide;
 use crate::units::Dimension;
@@ -33,17 +35,17 @@ damping = \"200 N s/m\"
 
 ## Model
 Beyond `position` (of the second body of the spring against the first) a stop pushes back with `stiffness`
-times the depth and `damping` times its rate, and never pulls. It stands above the start where `position` is
-above the position at the start, and below it otherwise. Touching and parting are modes, each linear and
-exact. Linear theory takes the stop as never reached.
+times the depth and `damping` times its rate, and never pulls. It is an upper stop if `position` is above
+the position at the start, else a lower one. Touching and parting are modes, each linear and exact. Linear
+theory takes the stop as never reached.
 
 ## Where it comes from
 Rubber buffers, end caps, a cable that becomes taut, a chip in the guide, a bellows that is squeezed flat.
 
 ## How it shows
-The axis stops short or bounces at one place, and the force that is missing begins there. Under a free
-spring beyond the place, `constant-load` and `gravity` may look alike on records that barely reach it.
-`force-limit` stops an axis too, but at a force and at any place.
+The axis stops short or bounces at one place, and the force that is missing begins there. On records that
+barely reach the stop, `constant-load` and `gravity` may look alike. `force-limit` stops an axis too, but at
+a force and at any place.
 
 ## How it is recognised
 Plot the missing force against position: it is zero up to one place and rises beyond it, at every speed.
@@ -55,6 +57,12 @@ reached.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on an elastic support.
 ",
+    law: Law {
+        axes: ["position", "force of the stop"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
+        without: &[],
+    },
     traits: &[Trait::Dissipative],
     change: Change::plant::<HardStop>(),
 };

@@ -1,6 +1,8 @@
 //! `hardening-stiffness`: the force grows faster than the deflection.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -50,6 +52,12 @@ A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing o
 drives, T. D. Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE
 Transactions on Robotics and Automation 12 (1996).
 ",
+    law: Law {
+        axes: ["elongation", "elastic force"],
+        start: -1.0,
+        with: &[Curve::Function(|d| 0.4 * d + 0.5 * d.powi(3))],
+        without: &[Curve::Points(&[(-1.0, -0.4), (1.0, 0.4)])],
+    },
     traits: &[Trait::Compliance],
     change: Change::plant::<HardeningStiffness>(),
 };

@@ -1,7 +1,8 @@
 //! `hertz-contact`: the force grows with a power of the compression.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -32,7 +33,7 @@ stiffness = \"20 MN/m^1.5\"
 
 ## Model
 The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear
-contact it vanishes at `exponent = 1` and the stiffness which the contact has.
+contact the effect is absent at `exponent = 1` and the stiffness that the contact has.
 
 ## Where it comes from
 Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar
@@ -55,6 +56,12 @@ stays exact. Linear theory takes the stiffness at the operating force.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
 ",
+    law: Law {
+        axes: ["compression", "elastic contact force"],
+        start: 0.0,
+        with: &[Curve::Function(|d| 0.9 * d.powf(1.5))],
+        without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.6)])],
+    },
     traits: &[Trait::SurfacesPart],
     change: Change::plant::<HertzContact>(),
 };

@@ -1,6 +1,8 @@
 //! `hunt-crossley-contact`: damping grows with compression.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -51,6 +53,15 @@ exact. Linear theory takes stiffness and damping at the operating force.
 K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME
 Journal of Applied Mechanics 42 (1975).
 ",
+    law: Law {
+        axes: ["compression during an impact", "contact force"],
+        start: 0.0,
+        with: &[
+            Curve::Function(|d| 0.6 * d * (1.0 + 0.7 * (1.0 - d * d).sqrt())),
+            Curve::Function(|d| 0.6 * d * (1.0 - 0.5 * (1.0 - d * d).sqrt())),
+        ],
+        without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.6)])],
+    },
     traits: &[Trait::Dissipative, Trait::SurfacesPart],
     change: Change::plant::<HuntCrossleyContact>(),
 };

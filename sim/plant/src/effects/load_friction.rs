@@ -1,6 +1,8 @@
 //! `load-friction`: the Coulomb level grows with the contact force.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -33,9 +35,9 @@ Screws, gears and plain guides that carry the process force, guides that are til
 
 ## How it shows
 Free motion is as predicted. In contact, the command for a force on the way up and on the way down differs
-by twice the ratio: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does
-the same, but it also acts in free motion. `contact-damping` also opens a loop between force and
-compression, one that closes at slow motion.
+by `2 ratio |F|`: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the
+same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression,
+one that closes at slow motion.
 
 ## How it is recognised
 Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion
@@ -50,6 +52,12 @@ sliding one way.
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load
 and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
+    law: Law {
+        axes: ["contact force", "level of dry friction"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.9)])],
+        without: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.2)])],
+    },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<LoadFriction>(),
 };

@@ -1,7 +1,8 @@
 //! `loop-gain`: a drive makes more or less force of the same motion and command.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -27,10 +28,10 @@ gain = 0.7
 `feeler run scenarios/effects/loop-gain.toml` runs it.
 
 ## Model
-The drive gives `gain` times the force that it would give of the same command at the same motion, before its
-limits. Of a position servo that is `gain` on `kp`, `ki` and `kd`. Of a velocity source or a motor it is
-`gain` on what command and speed make of force. Of a drive whose command is its force it is the same as
-`drive-gain`, which under a servo scales the target instead.
+The drive gives `gain` times the force that it would give for the same command at the same motion, before
+its limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it
+scales the parts of the force that follow from command and speed. For a drive whose command is its force it
+is the same as `drive-gain`, which under a servo scales the target instead.
 
 ## Where it comes from
 Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
@@ -54,6 +55,12 @@ gains of the servo.
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
+    law: Law {
+        axes: ["error of the servo", "drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
+        without: &[Curve::UNCHANGED],
+    },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<LoopGain>(),
 };

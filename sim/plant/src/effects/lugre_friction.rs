@@ -2,7 +2,8 @@
 
 use super::stribeck_friction::excess;
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, Bristle};
 use crate::units::Dimension;
@@ -66,9 +67,18 @@ integrates each to rounding. Stiff bristles at high speed cost time. Linear theo
 rest: a spring and a damper.
 
 ## Source
-C. Canudas de Wit, H. Olsson, K. J. Aström and P. Lischinsky, A new model for control of systems with
+C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with
 friction, IEEE Transactions on Automatic Control 40 (1995).
 ",
+    law: Law {
+        axes: ["position, slowly to and fro", "force of the guide"],
+        start: -1.0,
+        with: &[
+            Curve::Function(|x| 0.7 - 1.4 * (-(x + 1.0) / 0.3).exp()),
+            Curve::Function(|x| -0.7 + 1.4 * ((x - 1.0) / 0.3).exp()),
+        ],
+        without: &[],
+    },
     traits: &[Trait::DryFriction],
     change: Change::plant::<LugreFriction>(),
 };

@@ -8,11 +8,13 @@
 mod definition;
 #[cfg(test)]
 mod fixture;
+mod law;
 
 pub use definition::{
     ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Parameters, Place,
     Scale, Trait,
 };
+pub use law::{Curve, Law};
 
 use definition::ChangesPlant;
 

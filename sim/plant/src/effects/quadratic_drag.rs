@@ -1,6 +1,8 @@
 //! `quadratic-drag`: a resistance that grows with the square of the speed.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -25,8 +27,8 @@ drag = \"20e3 N s2/m2\"
 `feeler run scenarios/effects/quadratic-drag.toml` runs it.
 
 ## Model
-The guide resists a speed `v` with `drag |v| v`. Linear theory takes the slope at the operating point, which
-at rest is none; about a steady speed it damps by `2 drag |v|`. Forward and backward are modes of their own,
+The guide resists a speed `v` with `drag |v| v`. Small motions about a steady speed are damped by
+`2 drag |v|`, small motions about rest not at all. Forward and backward are modes of their own,
 so that the law is smooth in each; runs integrate it to rounding.
 
 ## Where it comes from
@@ -42,12 +44,18 @@ need three speeds.
 
 ## Numerical treatment
 Forward and backward are modes, so the law is smooth in each, and an extrapolation method integrates it to
-rounding. Linear theory takes the slope at the operating point, which is zero at rest.
+rounding. Linear theory describes motion about rest, where drag has no slope, and leaves it out.
 
 ## Source
 G. K. Batchelor, An Introduction to Fluid Dynamics, Cambridge University Press (1967): drag at high Reynolds
 numbers.
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Function(|v| 0.3 * v + 0.6 * v * v.abs())],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative],
     change: Change::plant::<QuadraticDrag>(),
 };

@@ -1,7 +1,8 @@
 //! `slew-limit`: a limit on the rate of the drive force.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -28,7 +29,9 @@ rate = \"1 kN/s\"
 
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
-Of several limits the smallest holds. On a velocity source it is the commanded speed that is held back.
+Of several limits the smallest holds. On a velocity source it is the commanded speed that is held back,
+under a position servo the target. Write these rates as plain SI numbers: a text must have a unit of force
+over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.
@@ -49,6 +52,12 @@ the limit as not reached.
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
 ",
+    law: Law {
+        axes: ["time", "drive force"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<SlewLimit>(),
 };

@@ -1,7 +1,8 @@
 //! `stribeck-friction`: dry friction whose level falls from static to Coulomb with speed.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::Assembly;
 use crate::units::Dimension;
@@ -43,7 +44,7 @@ Lubricated guides and gears: at low speed the film is too thin to keep the surfa
 
 ## How it shows
 The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and
-jumps, and a force loop with an integrator hunts with a sharper rhythm. Above a few times `velocity` it is
+jumps, and a force loop with an integrator hunts with larger jumps. Above a few times `velocity` it is
 `coulomb-friction`, and only slow motion or reversals part them. A falling level looks like negative
 `viscous-friction` over a narrow range of speeds.
 
@@ -59,6 +60,12 @@ Stick and slip are events. Linear theory takes friction as sliding one way.
 B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation
 methods for the control of machines with friction, Automatica 30 (1994).
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Function(|v| 0.3 * v + (0.3 + 0.4 * (-(v / 0.2).powi(2)).exp()) * v.signum())],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<StribeckFriction>(),
 };

@@ -1,6 +1,6 @@
 //! `surface-offset`: the wall is not at its believed position.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -48,6 +48,12 @@ it.
 B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position
 is uncertain.
 ",
+    law: Law {
+        axes: ["position", "contact force"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.8)])],
+        without: &[Curve::Points(&[(0.0, 0.0), (0.3, 0.0), (0.8, 0.8)])],
+    },
     traits: &[],
     change: Change::plant::<SurfaceOffset>(),
 };

@@ -1,6 +1,6 @@
 //! `timing-jitter`: controller samples deviate from the grid.
 
-use super::{Change, Definition, HostKind, Parameters, Place};
+use super::{Change, Curve, Definition, HostKind, Law, Parameters, Place};
 use crate::units::Dimension;
 
 parameters! { TimingJitter
@@ -46,6 +46,19 @@ even grid and says so.
 B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control
 Conference (1995).
 ",
+    law: Law {
+        axes: ["sample", "time at which it is taken"],
+        start: 0.0,
+        with: &[Curve::Points(&[
+            (0.0, 0.1),
+            (0.2, 0.17),
+            (0.4, 0.46),
+            (0.6, 0.51),
+            (0.8, 0.84),
+            (0.9, 0.88),
+        ])],
+        without: &[Curve::Points(&[(0.0, 0.0), (0.9, 0.9)])],
+    },
     traits: &[],
     change: Change::SampleJitter(|values| TimingJitter::of(values).sigma),
 };

@@ -1,6 +1,6 @@
 //! `tool-inertia`: the mass beyond the sensor adds mass times tip acceleration to the reading.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
 use crate::assembly::{Assembly, Source};
 use crate::units::Dimension;
 
@@ -49,6 +49,12 @@ theory has a direct term from acceleration to reading.
 D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total
 least-squares approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
 ",
+    law: Law {
+        axes: ["acceleration in free motion", "force reading"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, -0.7), (1.0, 0.7)])],
+        without: &[Curve::Points(&[(-1.0, 0.0), (1.0, 0.0)])],
+    },
     traits: &[],
     change: Change::plant::<ToolInertia>(),
 };

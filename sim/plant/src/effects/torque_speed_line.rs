@@ -1,7 +1,8 @@
 //! `torque-speed-line`: the faster a drive moves, the less force is left.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, SpeedLine};
 use crate::units::Dimension;
@@ -31,17 +32,18 @@ speed = \"30 mm/s\"
 `feeler run scenarios/effects/torque-speed-line.toml` runs it.
 
 ## Model
-The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
-its stroke: what the supply voltage of a motor leaves over for its current. Against the motion more than
-`force` is possible. A motor on a voltage has this line by its resistance and takes no second one.
+The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed
+of its stroke. This is the force that the supply voltage of a motor still allows at that speed. Against the
+motion more than `force` is possible. A motor whose command is a voltage has this line already, by its
+resistance, and takes no second one.
 
 ## Where it comes from
 The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.
 
 ## How it shows
 Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit`
-caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not ask
-for the load.
+caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not depend
+on the load.
 
 ## How it is recognised
 Plot the largest force against speed, with and against the motion: its edge is a straight line that falls.
@@ -55,6 +57,12 @@ theory takes the line as not reached.
 A. Hughes and B. Drury, Electric Motors and Drives, Newnes (2013): torque and speed of motors on a constant
 voltage.
 ",
+    law: Law {
+        axes: ["speed", "bounds of the drive force"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, 1.0), (1.0, 0.0)]), Curve::Points(&[(-1.0, 0.0), (1.0, -1.0)])],
+        without: &[],
+    },
     traits: &[Trait::Saturation],
     change: Change::plant::<TorqueSpeedLine>(),
 };

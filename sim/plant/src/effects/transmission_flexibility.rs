@@ -1,7 +1,8 @@
 //! `transmission-flexibility`: splits one body into two with a spring in between.
 
 use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
 };
 use crate::assembly::{Assembly, NodeId};
 use crate::units::Dimension;
@@ -59,6 +60,14 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Robotics and Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic
 joint robots, ASME Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
+    law: Law {
+        axes: ["time after a step of the motor", "tip position"],
+        start: 0.0,
+        with: &[Curve::Function(|t| {
+            0.6 * (1.0 - (-5.0 * (t - 0.1).max(0.0)).exp() * (30.0 * (t - 0.1).max(0.0)).cos())
+        })],
+        without: &[Curve::STEP],
+    },
     traits: &[Trait::Compliance],
     change: Change::plant::<TransmissionFlexibility>(),
 };

@@ -1,6 +1,8 @@
 //! `viscous-friction`: additional damping of the guide.
 
-use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -46,6 +48,12 @@ It adds to the damping of the guide and is exact, in simulation and in linear th
 ## Source
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
 ",
+    law: Law {
+        axes: ["sliding speed", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],
+        without: &[Curve::GUIDE],
+    },
     traits: &[Trait::Dissipative],
     change: Change::plant::<ViscousFriction>(),
 };

@@ -1,0 +1,52 @@
+//! The law of each effect as a small drawing.
+
+use std::fmt::Write as _;
+
+use feeler_plant::effects::{Curve, LIBRARY, Law};
+
+/// Drawings of all effects as SVG: name of the file in `docs/images/effects`, and its text.
+pub fn effect_drawings() -> Vec<(String, String)> {
+    LIBRARY.iter().map(|definition| (format!("{}.svg", definition.kind), drawing(&definition.law))).collect()
+}
+
+/// Edges of the plot within 240 x 150 pixels; the rows above and below hold the texts of the axes.
+const LEFT: f64 = 10.0;
+const RIGHT: f64 = 230.0;
+const TOP: f64 = 20.0;
+const BOTTOM: f64 = 130.0;
+/// Colours of medium lightness: at least 3.8 : 1 against white and against the book's dark pages.
+const GREY: &str = "#808080";
+const WITH: &str = "stroke=\"#1f77d0\"";
+const WITHOUT: &str = "stroke=\"#c26a00\" stroke-dasharray=\"5 4\"";
+
+fn drawing(law: &Law) -> String {
+    let lines = |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
+    let (with, without) = (lines(law.with), lines(law.without));
+    let low = if with.iter().chain(&without).flatten().any(|point| point.1 < 0.0) { -1.0 } else { 0.0 };
+    let place = |(across, up): (f64, f64)| {
+        let across = (across - law.start) / (1.0 - law.start);
+        let up = (up - low) / (1.0 - low);
+        (LEFT + across * (RIGHT - LEFT), BOTTOM - up * (BOTTOM - TOP))
+    };
+    let (x, y) = place((0.0, 0.0));
+    let side = if law.start < 0.0 { "middle" } else { "start" };
+    let [across, up] = law.axes;
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"240\" height=\"150\" viewBox=\"0 0 240 150\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n\
+         <title>{up} over {across}</title>\n\
+         <path d=\"M{LEFT} {y}H{RIGHT}M{x} {BOTTOM}V{TOP}\" stroke=\"{GREY}\"/>\n\
+         <text x=\"{x}\" y=\"13\" text-anchor=\"{side}\" fill=\"{GREY}\">{up}</text>\n\
+         <text x=\"{RIGHT}\" y=\"145\" text-anchor=\"end\" fill=\"{GREY}\">{across}</text>\n"
+    );
+    for (style, lines) in [(WITHOUT, without), (WITH, with)] {
+        for line in lines {
+            let _ = write!(text, "<polyline fill=\"none\" stroke-width=\"2\" {style} points=\"");
+            for (x, y) in line.into_iter().map(place) {
+                let _ = write!(text, "{x:.1},{y:.1} ");
+            }
+            text.push_str("\"/>\n");
+        }
+    }
+    text + "</svg>\n"
+}

@@ -141,10 +141,9 @@ impl Judge<'_> {
         let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;
         let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
         Some(format!(
-            "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state `hold`; \
-             without it a delay of less than {:.2} ms is not told from this)",
-            rows * row_ms,
-            0.5 * row_ms
+            "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state \
+             `hold`; without it a delay of less than {row_ms:.2} ms is not told from this)",
+            rows * row_ms
         ))
     }
 

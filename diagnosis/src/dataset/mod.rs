@@ -295,6 +295,11 @@ impl Dataset {
             && kind.is_some_and(|(_, actuator)| is_pushed(&actuator.kind))
     }
 
+    /// Whether the commands of any drive are such samples.
+    pub(crate) fn is_any_sampled(&self) -> bool {
+        (0..self.drives.len()).any(|i| self.is_sampled(i))
+    }
+
     /// Whether a controller commands a drive, so that what was recorded of it is no command.
     pub fn is_looped(&self, drive: usize) -> bool {
         self.loops.iter().any(|looped| looped.drive == drive)

@@ -63,7 +63,7 @@ pub(crate) fn search(
     has_room: impl Fn(&Task<'_>, &Scored) -> bool,
 ) -> Result<Search<'_>, DiagnosisError> {
     let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
-    if (0..dataset.drives.len()).any(|i| dataset.is_sampled(i)) {
+    if dataset.is_any_sampled() {
         model = model.with_free_timing();
     }
     let start = model.start();
@@ -108,7 +108,8 @@ pub(crate) fn search(
 
 /// Range that the fitted records cover.
 fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
-    Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset) }
+    let instant_s = if dataset.is_any_sampled() { glance.spacing_s } else { 0.0 };
+    Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset), instant_s }
 }
 
 /// The finest step of an encoder, m. Zero if an accelerometer resolves smaller motion.

@@ -3,7 +3,7 @@
 use feeler_plant::effects::{ActuatorLag, Kind};
 
 use super::start::times;
-use super::{Balance, Element, Form, Glance, Known, spread};
+use super::{Balance, Element, Form, Glance, Known, Seen, spread};
 
 impl Known for ActuatorLag {
     const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
@@ -19,5 +19,9 @@ impl Known for ActuatorLag {
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
         times(glance).map(|time_constant| Self { time_constant }).to_vec()
+    }
+
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.is_in_time(self.time_constant)
     }
 }

@@ -2,7 +2,7 @@
 
 use feeler_plant::effects::CommandDelay;
 
-use super::{Balance, DELAY_ROWS, Element, Form, Glance, Known, spread};
+use super::{Balance, DELAY_ROWS, Element, Form, Glance, Known, Seen, spread};
 
 /// Readings do not show when a held command arrives between two rows, and jump when the arrival passes a row:
 /// every row is a separate minimum.
@@ -19,5 +19,9 @@ impl Known for CommandDelay {
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
         ROWS.map(|rows| Self { delay: rows * glance.spacing_s }).to_vec()
+    }
+
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.is_in_time(self.delay)
     }
 }

@@ -78,9 +78,16 @@ pub(crate) struct Seen {
     pub(crate) command_n: f64,
     /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
     pub(crate) step_m: f64,
+    /// Time within which it is not known when a command acts, s: a row where no hold is stated, else zero.
+    pub(crate) instant_s: f64,
 }
 
 impl Seen {
+    /// Whether a command that is late by so much acts when others may act as well.
+    pub(crate) fn is_in_time(&self, late_s: f64) -> bool {
+        late_s < self.instant_s
+    }
+
     /// Whether a motion of this size is lost in the steps of the encoders.
     pub(crate) fn is_lost(&self, size_m: f64) -> bool {
         size_m < self.step_m

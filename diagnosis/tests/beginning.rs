@@ -1,0 +1,125 @@
+//! How a prediction begins: in the middle of a motion, and with a command that goes on between its rows. The
+//! machine is integrated here, by equations written out.
+
+#![expect(clippy::expect_used, reason = "helpers of tests fail as tests do")]
+
+use std::f64::consts::TAU;
+
+use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::predict::Predictor;
+use feeler_files::Document;
+use feeler_plant::assembly::{Source, assemble};
+
+const SPACING_S: f64 = 0.01;
+const ROWS: usize = 400;
+/// Steps per row of the machine's own integration.
+const FINE: usize = 1000;
+const STEP_M: f64 = 3e-5;
+const MASS_KG: f64 = 2.5;
+const DAMPING_N_S_PER_M: f64 = 9.5;
+const FRICTION_N: f64 = 22.0;
+
+const MACHINE: &str = r#"
+name = "axis"
+[bodies.motor]
+mass = 2.5
+[springs.guide]
+between = ["ground", "motor"]
+damping = 9.5
+effects.coulomb-friction = { level = 22.0 }
+[actuators.drive]
+on = "motor"
+reacts_on = "ground"
+kind = "force"
+[sensors.encoder]
+reads = "motor.position"
+resolution = 3.0e-5
+"#;
+
+/// A command that turns in fractions of a tenth of a second.
+fn command(t_s: f64) -> f64 {
+    55.0 * (TAU * 1.8 * t_s).sin() + 30.0 * (TAU * 4.1 * t_s + 1.0).sin()
+}
+
+/// Commands and exact positions at every row, from rest. Between rows the command goes in straight lines.
+fn motion() -> [Vec<f64>; 2] {
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let dt = SPACING_S / FINE as f64;
+    let commands: Vec<f64> = (0..=ROWS).map(|k| command(k as f64 * SPACING_S)).collect();
+    let mut positions = Vec::new();
+    for pair in commands.windows(2) {
+        positions.push(x);
+        for step in 0..FINE {
+            let u = pair[0] + (pair[1] - pair[0]) * (step as f64 + 0.5) / FINE as f64;
+            // Friction turns with the direction within a tenth of a millimetre per second.
+            let friction = FRICTION_N * (v / 1e-4).tanh();
+            v += dt * (u - DAMPING_N_S_PER_M * v - friction) / MASS_KG;
+            x += dt * v;
+        }
+    }
+    [commands[..ROWS].to_vec(), positions]
+}
+
+/// The rows from `first` on, as an encoder counts them.
+fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
+    let [commands, positions] = motion();
+    let counted = positions[first..].iter().map(|x| (x / STEP_M).round() * STEP_M).collect();
+    let rows = ROWS - first;
+    Dataset {
+        name: "axis".into(),
+        machine: Document::parse(MACHINE, "axis.toml").expect("the text is a machine").scenario.machine,
+        tolerance: indexmap::IndexMap::default(),
+        drives: vec![(0, "command".into())],
+        holds_s: vec![hold_s],
+        loops: Vec::new(),
+        channels: vec![Channel {
+            column: "encoder".into(),
+            source: Source::Sensor(0),
+            noise: 1e-6,
+            resolution: STEP_M,
+        }],
+        records: vec![Record {
+            name: "axis.csv".into(),
+            engagement: None,
+            is_check: true,
+            repeat: None,
+            start_s: 0.0,
+            times_s: (0..rows).map(|k| k as f64 * SPACING_S).collect(),
+            spacing_s: SPACING_S,
+            commands: vec![commands[first..].to_vec()],
+            series: vec![counted],
+            silent: vec![false],
+        }],
+        warnings: Vec::new(),
+    }
+}
+
+/// Largest error of the free prediction over some rows, over half of the way that the motion covers.
+fn error(dataset: &Dataset, rows: usize) -> f64 {
+    let assembly = assemble(&dataset.machine).expect("it assembles");
+    let free = Predictor::new(assembly, dataset, &dataset.records[0]).and_then(|mut own| own.free());
+    let predicted = &free.expect("it moves").series[0];
+    let measured = &dataset.records[0].series[0];
+    let [low, high] =
+        measured.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
+    let off = measured.iter().zip(predicted).take(rows).map(|(m, p)| (m - p).abs()).fold(0.0, f64::max);
+    off / (0.5 * (high - low))
+}
+
+#[test]
+fn truth_a_record_that_begins_in_motion_is_followed_from_its_first_row() {
+    for first in [23, 31, 57, 90, 118, 166, 205] {
+        let off = error(&dataset(first, None), 30);
+        // A step of the encoder over six rows is 0.5 mm/s of 1 m/s; the motion turns within fewer rows than
+        // that, and friction with it.
+        assert!(off < 0.02, "from row {first}: {off}");
+    }
+}
+
+#[test]
+fn truth_a_command_that_goes_on_between_rows_is_half_a_row_earlier_than_a_held_one() {
+    let [straight, held] = [None, Some(SPACING_S)].map(|hold_s| error(&dataset(0, hold_s), 100));
+    // Half a row at 2 to 4 Hz is 0.06 to 0.13 rad. A mean over a row loses (omega T)^2 / 12 of a wave, which
+    // is 0.6 % of the faster one.
+    assert!(straight < 0.01 && held > 0.03, "{straight} {held}");
+}

@@ -155,7 +155,9 @@ fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, 
         let read = (series[0] - bias) / gain + assembly.nodes[relative_to].position_m;
         let bent = read - assembly.nodes[node].position_m;
         if bent.abs() > BENT_STEPS * channel.resolution.max(channel.noise) / gain.abs() {
-            as_one.iter().for_each(|member| assembly.nodes[*member].position_m += bent);
+            for member in as_one {
+                assembly.nodes[member].position_m += bent;
+            }
         }
     }
 }

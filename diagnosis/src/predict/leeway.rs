@@ -18,16 +18,15 @@ pub(crate) struct Leeway {
 pub(super) fn means_between_rows(commands: &[f64], late: f64) -> Vec<f64> {
     let whole = late.floor();
     let part = late - whole;
-    let at = |row: i64| commands[row.clamp(0, commands.len() as i64 - 1) as usize];
+    let last = commands.len().saturating_sub(1);
     // The mean covers the end of one line and the start of the next.
     let rest = 0.5 * (1.0 - part).powi(2);
-    (0..commands.len() as i64)
-        .map(|k| {
-            let row = k - whole as i64;
-            let [before, here, after] = [at(row - 1), at(row), at(row + 1)];
-            here + (before - here) * 0.5 * part * part + (after - here) * rest
-        })
-        .collect()
+    let mean = |k: usize| {
+        let at = |by: isize| commands[k.saturating_add_signed(by - whole as isize).min(last)];
+        let [before, here, after] = [-1, 0, 1].map(at);
+        here + (before - here) * 0.5 * part * part + (after - here) * rest
+    };
+    (0..commands.len()).map(mean).collect()
 }
 
 #[cfg(test)]

@@ -29,7 +29,9 @@ impl Rows {
         let is_ordinary = largest <= 0.0 || (ORDINARY.recip()..ORDINARY).contains(&largest);
         let unit = if is_ordinary { 1.0 } else { largest.log2().floor().exp2() };
         if !is_ordinary {
-            values.iter_mut().for_each(|v| *v /= unit);
+            for v in &mut values {
+                *v /= unit;
+            }
         }
         (Self { order, values }, unit)
     }
@@ -247,7 +249,9 @@ pub(crate) fn eigenvalues_by_francis(matrix: &DMatrix<f64>) -> Option<Vec<C64>> 
             found.extend(h.pair(low));
         }
     })?;
-    found.iter_mut().for_each(|value| *value *= unit);
+    for value in &mut found {
+        *value *= unit;
+    }
     found.iter().all(|value| value.is_finite()).then_some(found)
 }
 

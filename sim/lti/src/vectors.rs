@@ -36,7 +36,9 @@ pub(crate) fn eigenpairs(matrix: &DMatrix<f64>) -> Option<Vec<(C64, DVector<C64>
             found.push((value, vector(&schur, above, value, &start, smallest)));
         }
     }
-    found.iter_mut().for_each(|(value, _)| *value *= schur.unit);
+    for (value, _) in &mut found {
+        *value *= schur.unit;
+    }
     found.iter().all(|(value, v)| value.is_finite() && v.iter().all(|x| x.is_finite())).then_some(found)
 }
 
@@ -129,9 +131,8 @@ mod tests {
         assert!(residual(&DMatrix::identity(4, 4)) < ROUNDING);
         assert!(residual(&DMatrix::zeros(3, 3)) < ROUNDING);
         let double = DMatrix::from_fn(4, 4, |i, j| match (i, j) {
-            (0, 1) | (2, 3) => 1.0,
+            (0, 1 | 2) | (1 | 2, 3) => 1.0,
             (1, 0) | (3, 2) => -4.0,
-            (0, 2) | (1, 3) => 1.0,
             _ => 0.0,
         });
         assert!(residual(&double) < ROUNDING);

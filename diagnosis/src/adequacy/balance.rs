@@ -13,6 +13,9 @@ use crate::inverse::Smooth;
 /// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;
 
+/// Balances that differ by less than this are equal but for rounding, nats.
+const SAME_NATS: f64 = 1e-3;
+
 /// The smooth force beyond the accepted causes, if it is large enough to matter.
 pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {
     let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
@@ -51,15 +54,16 @@ pub(super) fn told(smooth: Smooth) -> String {
 }
 
 /// Other sets of causes that balance the check experiments as well or better, the best first. They have no
-/// more causes than the accepted set and do not consist of accepted ones only.
+/// more causes than the accepted set and do not consist of accepted ones only. Sets that balance them alike
+/// to rounding are the same to these records, however far their fits came: a gain, and a mass beside damping
+/// and friction that are hardly known.
 pub(crate) fn as_good<'b>(
     judge: &Judge<'_>,
     accepted: &Scored,
     tried: &'b [Scored],
     criteria: &Criteria,
 ) -> Vec<&'b Scored> {
-    let Some(own) = accepted.balanced.as_ref().filter(|_| judge.weight > 0.0 && !accepted.causes.is_empty())
-    else {
+    let Some(own) = accepted.balanced.as_ref().filter(|_| !accepted.causes.is_empty()) else {
         return Vec::new();
     };
     let simple = accepted.fitted.model.effect_parameters();
@@ -68,12 +72,18 @@ pub(crate) fn as_good<'b>(
         rival.causes.len() <= accepted.causes.len()
             && rival.fitted.model.effect_parameters() <= simple
             && !rival.causes.iter().all(is_within)
+    };
+    let nats = |rival: &Scored| rival.balanced.as_ref().map_or(f64::NEG_INFINITY, |balanced| balanced.nats);
+    let is_same =
+        |rival: &Scored| own.nats > criteria.further_nats && (nats(rival) - own.nats).abs() < SAME_NATS;
+    let is_as_good = |rival: &Scored| {
+        judge.weight > 0.0
+            && nats(rival) > own.nats - criteria.rival_nats
             && judge.is_finding(rival)
             && judge.is_meant(rival)
     };
-    let nats = |rival: &Scored| rival.balanced.as_ref().map_or(f64::NEG_INFINITY, |balanced| balanced.nats);
     let mut found: Vec<&Scored> =
-        tried.iter().filter(|rival| nats(rival) > own.nats - criteria.rival_nats).filter(is_other).collect();
+        tried.iter().filter(is_other).filter(|rival| is_same(rival) || is_as_good(rival)).collect();
     found.sort_by(|a, b| nats(b).total_cmp(&nats(a)));
     found.truncate(MOST_NAMED);
     found

@@ -136,8 +136,7 @@ impl Judge<'_> {
 
     /// When commands act of which no hold is stated.
     fn timing(&self, accepted: &Scored) -> Option<String> {
-        let is_sampled = |(i, _): &(usize, &(usize, String))| self.dataset.is_sampled(*i);
-        let (_, (_, column)) = self.dataset.drives.iter().enumerate().find(is_sampled)?;
+        let column = self.dataset.first_sampled()?;
         let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;
         let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
         Some(format!(

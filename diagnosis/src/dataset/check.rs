@@ -6,6 +6,7 @@ use feeler_plant::names::nearest;
 
 use super::bridge::{FIRST_LOST, Lost, are_few};
 use super::fault::{Fault, FaultKind};
+use super::regrid::{Between, regrid};
 use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
 /// Smallest number of rows for a prediction.
@@ -76,7 +77,6 @@ struct Series {
 struct Reader<'a> {
     dataset: &'a Dataset,
     experiment: &'a Experiment,
-    /// Hold time of each command, s.
     /// Step of each channel's values over all experiments; zero if there is none.
     grains: &'a [f64],
 }
@@ -420,65 +420,9 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     (worst < 0.1).then_some(step)
 }
 
-/// What a signal does between its rows.
-#[derive(Clone, Copy, PartialEq)]
-enum Between {
-    Held,
-    Straight,
-    /// The cubic through four rows: a position has no corners.
-    Smooth,
-}
-
-fn regrid(time: &[f64], column: &[f64], rows: usize, spacing_s: f64, between: Between) -> Vec<f64> {
-    let mut at = 0;
-    (0..rows)
-        .map(|i| {
-            let t = time[0] + i as f64 * spacing_s;
-            while at + 2 < time.len() && time[at + 1] <= t {
-                at += 1;
-            }
-            let share = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
-            let straight = column[at] + share * (column[at + 1] - column[at]);
-            match between {
-                Between::Held => column[at],
-                Between::Smooth if at > 0 && at + 2 < time.len() => cubic(time, column, at - 1, t),
-                _ => straight,
-            }
-        })
-        .collect()
-}
-
-/// Lagrange's cubic through the four rows from `first` on, at `t`.
-fn cubic(time: &[f64], column: &[f64], first: usize, t: f64) -> f64 {
-    let rows = first..first + 4;
-    let weight = |i: usize| -> f64 {
-        rows.clone().filter(|j| *j != i).map(|j| (t - time[j]) / (time[i] - time[j])).product()
-    };
-    rows.clone().map(|i| column[i] * weight(i)).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn order_a_position_between_uneven_rows_is_right_to_the_fourth_power() {
-        let worst = |rows: usize, between: Between| {
-            let spacing_s = 1.0 / rows as f64;
-            // Stamps wander by a fifth of a row.
-            let stamp = |k: usize| (k as f64 + 0.2 * (7.3 * k as f64).sin()) * spacing_s;
-            let time: Vec<f64> = (0..rows).map(stamp).collect();
-            let column: Vec<f64> = time.iter().map(|t| (5.0 * t).sin()).collect();
-            let found = regrid(&time, &column, rows, spacing_s, between);
-            let inner = found.iter().enumerate().take(rows - 4).skip(4);
-            inner.map(|(k, x)| (x - (5.0 * k as f64 * spacing_s).sin()).abs()).fold(0.0, f64::max)
-        };
-        let orders = [(Between::Straight, 2.0), (Between::Smooth, 4.0)];
-        for (between, order) in orders {
-            let slope = (worst(100, between) / worst(400, between)).log2() / 2.0;
-            assert!((slope - order).abs() < 0.3, "{slope} for {order}");
-        }
-    }
 
     #[test]
     fn truth_a_quantised_sine_shows_its_step() {

@@ -10,6 +10,7 @@ mod looped;
 mod pieces;
 pub(crate) mod rattle;
 mod read;
+mod regrid;
 mod scatter;
 mod units;
 
@@ -286,18 +287,17 @@ impl Dataset {
     /// Whether the commands of drive `i` are samples of a signal that goes on between rows: a force or a
     /// voltage of which no hold is stated.
     pub fn is_sampled(&self, i: usize) -> bool {
-        let is_pushed =
-            |kind: &ActuatorKind| matches!(kind, ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. });
-        let drive = self.drives.get(i).map(|(drive, _)| *drive);
-        let kind = drive.and_then(|drive| self.machine.actuators.get_index(drive));
-        self.holds_s.get(i).is_none_or(Option::is_none)
-            && drive.is_some_and(|drive| !self.is_looped(drive))
-            && kind.is_some_and(|(_, actuator)| is_pushed(&actuator.kind))
+        let Some((drive, _)) = self.drives.get(i) else { return false };
+        let is_pushed = matches!(
+            self.machine.actuators[*drive].kind,
+            ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. }
+        );
+        is_pushed && !self.is_looped(*drive) && self.holds_s.get(i).is_none_or(Option::is_none)
     }
 
-    /// Whether the commands of any drive are such samples.
-    pub(crate) fn is_any_sampled(&self) -> bool {
-        (0..self.drives.len()).any(|i| self.is_sampled(i))
+    /// The first column whose commands are such samples.
+    pub(crate) fn first_sampled(&self) -> Option<&str> {
+        (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].1.as_str())
     }
 
     /// Whether a controller commands a drive, so that what was recorded of it is no command.

@@ -5,6 +5,7 @@ pub(crate) mod candidates;
 pub(crate) mod curvature;
 pub(crate) mod glance;
 pub(crate) mod least_squares;
+mod leeway;
 pub(crate) mod missing;
 pub(crate) mod model;
 mod nested;

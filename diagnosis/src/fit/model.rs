@@ -11,19 +11,13 @@ use crate::error::DiagnosisError;
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::inverse::Part;
 use crate::kinds::{dossier, overlaps};
-use crate::predict::{Leeway, Presliding};
 use crate::tolerance;
 
 /// Step of finite differences in `theta`.
-const DIFFERENCE: f64 = 1e-3;
+pub(super) const DIFFERENCE: f64 = 1e-3;
 /// Step of finite differences for a gap, m. It equals the step for the offset of a surface, which has the
 /// same effect. The slopes then agree, and only the priors separate the two.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
-
-/// Step of finite differences for the timing of commands, rows.
-const TIMING_DIFFERENCE: f64 = 1e-2;
-/// Commands act at most this much before or after their rows, where no hold is stated.
-const MOST_LATE_ROWS: f64 = 0.5;
 
 /// Calibration may reduce damping by this factor.
 const LESS_DAMPING: f64 = 8.0;
@@ -103,41 +97,6 @@ impl Model {
             model.free_presliding();
         }
         Ok(model)
-    }
-
-    /// The same, where the instants at which commands act are not stated: up to half a row earlier or later
-    /// than the row. Half a row later is a command that was held.
-    pub(crate) fn with_free_timing(mut self) -> Self {
-        self.unknowns.push(Unknown {
-            target: Target::CommandTiming,
-            log: false,
-            unit: 1.0,
-            prior: Some((0.0, MOST_LATE_ROWS / SIGMAS)),
-            bounds: (-MOST_LATE_ROWS, MOST_LATE_ROWS),
-            difference: TIMING_DIFFERENCE,
-        });
-        self
-    }
-
-    /// Adds the pre-sliding of sticking guides to the unknowns.
-    fn free_presliding(&mut self) {
-        let usual = Presliding::default();
-        for (target, value, sigma) in [
-            (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
-            (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
-        ] {
-            let centre = value.ln();
-            let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
-            let prior = Some((centre, sigma));
-            self.unknowns.push(Unknown {
-                target,
-                log: true,
-                unit: 1.0,
-                prior,
-                bounds,
-                difference: DIFFERENCE,
-            });
-        }
     }
 
     /// The model with one more effect.
@@ -225,21 +184,6 @@ impl Model {
         self.unknowns.iter().zip(self.start()).map(moved).collect()
     }
 
-    /// The start itself, and the same with sticking guides at lower and higher frequencies. Only the start if
-    /// none sticks.
-    pub(crate) fn stiffer(&self, start: &[f64]) -> Vec<Vec<f64>> {
-        let Some(i) = self.unknowns.iter().position(|unknown| unknown.target == Target::PreslidingFrequency)
-        else {
-            return vec![start.to_vec()];
-        };
-        let at = |shift: f64| {
-            let mut start = start.to_vec();
-            start[i] = (start[i] + shift).clamp(self.unknowns[i].bounds.0, self.unknowns[i].bounds.1);
-            start
-        };
-        [-STIFFER, 0.0, STIFFER].map(at).to_vec()
-    }
-
     fn has_dry_friction(&self) -> bool {
         let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
         let machine = &self.believed;
@@ -310,20 +254,6 @@ impl Model {
                 *start = unknown.theta(value).clamp(unknown.bounds.0, unknown.bounds.1);
             }
         }
-    }
-
-    /// What is free beyond the machine's values, at `theta`.
-    pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
-        let mut found = Leeway::default();
-        for (unknown, &theta) in self.unknowns.iter().zip(theta) {
-            match unknown.target {
-                Target::PreslidingFrequency => found.presliding.frequency_hz = unknown.value(theta),
-                Target::PreslidingDamping => found.presliding.damping_ratio = unknown.value(theta),
-                Target::CommandTiming => found.late_rows = unknown.value(theta),
-                _ => {}
-            }
-        }
-        found
     }
 
     /// A believed number of an element, by its index among the element's keys.
@@ -488,12 +418,6 @@ pub(crate) fn assemble_for(
     }
     assemble(&machine)
 }
-
-/// Shift of the trial frequency of sticking guides, as a logarithm.
-const STIFFER: f64 = 1.4;
-
-/// Prior standard deviations of pre-sliding frequency and damping ratio, as logarithms.
-const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 
 /// An effect counts as absent below this share of its typical value.
 const NEXT_TO_NOTHING: f64 = 1e-5;

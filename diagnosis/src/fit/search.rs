@@ -63,7 +63,7 @@ pub(crate) fn search(
     has_room: impl Fn(&Task<'_>, &Scored) -> bool,
 ) -> Result<Search<'_>, DiagnosisError> {
     let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
-    if dataset.is_any_sampled() {
+    if dataset.first_sampled().is_some() {
         model = model.with_free_timing();
     }
     let start = model.start();
@@ -108,7 +108,7 @@ pub(crate) fn search(
 
 /// Range that the fitted records cover.
 fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
-    let instant_s = if dataset.is_any_sampled() { glance.spacing_s } else { 0.0 };
+    let instant_s = if dataset.first_sampled().is_some() { glance.spacing_s } else { 0.0 };
     Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset), instant_s }
 }
 

@@ -30,8 +30,8 @@ impl Known for Backlash {
             Self { width, stiffness, damping: 0.2 * (stiffness * reduced).sqrt() }
         });
         // Sensors on both bodies show the play itself.
-        let seen = glance.elongations.iter().filter(|(spring, _)| *spring == i);
-        let seen = seen.flat_map(|(_, range)| [*range, 0.9 * range]).flat_map(at);
+        let seen = glance.elongation(element.host).into_iter();
+        let seen = seen.flat_map(|range| [range, 0.9 * range]).flat_map(at);
         let fine = [1.0, 4.0, 15.0].into_iter().flat_map(|factor| at(factor * Self::typical().width));
         fine.chain(coarse).chain(seen).filter(|own| own.width > 0.0 && own.stiffness.is_finite()).collect()
     }

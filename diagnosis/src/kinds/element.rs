@@ -121,6 +121,11 @@ pub(crate) struct Glance {
 }
 
 impl Glance {
+    /// Range of the measured elongation of a spring; `None` if it is not measured.
+    pub(crate) fn elongation(&self, host: Host) -> Option<f64> {
+        self.elongations.iter().find(|(spring, _)| host == Host::Spring(*spring)).map(|(_, range)| *range)
+    }
+
     /// From the least to the largest position that the fitted records cover, m.
     pub(crate) fn stroke(&self) -> f64 {
         let ends = (self.missing.iter())

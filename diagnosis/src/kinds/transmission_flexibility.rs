@@ -33,24 +33,19 @@ impl Known for TransmissionFlexibility {
                 .to_vec(),
             _ => Vec::new(),
         };
-        let of = |[a, b]: [f64; 2]| {
-            every(range_hz).map(move |frequency_hz| {
-                let (stiffness, damping) = mode(a * b / (a + b), frequency_hz, NARROW);
-                Self { stiffness, damping, tip_mass: b }
-            })
-        };
         // Sensors on both bodies show how far a spring bends, under at most the largest command.
-        let bent = |[a, b]: [f64; 2]| {
+        let most = glance.elongation(element.host).map(|range| 2.0 * glance.command / range);
+        let of = |[a, b]: [f64; 2]| {
             let reduced = a * b / (a + b);
-            let seen = glance.elongations.iter().filter(|(spring, _)| element.host == Host::Spring(*spring));
-            let most = seen.map(|(_, range)| 2.0 * glance.command / range);
-            most.flat_map(|stiffness| SHARES.map(|share| share * stiffness)).map(move |stiffness| {
-                let (stiffness, damping) = mode(reduced, (stiffness / reduced).sqrt() / TAU, NARROW);
+            let bent = most.into_iter().flat_map(|stiffness| SHARES.map(|share| share * stiffness));
+            let bent_hz = bent.map(move |stiffness| (stiffness / reduced).sqrt() / TAU);
+            every(range_hz).chain(bent_hz).map(move |frequency_hz| {
+                let (stiffness, damping) = mode(reduced, frequency_hz, NARROW);
                 Self { stiffness, damping, tip_mass: b }
             })
         };
         let is_sound = |own: &Self| own.stiffness.is_finite() && own.stiffness > 0.0;
-        split.into_iter().flat_map(|masses| of(masses).chain(bent(masses))).filter(is_sound).collect()
+        split.into_iter().flat_map(of).filter(is_sound).collect()
     }
 
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {

@@ -196,13 +196,14 @@ impl Anchor {
         let coordinates = coordinates_of(&|node| !surfaces.contains(node));
         let whole = coordinates_of(&|_| true);
         let tap = |i: usize, channel: &Channel, weight: f64| {
-            let (gain, bias, late, step) = match channel.source {
+            let (gain, bias) = channel.scale(assembly);
+            let (late, step) = match channel.source {
                 Source::Sensor(s) => {
                     let sensor = &assembly.sensors[s];
                     let step = sensor.resolutions.iter().copied().fold(0.0, f64::max);
-                    (sensor.gain, sensor.bias, (sensor.delay / spacing_s).round() as usize, step)
+                    ((sensor.delay / spacing_s).round() as usize, step)
                 }
-                _ => (1.0, 0.0, 0, 0.0),
+                _ => (0, 0.0),
             };
             let dead_zone = if step > COARSE * channel.noise { 0.5 * step } else { 0.0 };
             Tap { channel: i, weight, gain, bias, dead_zone, late }
@@ -252,12 +253,9 @@ impl Anchor {
         self.positions.first().map(|tap| tap.beyond(predicted, series, row))
     }
 
-    /// The state moved by a distance and a speed, with all that goes along.
-    pub(super) fn moved(&self, machine: &Moving, xi: &mut [f64], [distance, speed]: [f64; 2]) {
-        for &g in &self.whole {
-            xi[machine.motion.layout().q(g)] += distance;
-            xi[machine.motion.layout().v(g)] += speed;
-        }
+    /// Moves the whole chain by a distance and a speed.
+    pub(super) fn shift(&self, machine: &Moving, xi: &mut [f64], by: [f64; 2]) {
+        shift(machine, xi, &self.whole, by);
     }
 
     /// Natural frequency of the correction, rad/s.
@@ -283,11 +281,14 @@ impl Anchor {
         let acceleration: f64 = self.accelerations.iter().map(innovation).sum();
         let dx = std::f64::consts::SQRT_2 * self.omega * spacing_s * position;
         let dv = spacing_s * (acceleration + self.omega.powi(2) * position);
-        for &g in &self.coordinates {
-            state.xi[machine.motion.layout().q(g)] += dx;
-        }
-        for &g in &self.coordinates {
-            state.xi[machine.motion.layout().v(g)] += dv;
-        }
+        shift(machine, &mut state.xi, &self.coordinates, [dx, dv]);
+    }
+}
+
+/// Moves coordinates by a distance and a speed.
+fn shift(machine: &Moving, xi: &mut [f64], coordinates: &[usize], [distance, speed]: [f64; 2]) {
+    for &g in coordinates {
+        xi[machine.motion.layout().q(g)] += distance;
+        xi[machine.motion.layout().v(g)] += speed;
     }
 }

@@ -67,6 +67,7 @@ pub struct Predictor<'a> {
     pace: f64,
     /// Whether the record begins in motion.
     is_in_motion: bool,
+    /// See [`Leeway::late_rows`].
     late_rows: f64,
 }
 
@@ -223,30 +224,26 @@ impl<'a> Predictor<'a> {
     /// the machine runs along the first readings: a force that is missing bends what is beyond them, a
     /// wrong speed tilts it.
     fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
+        let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) else {
+            return Ok(State { loops: at_start(&self.servos), ..self.machine.start(|_, _| ()) });
+        };
         let dt = self.record.spacing_s;
+        let rows = ((1.0 / (self.pace * dt)) as usize).clamp(FEWEST_STARTING, MOST_STARTING);
         let mut moved = [0.0; 2];
-        if let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) {
-            let rows = ((1.0 / (self.pace * dt)) as usize).clamp(FEWEST_STARTING, MOST_STARTING);
-            let mut seen = Vec::new();
-            for _ in 0..STARTS {
-                let mut state = self.machine.start(|machine, xi| anchor.moved(machine, xi, moved));
-                let mut beyond = Vec::with_capacity(rows);
-                for k in 0..rows.min(self.record.len()) {
-                    self.machine.impose(&mut state, k as f64 * dt);
-                    self.machine.look(&state, &mut seen);
-                    beyond.extend(anchor.beyond(&seen, &self.record.series, k));
-                    self.drive_on(&mut state, commands, k, dt)?;
-                }
-                let Some(bent) = Parabola::through(&beyond).filter(Parabola::is_finite) else { break };
-                moved = [moved[0] + bent.value, moved[1] + bent.speed / dt];
+        let mut seen = Vec::new();
+        for _ in 0..STARTS {
+            let mut state = self.machine.start(|machine, xi| anchor.shift(machine, xi, moved));
+            let mut beyond = Vec::with_capacity(rows);
+            for k in 0..rows.min(self.record.len()) {
+                self.machine.impose(&mut state, k as f64 * dt);
+                self.machine.look(&state, &mut seen);
+                beyond.extend(anchor.beyond(&seen, &self.record.series, k));
+                self.drive_on(&mut state, commands, k, dt)?;
             }
+            let Some(bent) = Parabola::through(&beyond).filter(Parabola::is_finite) else { break };
+            moved = [moved[0] + bent.value, moved[1] + bent.speed / dt];
         }
-        let start = self.machine.start(|machine, xi| {
-            if let Some(anchor) = anchor {
-                anchor.moved(machine, xi, moved);
-            }
-        });
-        Ok(State { loops: at_start(&self.servos), ..start })
+        Ok(self.machine.start(|machine, xi| anchor.shift(machine, xi, moved)))
     }
 
     /// Commands after the static part of each drive's chain: deadband, gain and limit. For a servo, its

@@ -273,8 +273,7 @@ pub(crate) fn schur_by_francis(matrix: &DMatrix<f64>) -> Option<Schur> {
     let mut basis = Rows { order: n, values: DMatrix::<f64>::identity(n, n).as_slice().to_vec() };
     let mut blocks = Vec::with_capacity(n);
     iterate(&mut form, Some(&mut basis), |_, low, high| blocks.push((low, low < high)))?;
-    let is_finite = form.values.iter().chain(&basis.values).all(|v| v.is_finite());
-    is_finite.then(|| Schur { unit, form, basis: DMatrix::from_row_slice(n, n, &basis.values), blocks })
+    Some(Schur { unit, form, basis: DMatrix::from_row_slice(n, n, &basis.values), blocks })
 }
 
 /// Splits a matrix from its end into blocks of one or two rows; shows the first and last row of each.

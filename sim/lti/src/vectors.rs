@@ -19,21 +19,18 @@ pub(crate) fn eigenpairs(matrix: &DMatrix<f64>) -> Option<Vec<(C64, DVector<C64>
     let smallest = f64::EPSILON * if norm > 0.0 { norm } else { 1.0 };
     let mut found = Vec::with_capacity(t.order);
     for (position, &(low, is_pair)) in schur.blocks.iter().enumerate() {
-        let above = &schur.blocks[position + 1..];
-        if !is_pair {
-            let value = C64::new(t.at(low, low), 0.0);
-            found.push((value, vector(&schur, above, value, &[(low, C64::ONE)], smallest)));
-            continue;
-        }
-        let [lower, upper] = t.pair(low);
-        for value in [lower, upper] {
-            if value.im > 0.0 {
-                let conjugate = found.last().map(|(_, v): &(C64, DVector<C64>)| v.conjugate());
-                found.extend(conjugate.map(|v| (value, v)));
-                continue;
-            }
-            let start = null_of_pair(t, low, value);
-            found.push((value, vector(&schur, above, value, &start, smallest)));
+        let of = |value: C64, start: &[(usize, C64)]| {
+            vector(&schur, &schur.blocks[position + 1..], value, start, smallest)
+        };
+        if is_pair {
+            let [lower, upper] = t.pair(low);
+            let first = of(lower, &null_of_pair(t, low, lower));
+            let second =
+                if upper.im > 0.0 { first.conjugate() } else { of(upper, &null_of_pair(t, low, upper)) };
+            found.extend([(lower, first), (upper, second)]);
+        } else {
+            let value = C64::from(t.at(low, low));
+            found.push((value, of(value, &[(low, C64::ONE)])));
         }
     }
     for (value, _) in &mut found {
@@ -69,7 +66,6 @@ fn vector(
     for &(low, is_pair) in above {
         let known = low + 1 + usize::from(is_pair);
         let sum = |row: usize| (known..end).map(|j| x[j] * t.at(row, j)).sum::<C64>();
-        let pivot = |p: C64| if p.norm() < smallest { C64::from(smallest) } else { p };
         if is_pair {
             let (first, second) = (sum(low), sum(low + 1));
             let (a, b) = (t.at(low, low) - value, t.at(low, low + 1));
@@ -83,7 +79,8 @@ fn vector(
             x[low] = (second * b - first * d) / determinant / size;
             x[low + 1] = (first * c - second * a) / determinant / size;
         } else {
-            x[low] = -sum(low) / pivot(t.at(low, low) - value);
+            let pivot = t.at(low, low) - value;
+            x[low] = -sum(low) / if pivot.norm() < smallest { C64::from(smallest) } else { pivot };
         }
         let size = x[low].norm().max(x[known - 1].norm());
         if size > LARGE {

@@ -3,9 +3,9 @@
 //! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position
 //! ...). Rounding moves a k-fold infinite zero to a finite radius of eps^(-1/k). They are therefore removed
 //! first by orthogonal rank reduction (by the Markov parameters for one input and one output). The rest has
-//! an invertible feed-through and is a generalised eigenvalue problem with a simple infinite part. Newton's
-//! method on the determinant of the unreduced system then polishes each zero. Source: Emami-Naeini and Van
-//! Dooren, Automatica 18 (1982).
+//! an invertible feed-through, whose elimination leaves an ordinary eigenvalue problem. Newton's method on
+//! the determinant of the unreduced system then polishes each zero. Source: Emami-Naeini and Van Dooren,
+//! Automatica 18 (1982).
 
 use nalgebra::DMatrix;
 

@@ -40,7 +40,12 @@
   };
 
   let planes = 0;
-  feeler.plane = (place, plane) => {
+  const read = (plane) => {
+    const path = (path) => ({ ...path, x: feeler.column(path.x), y: feeler.column(path.y), at: feeler.column(path.at) });
+    return { ...plane, paths: plane.paths.map(path) };
+  };
+  feeler.plane = (place, written) => {
+    let plane = read(written);
     // In a narrow place fewer units, so that text stays large; the inner rectangle keeps its proportions.
     const [WIDTH, HEIGHT] = place.clientWidth < 640 ? [480, 251] : [900, 460];
     const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture", role: "img", "aria-label": place.getAttribute("aria-label") || plane.x });
@@ -59,7 +64,7 @@
     const bounded = (v) => Math.max(-1e5, Math.min(1e5, v));
     const curve = (xs, ys, attributes) => {
       let pen = false;
-      const d = xs.map((v, i) => {
+      const d = Array.from(xs, (v, i) => {
         if (v == null || ys[i] == null) { pen = false; return ""; }
         const step = `${pen ? "L" : "M"}${bounded(x(v)).toFixed(1)} ${bounded(y(ys[i])).toFixed(1)}`;
         pen = true;
@@ -178,7 +183,7 @@
     svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
     paint(); rest();
     // Another state of the same plane, seen through the same frame.
-    return { update: (next) => { const moved = view !== plane.view; plane = next; if (!moved) view = next.view; paint(); rest(); } };
+    return { update: (next) => { const moved = view !== plane.view; plane = read(next); if (!moved) view = next.view; paint(); rest(); } };
   };
   const page = JSON.parse(document.getElementById("data").textContent);
   document.querySelectorAll(".plane[data-plane]").forEach((place) => feeler.plane(place, page.planes[place.dataset.plane]));

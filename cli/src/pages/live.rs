@@ -145,17 +145,13 @@ fn stable_gains(report: &Report) -> String {
     let Some(gain) = report.gain() else { return String::new() };
     let spans: Vec<String> = (gain.sampled.intervals.iter())
         .map(|band| {
-            let end = |edge: Option<&feeler_analysis::Edge>, none: &str| {
-                edge.map_or_else(
-                    || none.to_owned(),
-                    |edge| {
-                        format!(
-                            "{} ({})",
-                            crate::numbers::plain(edge.gain),
-                            with_unit(edge.frequency_hz, "Hz")
-                        )
-                    },
-                )
+            let end = |edge: Option<&feeler_analysis::Edge>, none: &str| match edge {
+                // The search ends there.
+                Some(edge) if edge.gain == 0.0 && edge.frequency_hz == 0.0 => "0".to_owned(),
+                Some(edge) => {
+                    format!("{} ({})", crate::numbers::plain(edge.gain), with_unit(edge.frequency_hz, "Hz"))
+                }
+                None => none.to_owned(),
             };
             format!("{} to {}", end(band.lower.as_ref(), "−∞"), end(band.upper.as_ref(), "∞"))
         })

@@ -36,15 +36,16 @@ const MOST_PARTS: usize = 64;
 #[derive(Debug)]
 pub(super) struct Flows {
     channels: Vec<Source>,
-    /// Spacing of rows.
+    /// Spacing of rows, and how many times the guards are checked in each.
     spacing_s: f64,
+    checks: usize,
     met: Vec<Flow>,
 }
 
 impl Flows {
     /// No flows yet, for rows of these channels.
-    pub(super) fn new(channels: Vec<Source>, spacing_s: f64) -> Self {
-        Self { channels, spacing_s, met: Vec::new() }
+    pub(super) fn new(channels: Vec<Source>, spacing_s: f64, checks: usize) -> Self {
+        Self { channels, spacing_s, checks, met: Vec::new() }
     }
 
     /// The number of a mode's flow, which is made at its first use.
@@ -52,7 +53,7 @@ impl Flows {
         if let Some(i) = self.met.iter().position(|flow| flow.equations.mode == mode) {
             return i;
         }
-        self.met.push(Flow::new(motion, mode, &self.channels, self.spacing_s));
+        self.met.push(Flow::new(motion, mode, &self.channels, self.spacing_s, self.checks));
         self.met.len() - 1
     }
 }
@@ -106,16 +107,18 @@ pub(super) struct Flow {
     /// What is looked at in every row: the channels, then position, speed and force of the first drive, then
     /// the contacts' forces and compressions.
     looks: Blocks<f64>,
-    /// By span, what carries the states over it, and the guards after it.
+    /// By span, what carries the states over it, and the guards at each check of it.
     spans: Vec<(u64, Blocks<f64>)>,
     /// The longest span, of which others are halves and quarters.
     longest_s: f64,
+    /// How many times the guards are checked in that span.
+    checks: usize,
     /// Time between two looks at the guards; `None` until somebody asks.
     look_s: Option<f64>,
 }
 
 impl Flow {
-    pub(super) fn new(motion: &Motion, mode: Mode, channels: &[Source], longest_s: f64) -> Self {
+    fn new(motion: &Motion, mode: Mode, channels: &[Source], longest_s: f64, checks: usize) -> Self {
         let equations = motion.equations(mode);
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.width());
@@ -167,6 +170,7 @@ impl Flow {
             looks,
             spans,
             longest_s,
+            checks,
             look_s: None,
         }
     }
@@ -180,6 +184,11 @@ impl Flow {
         let own = eigenvalues(&rows.columns(0, self.states).into_owned())?;
         let fastest = own.iter().map(|lambda| lambda.im.abs()).fold(f64::MIN_POSITIVE, f64::max);
         Ok(*self.look_s.insert(CHECK_ANGLE / fastest))
+    }
+
+    /// Number of checks of the guards in a span: in proportion to that in a row.
+    pub(super) fn checks_in(&self, span_s: f64) -> usize {
+        ((self.checks as f64 * span_s / self.longest_s).ceil() as usize).clamp(1, self.checks)
     }
 
     /// Slope of a linear functional along the flow, nonlinear terms held.
@@ -201,24 +210,33 @@ impl Flow {
         let (n, states) = (self.width, self.states);
         let mut a = DMatrix::zeros(n, n);
         a.rows_mut(0, states).copy_from(&DMatrix::from_row_slice(states, n, &self.derivative));
-        let e = expm(&(a * span_s))?;
+        let e = expm(&(&a * span_s))?;
+        let checks = self.checks_in(span_s);
+        let part = if checks > 1 { expm(&(a * (span_s / checks as f64)))? } else { e.clone() };
         let guards = &self.equations.guards;
-        let mut carried = Blocks::zeros(states + guards.len(), n);
+        let mut carried = Blocks::zeros(states + checks * guards.len(), n);
         for i in 0..states {
             carried.set_row(0, i, &e.row(i).iter().copied().collect::<Vec<_>>());
         }
-        for (i, guard) in guards.iter().enumerate() {
-            let after: Vec<f64> = e
-                .column_iter()
-                .map(|column| guard.row.iter().zip(column.iter()).map(|(g, e)| g * e).sum())
-                .collect();
-            carried.set_row(0, states + i, &after);
+        let mut until = part.clone();
+        for check in 0..checks {
+            for (i, guard) in guards.iter().enumerate() {
+                let then: Vec<f64> = until
+                    .column_iter()
+                    .map(|column| guard.row.iter().zip(column.iter()).map(|(g, e)| g * e).sum())
+                    .collect();
+                carried.set_row(0, states + check * guards.len() + i, &then);
+            }
+            if check + 1 < checks {
+                until = &part * until;
+            }
         }
         self.spans.push((key, carried));
         Ok(self.spans.len() - 1)
     }
 
-    /// Carries `xi` over a span that recurs: `out` gets the states, then the guards as they are at its end.
+    /// Carries `xi` over a span that recurs: `out` gets the states, then the guards at each check, the
+    /// last at its end.
     #[inline(always)]
     pub(super) fn carry(
         &mut self,

@@ -27,9 +27,9 @@ pub(super) struct State {
 /// How closely a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// Row by row, as a fit needs it thousands of times: guards are looked at where rows end, and laws that
-    /// are not linear are averaged over a row.
-    Rows,
+    /// Row by row, as a fit needs it thousands of times: guards are checked this many times in every row, and
+    /// laws that are not linear are averaged from check to check.
+    Rows(usize),
     /// To rounding, as the machine moves: see [`super::close`].
     Rounding,
 }
@@ -58,7 +58,8 @@ impl Moving {
             contact.profile = None;
         }
         let motion = Motion::new(assembly).map_err(|problems| DiagnosisError::Machine { problems })?;
-        let flows = Flows::new(channels, spacing_s);
+        let checks = if let Precision::Rows(checks) = precision { checks } else { 1 };
+        let flows = Flows::new(channels, spacing_s, checks);
         let is_imposed = motion.assembly().drives.iter().any(|drive| drive.imposed.is_some());
         Ok(Self { is_imposed, motion, flows, precision, next: Vec::new(), probe: Vec::new() })
     }
@@ -121,14 +122,16 @@ impl Moving {
         if flow.linear {
             flow.carry(span_s, &state.xi, &mut self.next)?;
             let states = flow.states();
-            let guards = &self.next[states..states + flow.equations.guards.len()];
+            let guards = &self.next[states..];
             if guards.iter().all(|guard| *guard >= 0.0) {
                 state.xi[..states].copy_from_slice(&self.next[..states]);
                 self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
                 return Ok(());
             }
         }
-        self.advance_through_events(state, span_s)
+        let checks = self.flows[state.flow].checks_in(span_s);
+        let part_s = span_s / checks as f64;
+        (0..checks).try_for_each(|_| self.advance_through_events(state, part_s))
     }
 
     /// Carries the state over `span_s` through the events on the way.

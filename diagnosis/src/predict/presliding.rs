@@ -30,7 +30,19 @@ impl Default for Presliding {
 /// own motion needs no finer steps.
 const SURFACE_SHARE: f64 = 0.02;
 
+/// Checks of the guards in every period of a sticking guide, and the most of them in one row.
+const CHECKS_PER_PERIOD: f64 = 4.0;
+const MOST_CHECKS: usize = 16;
+
 impl Presliding {
+    /// Number of checks of the guards in a row. Where rows are longer than the swing of a
+    /// sticking guide, it would otherwise break away and stick again unseen.
+    pub(super) fn checks(self, spacing_s: f64) -> usize {
+        let checks = (CHECKS_PER_PERIOD * self.frequency_hz * spacing_s).ceil() as usize;
+        // Parts that are halves of halves share their exponentials.
+        checks.clamp(1, MOST_CHECKS).next_power_of_two()
+    }
+
     /// Puts a sliding surface on every guide with dry friction, and gives the nodes added.
     pub(super) fn soften(self, assembly: &mut Assembly) -> Vec<usize> {
         let mut surfaces = Vec::new();

@@ -89,7 +89,8 @@ impl<'a> Predictor<'a> {
         record: &'a Record,
     ) -> Result<Self, DiagnosisError> {
         let surfaces = leeway.presliding.soften(&mut assembly);
-        Self::following(assembly, surfaces, Precision::Rows, dataset, record, leeway.late_rows)
+        let checks = if surfaces.is_empty() { 1 } else { leeway.presliding.checks(record.spacing_s) };
+        Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 
     fn following(
@@ -321,7 +322,7 @@ impl<'a> Predictor<'a> {
         dt: f64,
     ) -> Result<(), DiagnosisError> {
         let row =
-            Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision == Precision::Rows };
+            Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision != Precision::Rounding };
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
         for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
             let part = &self.machine.motion.assembly().drives[*drive];

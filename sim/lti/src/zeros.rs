@@ -42,8 +42,29 @@ impl<T: TimeDomain> StateSpace<T> {
     /// ```
     pub fn zeros(&self) -> Result<Vec<C64>, LtiError> {
         let system = balanced_system(self);
+        let (mut zeros, is_square) = self.zeros_of(&system)?;
+        if is_square {
+            Polish::new(&system).all(&mut zeros);
+        }
+        sort_by_modulus(&mut zeros);
+        Ok(zeros)
+    }
+
+    /// The same for a picture, in a fraction of the time: m zeros at one place are only found to within the
+    /// m-th root of the rounding, and rounding of large zeros may hide very small ones.
+    ///
+    /// # Errors
+    /// As [`Self::zeros`].
+    pub fn unpolished_zeros(&self) -> Result<Vec<C64>, LtiError> {
+        let (mut zeros, _) = self.zeros_of(&balanced_system(self))?;
+        sort_by_modulus(&mut zeros);
+        Ok(zeros)
+    }
+
+    /// Zeros as the eigenvalue problem gives them, and whether inputs and outputs are as many.
+    fn zeros_of(&self, system: &Reduced) -> Result<(Vec<C64>, bool), LtiError> {
         let reduced = if self.inputs() == 1 && self.outputs() == 1 {
-            reduce_single(&system).ok_or(LtiError::Degenerate)?
+            reduce_single(system).ok_or(LtiError::Degenerate)?
         } else {
             let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
             let tolerance = RANK_ROUNDINGS
@@ -53,12 +74,8 @@ impl<T: TimeDomain> StateSpace<T> {
             let rows = reduce(system.clone(), tolerance);
             transpose(&reduce(transpose(&rows), tolerance))
         };
-        let mut zeros = pencil_eigenvalues(&reduced)?;
-        if self.inputs() == self.outputs() && reduced.d.ncols() == self.inputs() {
-            Polish::new(&system).all(&mut zeros);
-        }
-        sort_by_modulus(&mut zeros);
-        Ok(zeros)
+        let is_square = self.inputs() == self.outputs() && reduced.d.ncols() == self.inputs();
+        Ok((pencil_eigenvalues(&reduced)?, is_square))
     }
 }
 
@@ -231,6 +248,22 @@ mod tests {
         .unwrap();
         let zeros = system.zeros().unwrap();
         assert!((zeros[0] + 4.0).norm() < 1e-14 && (zeros[1] - 5.0).norm() < 1e-14);
+    }
+
+    /// Simple zeros need no polish beyond rounding; a double one is off by the root of it.
+    #[test]
+    fn truth_unpolished_zeros_are_those_of_a_picture() {
+        // (z - 0.5)^2 (z + 0.25) / z^3
+        let system = StateSpace::new(
+            dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; 0.0, 0.0, 0.0],
+            dmatrix![0.0; 0.0; 1.0],
+            dmatrix![0.0625, 0.0, -0.75],
+            dmatrix![1.0],
+        )
+        .unwrap();
+        let zeros = system.unpolished_zeros().unwrap();
+        assert!((zeros[0] + 0.25).norm() < 1e-12, "{zeros:?}");
+        assert!(zeros[1..].iter().all(|z| (z - 0.5).norm() < 1e-7), "{zeros:?}");
     }
 
     #[test]

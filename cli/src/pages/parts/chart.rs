@@ -172,7 +172,7 @@ fn decimals(values: &[f64]) -> Value {
 }
 
 /// Values in single precision. Their seven digits need less space than decimals.
-fn column(values: &[f64]) -> Value {
+pub(super) fn column(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
     }
@@ -197,7 +197,7 @@ fn axis(values: &[f64]) -> Value {
 }
 
 /// A number with this many significant digits, to save space; null if it is not finite.
-pub(super) fn rounded(value: f64, digits: usize) -> Value {
+fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
     if short.fract() == 0.0 && short.abs() < 1e9 { Value::from(short as i64) } else { Value::from(short) }

@@ -2,10 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::chart::rounded;
-
-/// Significant digits of coordinates and of their labels.
-const DIGITS: usize = 6;
+use super::chart::column;
 
 /// Coordinates of a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,15 +89,13 @@ pub(crate) struct Plane {
 
 impl Plane {
     pub(crate) fn to_json(&self) -> Value {
-        let short = |value: f64| rounded(value, DIGITS);
         let path = |path: &PlanePath| {
-            let along = |axis: usize| path.points.iter().map(|p| short(p[axis])).collect::<Vec<_>>();
-            let at: Vec<Value> = path.at.iter().map(|&v| short(v)).collect();
+            let along = |axis: usize| column(&path.points.iter().map(|p| p[axis]).collect::<Vec<_>>());
             json!({
                 "name": path.name,
                 "x": along(0),
                 "y": along(1),
-                "at": at,
+                "at": column(&path.at),
                 "colour": path.colour,
                 "dashed": path.dashed,
             })

@@ -12,7 +12,7 @@ use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Mark, Page, Serie
 use crate::units::Units;
 
 /// Largest number of rows of a live chart.
-const GLANCE_ROWS: usize = 4_000;
+const GLANCE_ROWS: usize = 2_000;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
 /// The spectrum extends at least to this harmonic of the strongest line.

@@ -13,13 +13,15 @@ pub(crate) struct Fineness {
     /// Rounds of refinement.
     passes: usize,
     most_gains: usize,
+    /// Whether its zeros are exact to rounding, or only to what is visible.
+    exact_zeros: bool,
 }
 
 impl Fineness {
     /// For a picture that a user examines.
-    pub(crate) const WHOLE: Self = Self { per_decade: 50.0, passes: 3, most_gains: 1200 };
+    pub(crate) const WHOLE: Self = Self { per_decade: 50.0, passes: 3, most_gains: 1200, exact_zeros: true };
     /// For one picture of many in a row.
-    pub(crate) const BRIEF: Self = Self { per_decade: 15.0, passes: 1, most_gains: 250 };
+    pub(crate) const BRIEF: Self = Self { per_decade: 15.0, passes: 1, most_gains: 250, exact_zeros: false };
 }
 
 /// A locus begins this far below the largest stable gain and reaches at least this many times beyond it.
@@ -88,7 +90,8 @@ pub(crate) fn follow(
     let plain = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
     let affine = Affine::new(&plain, scale);
-    let zeros = affine.as_ref().and_then(Affine::zeros).unwrap_or_else(open_zeros);
+    let zeros =
+        affine.as_ref().and_then(|affine| affine.zeros(fineness.exact_zeros)).unwrap_or_else(open_zeros);
     let exact = affine.filter(|affine| affine.is_exact);
     let matrix = |k: f64| exact.as_ref().map_or_else(|| plain(k), |affine| affine.at(k));
     let from = BELOW * scale;
@@ -158,7 +161,7 @@ impl Affine {
     /// Zeros at which branches end: those between the point at which the gain acts and the quantity that it
     /// multiplies. All other terms of the law belong to the machine. `None` if the gain acts in several
     /// places.
-    fn zeros(&self) -> Option<Vec<C64>> {
+    fn zeros(&self, exact: bool) -> Option<Vec<C64>> {
         let slope = &self.slope;
         // A column and a row through the largest element: where the gain acts and what it multiplies. Their
         // zeros are exact.
@@ -168,7 +171,8 @@ impl Affine {
         if largest.abs() <= 0.0 || (&b * &c - slope).amax() > AFFINE * largest.abs() {
             return None;
         }
-        StateSpace::new(self.rest.clone(), b, c, DMatrix::zeros(1, 1)).and_then(|system| system.zeros()).ok()
+        let system = StateSpace::new(self.rest.clone(), b, c, DMatrix::zeros(1, 1)).ok()?;
+        if exact { system.zeros() } else { system.unpolished_zeros() }.ok()
     }
 }
 

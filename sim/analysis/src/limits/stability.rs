@@ -69,6 +69,11 @@ pub(crate) struct BelowZero {
 }
 
 impl BelowZero {
+    /// Of a search that ends at zero.
+    pub(crate) fn not_sought() -> Self {
+        Self { bands: Vec::new(), at_zero: Edge { gain: 0.0, frequency_hz: 0.0, mode: None } }
+    }
+
     /// From the intervals, from zero on, of the gain with its sign reversed.
     fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
         let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };

@@ -18,7 +18,7 @@ use crate::loops::sampled_loop::SampledLoop;
 use crate::loops::step_response::StepResponse;
 use crate::machine::linearise::OutputRow;
 use crate::machine::outer_force::commanded;
-use crate::report::{Report, Request};
+use crate::report::{GainReport, Report, Request};
 
 /// Points of a response over its whole band, evenly spaced on a logarithmic scale; fewer if it is one of
 /// many.
@@ -96,52 +96,34 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         .filter(|&controller| whole.controllers()[controller].drive == drive)
         .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
         .transpose()?;
-    let fineness = if request.brief { Fineness::BRIEF } else { Fineness::WHOLE };
-    let (mut open, mut open_sampled, mut locus, mut locus_sampled, mut step) = (None, None, None, None, None);
+    let (mut open, mut open_sampled, mut in_loop) = (None, None, None);
     if let (Some((controller, key)), Some(gains)) = (&looped, report.gain()) {
-        let present = gain(&whole.controllers()[*controller].spec, key)?;
-        let sampled = SampledLoop::new(&whole)?;
         let broken = whole.open_loop(*controller).ok();
-        if broken.is_some() {
-            step = StepResponse::new(&whole, *controller, step_s(report))?;
-        }
-        // A long delay has hundreds of branches, one for each sample, which would show nothing.
-        let late = broken.as_ref().is_some_and(|open| open.samples > 0);
         open_sampled = broken.as_ref().map(at_late);
-        if !late {
-            let zeros = || broken.as_ref().and_then(|open| open.system.zeros().ok()).unwrap_or_default();
-            let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
-            locus_sampled = Some(follow(
-                Some(sampled.common_period_s()),
-                closed,
-                zeros,
-                present,
-                gains.sampled.stable[1],
-                fineness,
-            )?);
-        }
-        if let Some(range) = &gains.continuous {
-            let continuous = ContinuousLoop::new(&whole)?;
-            let broken = continuous.open_loop(*controller)?;
-            open = Some(at(&broken));
-            let closed = |k: f64| continuous.closed_loop_with(*controller, key, k);
-            let zeros = || broken.zeros().unwrap_or_default();
-            // The sampled locus is shown first.
-            if locus_sampled.is_none() || !request.brief {
-                locus = Some(follow(None, closed, zeros, present, range.stable[1], fineness)?);
-            }
-        }
+        let continuous = gains.continuous.as_ref().map(|_| ContinuousLoop::new(&whole)).transpose()?;
+        let continuous =
+            continuous.map(|looped| Ok::<_, AnalysisError>((looped.open_loop(*controller)?, looped)));
+        let continuous = continuous.transpose()?;
+        open = continuous.as_ref().map(|(broken, _)| at(broken));
+        in_loop = Some(InLoop { whole: &whole, controller: *controller, key, gains, broken, continuous });
     }
     let [points, most_points] =
         if request.brief { [BRIEF_POINTS, MOST_BRIEF_POINTS] } else { [POINTS, MOST_POINTS] };
     let loops = [open, open_sampled];
     let plants = [Some(plant), plant_sampled];
-    let frequencies_hz = refined(grid(&roots(report), nyquist_hz, points), most_points, &plants, &loops);
-    let values = |response: &Option<Response>| {
-        response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
+    let over_frequency = || {
+        let grid = grid(&roots(report), nyquist_hz, points);
+        let frequencies_hz = refined(grid, most_points, &plants, &loops);
+        let values = |response: &Option<Response>| {
+            response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
+        };
+        let responses = [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
+        (frequencies_hz, responses)
     };
-    let [[plant, plant_sampled], [open, open_sampled]] =
-        [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
+    let over_gain = || in_loop.as_ref().map(|looped| looped.step_and_loci(request, report)).transpose();
+    let ((frequencies_hz, [[plant, plant_sampled], [open, open_sampled]]), over_gain) =
+        request.workers.both(over_frequency, over_gain);
+    let (step, locus, locus_sampled) = over_gain?.unwrap_or_default();
     let plant = plant.unwrap_or_default();
     Ok(Curves {
         frequencies_hz,
@@ -156,6 +138,49 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     })
 }
 
+/// A loop that a gain closes, with what it is when broken at its controller.
+struct InLoop<'a> {
+    whole: &'a ControlLoop,
+    controller: usize,
+    key: &'a str,
+    gains: &'a GainReport,
+    broken: Option<LateResponse>,
+    continuous: Option<(StateSpace, ContinuousLoop)>,
+}
+
+impl InLoop<'_> {
+    /// The step response, and the loci of the continuous and the sampled loop.
+    fn step_and_loci(&self, request: &Request, report: &Report) -> Result<StepAndLoci, AnalysisError> {
+        let (controller, key) = (self.controller, self.key);
+        let fineness = if request.brief { Fineness::BRIEF } else { Fineness::WHOLE };
+        let present = gain(&self.whole.controllers()[controller].spec, key)?;
+        let sampled = SampledLoop::new(self.whole)?;
+        let broken = self.broken.as_ref();
+        let step =
+            broken.map(|_| StepResponse::new(self.whole, controller, step_s(report))).transpose()?.flatten();
+        // A long delay has hundreds of branches, one for each sample, which would show nothing.
+        let late = broken.is_some_and(|open| open.samples > 0);
+        let locus_sampled = (!late).then(|| {
+            let zeros = || broken.and_then(|open| open.system.zeros().ok()).unwrap_or_default();
+            let closed = |k: f64| sampled.closed_loop_with(controller, key, k);
+            let (period_s, largest) = (sampled.common_period_s(), self.gains.sampled.stable[1]);
+            follow(Some(period_s), closed, zeros, present, largest, fineness)
+        });
+        let locus_sampled = locus_sampled.transpose()?;
+        // In a brief report the sampled locus, which is shown first, is enough.
+        let wanted = self.continuous.as_ref().filter(|_| locus_sampled.is_none() || !request.brief);
+        let locus = wanted.zip(self.gains.continuous.as_ref()).map(|((broken, continuous), range)| {
+            let closed = |k: f64| continuous.closed_loop_with(controller, key, k);
+            let zeros = || broken.zeros().unwrap_or_default();
+            follow(None, closed, zeros, present, range.stable[1], fineness)
+        });
+        Ok((step, locus.transpose()?, locus_sampled))
+    }
+}
+
+/// The step response, the continuous locus and the sampled one.
+type StepAndLoci = (Option<StepResponse>, Option<Locus>, Option<Locus>);
+
 /// Duration of the step response to show, s: some periods of the crossover, more if it rings.
 fn step_s(report: &Report) -> f64 {
     let Some(margins) = report.margins() else { return STEP_S };
@@ -165,7 +190,7 @@ fn step_s(report: &Report) -> f64 {
 }
 
 /// A response over frequency (Hz).
-type Response = Box<dyn Fn(f64) -> C64>;
+type Response = Box<dyn Fn(f64) -> C64 + Send + Sync>;
 
 /// Adds frequencies (Hz) until the curves look smooth.
 fn refined(
@@ -272,7 +297,7 @@ fn at_late(response: &LateResponse) -> Response {
     Box::new(move |f| prompt(f) * C64::cis(-TAU * f * delay_s))
 }
 
-fn at<T: TimeDomain + 'static>(system: &StateSpace<T>) -> Response {
+fn at<T: TimeDomain + Send + Sync + 'static>(system: &StateSpace<T>) -> Response {
     let evaluator = TransferEvaluator::new(system).for_many_points();
     let domain = system.domain();
     let nyquist = domain.nyquist_rad_per_s() * (1.0 + 1e-9);

@@ -112,9 +112,14 @@ impl LoopReport {
         let (pair, in_loop) = loop_pair(machine, whole, controller, &name, modes)?.unzip();
         let present = gain(&whole.controllers()[controller].spec, &name)?;
         let workers = request.workers;
+        // For a brief report, gains on the other side of zero do not matter.
+        let with_below = !request.brief || present < 0.0;
+        let below_zero = || {
+            if with_below { whole.sampled_bands_below_zero(key) } else { Ok(BelowZero::not_sought()) }
+        };
         let ((continuous, margins), (above, below)) = workers.both(
-            || workers.both(|| continuous(whole, key), || margins(whole, controller)),
-            || workers.both(|| whole.sampled_bands(key), || whole.sampled_bands_below_zero(key)),
+            || workers.both(|| continuous(whole, key, with_below), || margins(whole, controller)),
+            || workers.both(|| whole.sampled_bands(key), below_zero),
         );
         let (continuous, no_form) = continuous?;
         let continuous = continuous.map(|(bands, below)| StableRange::about(present, bands, below));
@@ -155,9 +160,12 @@ type Intervals = (Option<(GainBands, BelowZero)>, Option<WhyNoWaterfall>);
 /// Margins of the sampled loop, or why there are none.
 type MarginsOrWhy = (Option<MarginReport>, Option<WhyNoWaterfall>);
 
-fn continuous(whole: &ControlLoop, key: &str) -> Result<Intervals, AnalysisError> {
+fn continuous(whole: &ControlLoop, key: &str, with_below: bool) -> Result<Intervals, AnalysisError> {
+    let below_zero = || {
+        if with_below { whole.continuous_bands_below_zero(key) } else { Ok(BelowZero::not_sought()) }
+    };
     match whole.continuous_bands(key) {
-        Ok(bands) => Ok((Some((bands, whole.continuous_bands_below_zero(key)?)), None)),
+        Ok(bands) => Ok((Some((bands, below_zero()?)), None)),
         Err(AnalysisError::Improper { name }) => {
             Ok((None, Some(WhyNoWaterfall::NoContinuousForm { controller: name })))
         }

@@ -36,18 +36,17 @@ Another material than planned, a worn or exchanged pad, a sensor whose own stiff
 sheet.
 
 ## How it shows
-In contact everything that stores energy there shifts: impacts are shorter and harder by `sqrt(stiffness)`,
-the contact mode moves, and the loop gain of a force loop moves in proportion. Static force under force
-control is as predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer
-contact too; only a mode parts them. `force-gain` changes the reading in proportion as well, but no
-frequency.
+Impacts are shorter and harder by `sqrt(stiffness)`, and the contact mode moves by as much. The loop gain of
+a force loop moves in proportion to the stiffness. Static force under force control is as predicted. At low
+frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode parts
+them. `force-gain` changes the reading in proportion as well, but no frequency.
 
 ## How it is recognised
 The duration of impacts and the frequency of the contact mode are off, while static forces are right.
 Compare with a record of position under known force.
 
 ## Numerical treatment
-The stiffness of the contact is replaced; each mode stays exact. Linear theory uses the new value.
+The stiffness of the contact is replaced, and a linear contact stays exact. Linear theory uses the new value.
 
 ## Source
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,

@@ -27,7 +27,8 @@ resolution = \"50 um\"
 `feeler run scenarios/effects/encoder-resolution.toml` runs it.
 
 ## Model
-The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
+The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has. A
+sensor of a velocity or an acceleration is rounded in that unit: write `resolution` as a plain SI number.
 
 ## Where it comes from
 Encoder lines and their interpolation, integers in a counter, a coarse encoder before the gear.

@@ -34,7 +34,8 @@ stiffness = \"20 MN/m^1.5\"
 ## Model
 The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one; the damping
 of the contact stays. On a linear contact the effect is absent at `exponent = 1` and the stiffness that the
-contact has.
+contact has. A clamped contact pulls by the same law as it pushes; a diagnosis leaves the effect out of
+clamped records.
 
 ## Where it comes from
 Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar

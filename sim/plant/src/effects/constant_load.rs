@@ -29,7 +29,7 @@ force = \"-15 N\"
 ## Model
 A constant force acts on the second body of the spring, and its opposite on the first. Under a guide
 `between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece. Where the first
-body is a base that moves, the pair is internal, as of a cable: the base does not feel it as a weight.
+body is a base that moves, the pair is internal, as of a cable. The base does not feel it as a weight.
 
 ## Where it comes from
 Weight on an inclined axis, a counterbalance that is not quite right, hoses, cable chains.

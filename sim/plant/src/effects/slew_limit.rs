@@ -29,9 +29,9 @@ rate = \"1 kN/s\"
 
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
-Of several limits the smallest holds. What is held back is the commanded speed on a velocity source, the
-voltage or duty cycle on a motor, and the target under a position servo. Write these rates as plain SI
-numbers: a text must have a unit of force over time.
+Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a motor the
+voltage or duty cycle. Under a position servo it is the target. Write these rates as plain SI numbers: a text
+must have a unit of force over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.

@@ -28,14 +28,16 @@ time_constant = \"2 ms\"
 
 ## Model
 The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A
-lag that the drive already has acts in series with this one.
+lag that the drive already has acts in series with this one. Under a position servo the force of its loop
+lags. On a velocity source, and on a motor with a voltage or a duty cycle, the command lags. The law of the
+drive follows it.
 
 ## Where it comes from
 Current loops of finite bandwidth, winding inductance, valves, a filter on the torque set point.
 
 ## How it shows
-Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees; in a
-force loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
+Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees. In a force
+loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
 `time_constant`, so `command-delay` looks the same until the size drops. `force-lag` costs a force loop as
 much phase but leaves free motion as it was.
 

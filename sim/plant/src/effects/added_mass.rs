@@ -34,8 +34,9 @@ Payloads, grippers and cables that nobody entered, motor and gear inertia off th
 
 ## How it shows
 Free acceleration is lower by one factor at all frequencies below the first mode, which moves down. Static
-force in contact is as predicted. Free motion alone cannot tell it from `drive-gain`. `tool-inertia` shows
-in the force reading only, and the motion stays as it was.
+force in contact is as predicted. Free acceleration alone cannot tell it from `drive-gain`; a steady speed
+against friction or a static force can. `tool-inertia` shows in the force reading only, and the motion stays
+as it was.
 
 ## How it is recognised
 Free acceleration is too small by one factor while the static contact force is right. The first mode moves

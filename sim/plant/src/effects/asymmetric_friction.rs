@@ -31,20 +31,23 @@ asymmetry = 0.5
 `feeler run scenarios/effects/asymmetric-friction.toml` runs it.
 
 ## Model
-Sliding towards +, the guide resists with `level (1 + asymmetry)`, towards - with `level (1 - asymmetry)`;
-at rest it holds up to the level of the direction in which it would start.
+Sliding forward, the guide resists with `level (1 + asymmetry)`, backward with `level (1 - asymmetry)`. At
+rest it holds up to the level of the direction in which it would start. Forward is where the second body of
+the spring moves towards + against the first.
 
 ## Where it comes from
 Lip seals, worn or tilted guides, gears whose two flanks differ.
 
 ## How it shows
-In steady motion it is `coulomb-friction` of the mean level and a `constant-load` of the size
-`level asymmetry`; the load would also have to be carried at rest, and friction would not. Where the axis
-only ever moves one way the three cannot be told apart.
+The missing force is a step at every reversal of the velocity, and it is larger on one side.
+`coulomb-friction` of the mean level with a `constant-load` of `-level asymmetry` is the same force on the
+axis, moving and at rest. No record of commands and motion parts the two. Where the axis only ever moves one
+way, either of them alone looks the same, too.
 
 ## How it is recognised
-Compare slow strokes in both directions, then release the axis at rest: friction lets go of it, a load does
-not.
+Compare slow strokes in both directions: the forces against the motion differ by `2 level asymmetry`, at
+every speed. Friction with a load does the same. To part them, incline the axis, or take cables and
+counterweights off: a load changes with them, friction does not.
 
 ## Numerical treatment
 As dry friction with one level: modes for sliding either way and for sticking, with events between them.

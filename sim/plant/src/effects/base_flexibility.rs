@@ -32,24 +32,25 @@ damping = \"814.3 N s/m\"
 `feeler run scenarios/effects/base-flexibility.toml` runs it.
 
 ## Model
-`mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`.
-Under a rigid mount (a spring between ground and a body), that body is the base: it gets `mass`, and the
-mount yields. Under a guide to ground, a base is put between: every spring, contact and drive end that was
-on ground moves to it. Sensors stay where they are, so a reading relative to ground stays absolute; where an
+`mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`. Under
+a rigid mount (a spring between ground and a body), that body is the base: its mass becomes `mass`, and the
+mount yields. Under a guide to ground, a base is put between: every spring, contact and drive end that was on
+ground moves to it. Sensors stay where they are, so a reading relative to ground stays absolute. Where an
 encoder rides on the base, describe the base as a body on a rigid mount and name it in `relative_to`.
 
 ## Where it comes from
 Machine frames on rubber feet, robot columns, benches, floors.
 
 ## How it shows
-A pole pair beside a zero pair at 5 to 20 Hz: the phase dips and recovers, since in the mode drive and
-contact move the same way against the base (it is colocated). It hardly bounds the gain where its damping
-suffices. `workpiece-dynamics` makes the same figure at higher frequency and in contact only; the base shows
-in free motion too. A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
+A pole pair beside a zero pair, mostly at 5 to 20 Hz. In contact the phase dips and recovers, since in the
+mode drive and contact move the same way against the base (it is colocated). It hardly bounds the gain where
+its damping suffices. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In
+free motion the base shows in a position read against it, where the phase swings up and returns. A slow
+oscillation after steps looks like that of a force loop with an `actuator-lag`.
 
 ## How it is recognised
-A dip of the phase between 5 and 20 Hz appears in free motion and in contact. An accelerometer on the base
-decides.
+The phase of the contact force dips between 5 and 20 Hz. In free motion it swings up there in a position
+against the base, while an absolute position shows next to nothing. An accelerometer on the base decides.
 
 ## Numerical treatment
 The base is one more body; everything stays linear and exact. Linear theory has a pair of poles beside a

@@ -27,17 +27,19 @@ sigma = \"2 N\"
 `feeler run scenarios/effects/command-noise.toml` runs it.
 
 ## Model
-Every command that is issued gets a normally distributed error of standard deviation `sigma`, before
-deadband, gain and limit. The record holds the command without this error. Linear theory leaves it out.
+Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,
+deadband, gain and limit. The drive holds it until the next command. The record holds the command without
+this error. On a motor with a current, `sigma` is a current; write it as a plain SI number.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was
 measured (a current) rather than recorded.
 
 ## How it shows
-The motion shakes without cause in the record, and no repetition of the command repeats it. Rare samples of
-a noisy command look like `timing-jitter`. Averages over many repetitions lose it. No fit finds it, because
-the numbers are not in the record: a diagnosis counts it as noise of the command.
+The motion shakes without cause in the record, and no repetition of the command repeats it. While the command
+changes, `timing-jitter` scatters it too; under a constant command only noise remains. Averages over many
+repetitions lose it. No fit finds it, because the numbers are not in the record: a diagnosis counts it as
+noise of the command.
 
 ## How it is recognised
 Repeat one experiment several times and average: what remains different from run to run is noise. No record

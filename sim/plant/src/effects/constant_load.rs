@@ -28,19 +28,21 @@ force = \"-15 N\"
 
 ## Model
 A constant force acts on the second body of the spring, and its opposite on the first. Under a guide
-`between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece.
+`between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece. Where the first
+body is a base that moves, the pair is internal, as of a cable. The base does not feel it as a weight.
 
 ## Where it comes from
 Weight on an inclined axis, a counterbalance that is not quite right, hoses, cable chains.
 
 ## How it shows
 The command that holds the axis still is not zero, and free motion is faster one way than the other.
-`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact under
-force control `force-bias` shifts the command as well; the command at rest in free motion parts them.
+`asymmetric-friction` shows the same difference in motion, beside the step of dry friction. A load that dry
+friction can hold is `asymmetric-friction` exactly, moving and at rest. In contact under force control
+`force-bias` shifts the command as well; the command at rest in free motion parts them.
 
 ## How it is recognised
 The missing force has a mean that depends neither on speed nor on command. Hold the axis at rest in free
-motion and read the command.
+motion and read the command; dry friction hides a load up to its level.
 
 ## Numerical treatment
 It is a constant term of the linear equations and exact. Linear theory needs nothing: a constant does not

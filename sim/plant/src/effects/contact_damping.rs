@@ -42,8 +42,8 @@ Impacts lose more or less energy than predicted, and the contact mode rings for 
 frequency.
 
 ## Numerical treatment
-The damping of the contact is replaced; each mode stays exact. The force of a damped touch-down starts with
-a step, and the contact opens when its force reaches zero.
+The damping of the contact is replaced, and a linear contact stays exact. The force of a damped touch-down
+starts with a step, and the contact opens when its force reaches zero.
 
 ## Source
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37

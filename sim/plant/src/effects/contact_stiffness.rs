@@ -27,27 +27,26 @@ stiffness = \"120 kN/m\"
 `feeler run scenarios/effects/contact-stiffness.toml` runs it.
 
 ## Model
-The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power
-of the compression, `stiffness` is its coefficient in N/m^n. At the value that the contact has, the effect
-is absent.
+The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of
+the compression, `stiffness` is its coefficient in N/m^n; write it as a plain SI number. At the value that
+the contact has, the effect is absent.
 
 ## Where it comes from
 Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data
 sheet.
 
 ## How it shows
-In contact everything that stores energy there shifts: impacts are shorter and harder by `sqrt(stiffness)`,
-the contact mode moves, and the loop gain of a force loop moves in proportion. Static force under force
-control is as predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer
-contact too; only a mode parts them. `force-gain` changes the reading in proportion as well, but no
-frequency.
+Impacts are shorter and harder by `sqrt(stiffness)`, and the contact mode moves by as much. The loop gain of
+a force loop moves in proportion to the stiffness. Static force under force control is as predicted. At low
+frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode parts
+them. `force-gain` changes the reading in proportion as well, but no frequency.
 
 ## How it is recognised
 The duration of impacts and the frequency of the contact mode are off, while static forces are right.
 Compare with a record of position under known force.
 
 ## Numerical treatment
-The stiffness of the contact is replaced; each mode stays exact. Linear theory uses the new value.
+The stiffness of the contact is replaced, and a linear contact stays exact. Linear theory uses the new value.
 
 ## Source
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,

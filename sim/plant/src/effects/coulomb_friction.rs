@@ -28,17 +28,18 @@ level = \"6 N\"
 
 ## Model
 Sliding at speed `v`, the guide resists with `level sign(v)`; at rest it takes whatever value up to `level`
-keeps it at rest. Stick and slip are separate modes of the machine, and the instants between them are
-located.
+keeps it at rest. `v` is the speed of the second body of the spring against the first. Stick and slip are
+separate modes of the machine, and the instants between them are located.
 
 ## Where it comes from
 Seals, plain bearings, preloaded guides and screws, brushes.
 
 ## How it shows
-The missing force is a step at every reversal of the velocity, of a size that does not depend on speed: it
-matters less the larger the motion. Near rest the axis sticks, and an integrating controller hunts.
-`drive-deadband` takes the same force with the sign of the command; `stribeck-friction` is the same well
-above its speed; `viscous-friction` looks alike at a single speed.
+The missing force is a step at every reversal of the velocity, of a size that does not depend on speed. It
+matters less the larger the motion. Near rest the axis sticks, and an integrating controller creeps to its
+reference and stays. Hunting that lasts takes a breakaway force above the sliding one: that is
+`stribeck-friction`, the same well above its speed. `drive-deadband` takes the same force with the sign of
+the command; `viscous-friction` looks alike at a single speed.
 
 ## How it is recognised
 Plot the missing force against velocity: it is a step at zero, flat on either side. Slow strokes and two

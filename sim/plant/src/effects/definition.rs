@@ -266,7 +266,7 @@ pub enum Trait {
     DryFriction,
     /// It is a parameter that the ideal machine has too, and not a law: only its value differs.
     PlainNumber,
-    /// It is a law of surfaces that meet and part, without effect on a clamped contact.
+    /// It is a law of surfaces that meet and part: a diagnosis leaves it out of records of a clamped contact.
     SurfacesPart,
     /// It rounds readings to steps.
     Quantisation,

@@ -33,10 +33,8 @@ asymmetry = 0.8
 
 ## Model
 The guide's own damping grows by `damping` to `c`. Sliding at speed `v` the guide resists with
-`c (1 + asymmetry) v` forward and `c (1 - asymmetry) v` backward. The force is continuous at rest and its
-slope is not, so that forward and backward are modes of their own, each linear and exact. The modes change
-once the speed has passed zero by 1e-12 m/s. Linear theory takes the mean `c`, which is also what acts
-between the two.
+`c (1 + asymmetry) v` forward and `c (1 - asymmetry) v` backward. Forward is where the second body of the
+spring moves towards + against the first. The force is continuous at rest, and its slope is not.
 
 ## Where it comes from
 Gears that drive better than they are driven, seals and wipers with a lip, check valves, dampers with a
@@ -52,8 +50,8 @@ Plot the missing force against velocity: it is two straight lines with a corner 
 speeds in both directions.
 
 ## Numerical treatment
-Forward and backward are modes, each linear and exact; the change between them is an event. Linear theory
-takes the mean of both.
+Forward and backward are modes, each linear and exact. The change between them is an event, once the speed
+has passed zero by 1e-12 m/s. In between the mean `c` acts, and so it does in linear theory.
 
 ## Source
 M. T. Mason and J. K. Salisbury, Robot Hands and the Mechanics of Manipulation, MIT Press (1985): gears that

@@ -27,9 +27,10 @@ width = \"4 N\"
 `feeler run scenarios/effects/drive-deadband.toml` runs it.
 
 ## Model
-The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the
-command, and so the width, is a speed. Under a position servo it is a deadband of the error, and the width a
-length. Write these as plain SI numbers: a text must have a unit of force.
+The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise, before its gain. `width` has
+the unit of the command: a speed on a velocity source; a voltage, a duty cycle or a current on a motor. Under
+a position servo it is a deadband of the error for `kp` and `ki`, and the width a length. Write these as
+plain SI numbers: a text must have a unit of force.
 
 ## Where it comes from
 Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set
@@ -45,7 +46,8 @@ Plot the missing force against the command: it is the whole command up to `width
 Repeat at two levels: the share that is missing falls with the level.
 
 ## Numerical treatment
-It acts on held commands and is exact. Linear theory takes it as crossed: the drive answers in full.
+It acts on held commands and is exact. Under a continuous servo it is a mode of the error, whose begin and
+end are events. Linear theory takes it as crossed: the drive answers in full.
 
 ## Source
 G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley

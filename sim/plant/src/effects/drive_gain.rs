@@ -29,18 +29,18 @@ gain = 0.8
 `feeler run scenarios/effects/drive-gain.toml` runs it.
 
 ## Model
-The drive acts on `gain * u`, before its limits. This is the error of a motor's torque constant, too: a
-constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it scales the target. A
-negative gain is a drive that is wired the wrong way round.
+The drive acts on `gain * u`: after its deadband, before its limits. This is the error of a motor's torque
+constant, too: a constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it
+scales the target. A negative gain is a drive that is wired the wrong way round.
 
 ## Where it comes from
 A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.
 
 ## How it shows
-Every response to the command changes by one factor, at all frequencies and sizes, while forces that do not
-come from the command (weight, friction, contact) keep theirs. Free acceleration alone cannot tell it from
-`added-mass`; the static force in contact can. In contact alone it looks like `force-gain`, which free
-motion does not show.
+Every response to the command changes by one factor, at all frequencies and sizes. Forces that do not come
+from the command (weight, friction, contact) keep their sizes. Free acceleration alone cannot tell it from
+`added-mass`; the static force in contact can. In contact alone it looks like `force-gain`, which free motion
+does not show.
 
 ## How it is recognised
 Free acceleration and static contact force are both off by the same factor. One of them alone does not

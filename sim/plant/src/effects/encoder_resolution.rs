@@ -27,13 +27,14 @@ resolution = \"50 um\"
 `feeler run scenarios/effects/encoder-resolution.toml` runs it.
 
 ## Model
-The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
+The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has. A
+sensor of a velocity or an acceleration is rounded in that unit: write `resolution` as a plain SI number.
 
 ## Where it comes from
 Encoder lines and their interpolation, integers in a counter, a coarse encoder before the gear.
 
 ## How it shows
-Positions take few values; velocities from their differences are spiky with steps of `resolution` over the
+Positions take few values. Velocities from their differences are spiky with steps of `resolution` over the
 sample time, and joint damping passes the spikes to the drive. A stiff virtual wall hums where friction is
 too small to swallow a step. `force-resolution` does the same in the force channel; `timing-jitter` also
 scatters differences, but in proportion to speed.

@@ -28,20 +28,21 @@ limit = \"25 N\"
 `feeler run scenarios/effects/force-limit.toml` runs it.
 
 ## Model
-The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. Of several
-limits the smallest holds.
+The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. On a velocity
+source, a position servo or a motor the force itself is clipped. Of several limits the smallest holds.
 
 ## Where it comes from
 Amplifier current, motor temperature, a slipping clutch, a parameter in the drive that nobody remembers.
 
 ## How it shows
-Nothing below the limit; above it the force is flat, impacts and large steps fall short, and an integrating
-controller winds up and overshoots. `slew-limit` also shows in large and fast commands only, but it skews
-them and does not cap slow ones.
+Nothing below the limit. Above it the drive force is flat, large steps fall short, and an integrating
+controller winds up and overshoots. An impact may still exceed the limit, because the mass that is stopped
+makes its force, not the drive. `slew-limit` also shows in large and fast commands only, but it skews them
+and does not cap slow ones.
 
 ## How it is recognised
-Plot the missing force against the command: it is zero up to the limit and a straight line beyond. Impacts
-and large steps show it, small signals do not.
+Plot the missing force against the command: it is zero up to the limit and a straight line beyond. Large
+steps and errors that last show it, small signals do not.
 
 ## Numerical treatment
 The held command is clipped, which is exact. For a velocity source or a continuous servo the limit is a

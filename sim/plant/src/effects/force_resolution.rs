@@ -34,8 +34,9 @@ Converters with few bits over a wide range, integers on a field bus.
 
 ## How it shows
 Readings take few values. Where the force crosses many steps per sample it is white noise of
-`resolution / sqrt(12)`; where it crosses few, an integrating loop hunts between two values, much as it does
-with `coulomb-friction`. `encoder-resolution` does the same to positions.
+`resolution / sqrt(12)`. Where it crosses few, and the reference lies between two values, an integrating loop
+hunts between them, much as it does with `stribeck-friction`. `encoder-resolution` does the same to
+positions.
 
 ## How it is recognised
 List the values of the reading: they are multiples of one step. A slow change of force shows the stairs.

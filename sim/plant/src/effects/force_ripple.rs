@@ -38,10 +38,10 @@ phase = 1.0
 
 ## Model
 The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` the position of the driven
-body relative to the one that carries the reaction. It acts whatever the command. Ripple of a geared motor
-is tied to the motor's angle. Give as `pitch` the travel of the axis per motor turn (a turn over the gear
-ratio). Give as `harmonic` how often it repeats per motor turn, such as the number of slots or twice the
-pole pairs. Linear theory takes the slope at the operating point; runs integrate the sine to rounding.
+body relative to the one that carries the reaction. It acts whatever the command, and no limit of the drive
+clips it. Ripple of a geared motor is tied to the motor's angle. Give as `pitch` the travel of the axis per
+motor turn (a turn over the gear ratio). Give as `harmonic` how often it repeats per motor turn. For cogging
+that is the least common multiple of slots and poles or, by tolerances, one of these two numbers.
 
 ## Where it comes from
 Permanent magnets that pull at teeth and at the ends of an iron core, gears, ball screws.

@@ -37,13 +37,13 @@ period = \"20 mm\"
 `feeler run scenarios/effects/gravity.toml` runs it.
 
 ## Model
-The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring and its opposite
-on the first, `x` the position of the second against the first. For an arm of mass `m` whose centre lies `l`
-from its joint, `amplitude = m g l`, and `phase` is the angle over the hanging arm where the position is
-zero. `period` is a full turn unless a gear lies between position and arm. Linear theory takes the slope at
-the operating point: a stiffness `amplitude 2 pi / period cos(...)`, negative above the joint. Runs
-integrate the sine to rounding, and the energy balance counts the potential energy. The known gravity
-of a rotational body is stated by its keys `gravity` and `gravity_phase`.
+The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite
+on the first. `x` is the position of the second against the first. A first body that moves, such as a base,
+takes that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is
+a full turn by default, so state it where a gear or a screw lies between position and arm. For an arm of mass
+`m` whose centre lies `l` from its joint, `amplitude = m g l 2 pi / period`: just `m g l` where `x` is the
+angle of the arm itself. `phase` is the angle over the hanging arm where the position is zero. The known
+gravity of a rotational body is stated by its keys `gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.
@@ -58,7 +58,8 @@ position. Over a short stroke, a load and a spring look the same.
 
 ## Numerical treatment
 The force is a sine of the position, so an extrapolation method integrates the mode to rounding. The energy
-balance counts the potential energy. Linear theory takes the slope at the operating point.
+balance counts the potential energy. Linear theory takes the slope at the operating point. It is a stiffness
+`amplitude 2 pi / period cos(2 pi x / period + phase)`, negative while the centre is above the joint.
 
 ## Source
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer

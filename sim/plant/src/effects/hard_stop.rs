@@ -34,10 +34,9 @@ damping = \"200 N s/m\"
 `feeler run scenarios/effects/hard-stop.toml` runs it.
 
 ## Model
-Beyond `position` (of the second body of the spring against the first) a stop pushes back with `stiffness`
-times the depth and `damping` times its rate, and never pulls. It is an upper stop if `position` is above
-the position at the start, else a lower one. Touching and parting are modes, each linear and exact. Linear
-theory takes the stop as never reached.
+Beyond `position`, of the second body of the spring against the first, a stop pushes back. Its force is
+`stiffness` times the depth plus `damping` times its rate, and it never pulls. With `damping` its force
+begins with a step. It is an upper stop if `position` is above the position at the start, else a lower one.
 
 ## Where it comes from
 Rubber buffers, end caps, a cable that becomes taut, a chip in the guide, a bellows that is squeezed flat.

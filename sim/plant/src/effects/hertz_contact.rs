@@ -32,18 +32,20 @@ stiffness = \"20 MN/m^1.5\"
 `feeler run scenarios/effects/hertz-contact.toml` runs it.
 
 ## Model
-The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear
-contact the effect is absent at `exponent = 1` and the stiffness that the contact has.
+The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one; the damping
+of the contact stays. On a linear contact the effect is absent at `exponent = 1` and the stiffness that the
+contact has. A clamped contact pulls by the same law as it pushes; a diagnosis leaves the effect out of
+clamped records.
 
 ## Where it comes from
 Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar
 powers.
 
 ## How it shows
-The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent: a force loop that is stable at a
-light touch turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness`
-looks the same; two levels part them. `hardening-stiffness` is nearly linear at small force, where this
-effect changes most.
+The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent. A force loop that is stable at a light
+touch turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness` looks
+the same; two levels part them. `hardening-stiffness` is nearly linear at small force, where this effect
+changes most.
 
 ## How it is recognised
 Press at two forces: the contact mode is higher at the larger force. A force loop may be stable at a light

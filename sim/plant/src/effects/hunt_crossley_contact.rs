@@ -27,23 +27,25 @@ alpha = \"6 s/m\"
 `feeler run scenarios/effects/hunt-crossley-contact.toml` runs it.
 
 ## Model
-The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression: the law of the contact with `alpha`
-more, so that the loss sets in with the force and not at the first touch. The linear damping `c` that the
-contact has stays.
+The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression. This is the law of the contact with
+`alpha` more, so that the loss sets in with the force and not at the first touch. Where the law would pull, a
+contact that only pushes has no force. A clamped contact has the loss on either side; a diagnosis leaves the
+effect out of clamped records. The linear damping `c` that the contact has stays, and with it the step that
+it makes at touch-down.
 
 ## Where it comes from
 Most solid contacts: material loss happens in the volume that is deformed, which grows as the bodies
 approach.
 
 ## How it shows
-The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`, and the force rises
-from zero without the step that linear damping makes at touch-down. About one contact force and for small
-motion it is `contact-damping` of `alpha k d^n`; another force level parts them. The rise of force with
+The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`. Linear damping makes a
+step at touch-down, this loss none: with `c` zero the force rises from zero. About one contact force and for
+small motion it is `contact-damping` of `alpha k d^n`; another force level parts them. The rise of force with
 speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
 
 ## How it is recognised
-Drop the tool at several speeds: the restitution falls with speed, and the force rises from zero without a
-step.
+Drop the tool at several speeds: the restitution falls with speed, and the loss adds no step of force at
+touch-down.
 
 ## Numerical treatment
 The law is nonlinear, so an extrapolation method integrates modes in contact to rounding; flight stays

@@ -27,17 +27,17 @@ ratio = 0.15
 `feeler run scenarios/effects/load-friction.toml` runs it.
 
 ## Model
-The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact, `F` the sum
-of the contact forces.
+The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact. `|F|` is the
+sum of the sizes of all contact forces of the machine.
 
 ## Where it comes from
 Screws, gears and plain guides that carry the process force, guides that are tilted by it.
 
 ## How it shows
-Free motion is as predicted. In contact, the command for a force on the way up and on the way down differs
-by `2 ratio |F|`: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the
-same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression,
-one that closes at slow motion.
+Free motion is as predicted. In contact, the command for a force differs by `2 ratio |F|` between the way up
+and the way down: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the
+same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression, one
+that closes at slow motion.
 
 ## How it is recognised
 Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion
@@ -45,8 +45,9 @@ shows nothing.
 
 ## Numerical treatment
 Stick and slip are events, as for dry friction without load. Where the friction follows the force of a
-clamped contact, an extrapolation method integrates the mode to rounding. Linear theory takes friction as
-sliding one way.
+clamped contact, an extrapolation method integrates the mode to rounding. Linear theory leaves it out. While
+the guide slides, the drive really meets the contact force times `1 + ratio` (pressing on) or `1 - ratio`
+(backing off).
 
 ## Source
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load

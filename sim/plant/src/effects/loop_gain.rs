@@ -28,24 +28,25 @@ gain = 0.7
 `feeler run scenarios/effects/loop-gain.toml` runs it.
 
 ## Model
-The drive gives `gain` times the force that it would give for the same command at the same motion, before
-its limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it
-scales the parts of the force that follow from command and speed. For a drive whose command is its force it
-is the same as `drive-gain`, which under a servo scales the target instead.
+The drive gives `gain` times the force that it would give for the same command at the same motion, before its
+limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it scales
+the parts of the force that follow from command and speed. For a drive whose command is its force, as in the
+example, it is the same as `drive-gain`. Under a servo `drive-gain` scales the target instead.
 
 ## Where it comes from
 Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
 voltage that sags. A torque constant that is not that of the data sheet.
 
 ## How it shows
-A servo with too small a gain lags more and hangs lower under a load; one with too large a gain is stiffer
-and swings faster. Friction, loads and inertia keep their sizes. Without a load, `added-mass` and friction
-that are wrong by one factor look the same; `viscous-friction` alone changes the lag, and not how a load is
-held.
+A servo with too small a gain lags more and, without an integral part, hangs lower under a load. One with too
+large a gain is stiffer and swings faster. Friction, loads and inertia keep their sizes. Without a load,
+`added-mass` and friction that are wrong by one factor look the same. `viscous-friction` alone changes the
+lag, and not how a load is held.
 
 ## How it is recognised
-Hold a known load: the servo's error is the load over `kp`. Without one, only the ratios of the gain to
-inertia and friction show.
+Hold a known load: the servo's error is the load over `kp`. With an integral part the error vanishes, and its
+integral over time is the load over `ki`. Without a known load, only the ratios of the gain to inertia and
+friction show.
 
 ## Numerical treatment
 The entries of the servo in the equations of motion are multiplied, which is exact. Linear theory scales the

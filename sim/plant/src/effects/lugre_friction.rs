@@ -44,17 +44,15 @@ velocity = \"5 mm/s\"
 Bristles bend by `z` under the sliding speed `v` and straighten as they slip:
 `z' = v - stiffness |v| / g(v) z` with `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`. The
 guide resists with `stiffness z + damping z'`; its own damping is the viscous part. Sliding steadily, it
-resists with `g(v)`. At rest it yields as a spring, which is what linear theory takes: `stiffness` and
-`damping`, bristles at rest. Forward and backward are modes of their own, so that the law is smooth in each.
-Runs extrapolate it until two columns agree to 4e-14; steps shorten as `coulomb / (stiffness |v|)`, so that
-stiff bristles at high speed cost time. The energy balance counts what bent bristles store.
+resists with `g(v)`. At rest it yields as a spring.
 
 ## Where it comes from
 Lubricated guides, bearings, seals and gears: asperities bend by micrometres before they slide.
 
 ## How it shows
-Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips; the break-away
-force falls as the force rises faster. Records too coarse to see bristles bend cannot tell it from
+Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The break-away
+force falls as the force rises faster. Under a load and a vibration that together stay below `coulomb` it
+creeps on, more than real guides do. Records too coarse to see bristles bend cannot tell it from
 `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
 
 ## How it is recognised
@@ -63,8 +61,9 @@ elastic flanks. Coarser records see only its sliding level.
 
 ## Numerical treatment
 The bending of the bristles is one more state. Forward and backward are modes, and an extrapolation method
-integrates each to rounding. Stiff bristles at high speed cost time. Linear theory takes the bristles at
-rest: a spring and a damper.
+integrates each to rounding (4e-14). Its steps shorten as `coulomb / (stiffness |v|)`, so that stiff bristles
+at high speed cost time. The energy balance counts what bent bristles store. Linear theory takes the bristles
+at rest: a spring and a damper.
 
 ## Source
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with

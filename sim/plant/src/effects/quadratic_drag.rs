@@ -28,8 +28,7 @@ drag = \"20e3 N s2/m2\"
 
 ## Model
 The guide resists a speed `v` with `drag |v| v`. Small motions about a steady speed are damped by
-`2 drag |v|`, small motions about rest not at all. Forward and backward are modes of their own,
-so that the law is smooth in each; runs integrate it to rounding.
+`2 drag |v|`, small motions about rest not at all.
 
 ## Where it comes from
 Fans, propellers, fluid that is stirred or pushed through an orifice, oil thrown about by a fast gear.

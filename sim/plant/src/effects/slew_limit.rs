@@ -29,17 +29,18 @@ rate = \"1 kN/s\"
 
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
-Of several limits the smallest holds. On a velocity source it is the commanded speed that is held back,
-under a position servo the target. Write these rates as plain SI numbers: a text must have a unit of force
-over time.
+Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a motor the
+voltage or duty cycle. Under a position servo it is the target. Write these rates as plain SI numbers: a text
+must have a unit of force over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.
 
 ## How it shows
-Steps become ramps, and sines triangles once amplitude times angular frequency exceeds the rate; from there
-the phase lag grows with amplitude, which can start an oscillation that small tests never show. At one
-amplitude `actuator-lag` looks the same; two amplitudes part them.
+Steps become ramps. Sines lose their steep parts once amplitude times angular frequency exceeds the rate, and
+from about 1.9 times the rate on they are triangles. The phase lag then grows with amplitude, which can start
+an oscillation that small tests never show. At one amplitude `actuator-lag` looks the same; two amplitudes
+part them.
 
 ## How it is recognised
 Large and fast commands turn into ramps of one slope, small ones do not. Two amplitudes at the same

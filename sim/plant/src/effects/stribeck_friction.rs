@@ -44,9 +44,9 @@ Lubricated guides and gears: at low speed the film is too thin to keep the surfa
 
 ## How it shows
 The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and
-jumps, and a force loop with an integrator hunts with larger jumps. Above a few times `velocity` it is
-`coulomb-friction`, and only slow motion or reversals part them. A falling level looks like negative
-`viscous-friction` over a narrow range of speeds.
+jumps. A force loop with an integrator hunts. Above a few times `velocity` it is `coulomb-friction`, and only
+slow motion or reversals part them. A falling level looks like negative `viscous-friction` over a narrow
+range of speeds.
 
 ## How it is recognised
 Plot the missing force against velocity: it falls from the breakaway level to a plateau. Steady motion at

@@ -24,16 +24,17 @@ sigma = \"0.1 ms\"
 `feeler run scenarios/effects/timing-jitter.toml` runs it.
 
 ## Model
-Sample `i` of the controller is taken at `i period + w_i`, `w_i` random with standard deviation `sigma`,
-while the controller computes as if the grid were exact.
+Sample `i` of the controller is taken at `i period + w_i`, `w_i` normally distributed with standard deviation
+`sigma`. The controller computes as if the grid were exact. `w_i` is limited to 0.49 of the period, so that
+samples keep their order.
 
 ## Where it comes from
 Operating systems that are not real-time, shared buses, interrupts.
 
 ## How it shows
-Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest;
-the mean delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as
-well, at any speed.
+Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest.
+The mean delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as well,
+at any speed.
 
 ## How it is recognised
 Plot the scatter of position differences against speed: it grows in proportion and vanishes at rest.

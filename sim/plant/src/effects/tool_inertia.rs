@@ -25,18 +25,18 @@ mass = \"1.5 kg\"
 `feeler run scenarios/effects/tool-inertia.toml` runs it.
 
 ## Model
-The reading is `F + mass x''`, `x''` the acceleration of the tip: the first body of the contact that the
-sensor reads, or the second of a spring. The motion of the machine stays as it was: the mass is part of the
-tip's.
+The reading is `F + mass x''`, `x''` the acceleration of the tip. The tip is the first body of the contact
+that the sensor reads, or the second of a spring. The motion of the machine stays as it was: the mass is part
+of the tip's. A spring carries all of its second body already, so there `mass` is counted on top of it.
 
 ## Where it comes from
 Grippers, tools and adapter plates between a wrist sensor and the part.
 
 ## How it shows
-Free motion gives readings in proportion to acceleration, with no contact at all; in contact a zero or a
-lead appears near the contact mode, and impacts begin with a spike of the wrong size. `added-mass` changes
-the motion and not the reading. While the machine rings at one frequency, acceleration and force are
-proportional, and `force-gain` looks the same.
+Free motion gives readings in proportion to acceleration, with no contact at all. In contact a zero pair
+appears at `sqrt(k / mass)`, `k` the stiffness of the contact, and the phase leads above it. An impact reads
+too low while the tip decelerates. `added-mass` changes the motion and not the reading. While the machine
+rings at one frequency, acceleration and force are proportional, and `force-gain` looks the same.
 
 ## How it is recognised
 Shake the tool in free motion: the reading follows the acceleration, in proportion.

@@ -32,10 +32,11 @@ speed = \"30 mm/s\"
 `feeler run scenarios/effects/torque-speed-line.toml` runs it.
 
 ## Model
-The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed
-of its stroke. This is the force that the supply voltage of a motor still allows at that speed. Against the
-motion more than `force` is possible. A motor whose command is a voltage has this line already, by its
-resistance, and takes no second one.
+The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
+its stroke, after any `force-limit`. This is the force that the supply voltage of a motor still allows at
+that speed. Against the motion more than `force` is possible, and beyond `speed` the drive can only brake. A
+motor on a voltage or a duty cycle has this line already, by its resistance, and takes no second one. Nor
+does a velocity source, or a motor on a current with a supply voltage.
 
 ## Where it comes from
 The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.

@@ -33,19 +33,20 @@ tip_mass = \"4 kg\"
 
 ## Model
 Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring
-(rigid or not) the second body weighs `tip_mass` and the first the rest of what the two weighed together.
-Under a body, the body is split: its contacts move to a new one of `tip_mass`, and guides, drives and
-sensors of motion stay. The ideal machine is the limit of great stiffness.
+(rigid or not) these replace its own stiffness and damping. The second body then weighs `tip_mass`, and the
+first the rest of what the two weighed together. Under a body, the body is split: its contacts move to a new
+one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal machine is the limit of great
+stiffness.
 
 ## Where it comes from
 Belts, gears, screws, harmonic drives, couplings, bending links, the mount of a tool.
 
 ## How it shows
-Between motor and tip a mode appears that the motor moves and the contact force sees from the other side. It
-is a sharp drop of 180 degrees in phase, after which force feedback destabilises it (the noncolocated mode).
-Seen from the motor alone the mode is a zero pair before a pole pair and the phase returns;
-`workpiece-dynamics` and `base-flexibility` look like that from the contact force too. Far below the mode it
-is a smaller contact stiffness: `contact-stiffness` looks the same there.
+A mode appears in which motor and tip move against each other. From drive to contact force the phase drops by
+180 degrees there and does not return, so that force feedback destabilises it (the noncolocated mode). Seen
+from the motor alone the mode is a zero pair below a pole pair, and the phase returns. In the contact force,
+`workpiece-dynamics` and `base-flexibility` are such pairs, too. Far below the mode it is a smaller contact
+stiffness: `contact-stiffness` looks the same there.
 
 ## How it is recognised
 Compare the motion of motor and tip over a wide band: they part at the mode, with a drop of 180 degrees in

@@ -33,10 +33,10 @@ The guide resists with `damping v` on top of the damping it has.
 Grease and oil, eddy currents, back-EMF of a motor that is not modelled, air in a bellows.
 
 ## How it shows
-The missing force is proportional to velocity: free motion reaches less speed for the same force, and modes
-that stretch the guide are better damped. At one speed `coulomb-friction` takes as much; over a range of
-speeds a line and a step part. In contact little moves in the guide, and `contact-damping` is what damps the
-oscillation there.
+The missing force is proportional to velocity. Free motion reaches less speed for the same force, and modes
+in which the guide slides are better damped. At one speed `coulomb-friction` takes as much; over a range of
+speeds a line and a step part. In contact `contact-damping` damps the contact mode as much; it leaves free
+motion as it was, which parts them.
 
 ## How it is recognised
 Plot the missing force against velocity: it is a straight line through zero. Motion at several speeds shows

@@ -34,22 +34,23 @@ damping = \"150 N s/m\"
 
 ## Model
 `mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture.
-Under a rigid fixture (a spring), the workpiece is the end that a contact names second (or else the second
-end that is not ground): it gets `mass`, and the fixture yields. Under a contact, a workpiece is put between
-the contact and what it touched.
+Under a rigid fixture (a spring), the workpiece is the end that a contact names second. If none does, it is
+the second end, or the first where the second is ground. The mass of that body becomes `mass`, and the
+fixture yields. Under a contact, a workpiece is put between the contact and what it touched.
 
 ## Where it comes from
 Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 
 ## How it shows
-In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair: between the two the phase
-swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. Free
-motion is as predicted, which parts it from `base-flexibility`. Far below the mode only the series stiffness
-counts, so `contact-stiffness` looks the same there.
+In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair. Between the two the phase
+swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It swings
+up where the zeros lie above the contact mode, and down where they lie below it. Free motion is as predicted,
+which parts it from `base-flexibility`. Far below the mode only the series stiffness counts, so
+`contact-stiffness` looks the same there.
 
 ## How it is recognised
-A dip of the phase appears in contact and vanishes in free motion. The response must reach the frequency of
-the workpiece; below it, only a softer contact shows.
+A swing of the phase, up or down and back, appears in contact and vanishes in free motion. The response must
+reach the frequency of the workpiece; below it, only a softer contact shows.
 
 ## Numerical treatment
 The workpiece is one more body; everything stays linear and exact. Linear theory has a pair of poles beside

@@ -67,9 +67,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
     }
     if let Some(response) = summary.response {
-        let of = response
-            .final_reference_n
-            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
+        let of = words::overshoot_of(summary, units);
         let share = response.overshoot;
         let much = share.is_some_and(|share| share > MUCH_OVERSHOOT);
         let overshoot = share.map_or("-".into(), |share| format!("{} %", percent(share)));

@@ -55,8 +55,8 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         return;
     }
     page.paragraph(
-        "A force is still missing. Each row is the part of it that depends on one quantity, beyond chance, \
-         in per cent:",
+        "What is left of the missing force. Each row is the part that depends on one quantity, beyond \
+         chance, in per cent:",
     );
     let rows: Vec<Vec<String>> = adequacy
         .residual

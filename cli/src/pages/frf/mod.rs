@@ -161,7 +161,7 @@ fn charts(response: &Response) -> Vec<Chart> {
     };
     let mut difference = new(
         "Difference,",
-        "measured over linear, magnitude; dots where noise or nonlinearity is large.",
+        "measured over linear, magnitude; in a second colour where noise or nonlinearity is large.",
         "difference (dB)",
         vec![
             measured("where well known", "dB", apart(true)),

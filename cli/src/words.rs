@@ -185,13 +185,27 @@ fn rate(frequency_hz: f64) -> String {
     with_unit(frequency_hz, "Hz")
 }
 
+/// Whether a response starts at the first touch, and not at the last step of the reference.
+fn starts_at_touch(summary: &Summary, starts_at_s: f64) -> bool {
+    let first = summary.main_contact.and_then(|i| summary.contacts[i].first_contact_s);
+    first.is_some_and(|first| first >= starts_at_s)
+}
+
+/// The reference of an overshoot, and from when on it counts if that is not the first touch. The peak force
+/// is that of the whole run.
+pub(crate) fn overshoot_of(summary: &Summary, units: Units) -> String {
+    let Some(response) = summary.response else { return String::new() };
+    let Some(reference) = response.final_reference_n else { return String::new() };
+    let since = if starts_at_touch(summary, response.starts_at_s) { "" } else { ", after its last step" };
+    format!("of {}{since}", with_unit(reference, units.force))
+}
+
 fn at_and_within(summary: &Summary, reference_n: Option<f64>, units: Units) -> String {
     let at = reference_n
         .map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, units.force)));
     match (summary.settling_time_s, summary.response) {
         (Some(time), Some(response)) => {
-            let first = summary.main_contact.and_then(|i| summary.contacts[i].first_contact_s);
-            let since = if first.is_some_and(|first| first >= response.starts_at_s) {
+            let since = if starts_at_touch(summary, response.starts_at_s) {
                 "first touch"
             } else {
                 "the last step of the reference"

@@ -193,13 +193,10 @@ fn figures(summary: &Summary, units: Units) -> String {
         row(&name, split(contact.peak_force_n, units.force), words::when(contact));
     }
     if let Some(response) = summary.response {
-        let reference = response
-            .final_reference_n
-            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
         row(
             "overshoot",
             response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
-            reference,
+            words::overshoot_of(summary, units),
         );
         let within = || format!("to within {} until the end", with_unit(response.band_n, units.force));
         let band = words::rests_outside(summary, units).unwrap_or_else(within);

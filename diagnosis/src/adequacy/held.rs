@@ -18,7 +18,7 @@ pub(super) fn strayed(dataset: &Dataset, off: Option<f64>) -> Option<String> {
 
 fn told(off: Option<f64>) -> Option<String> {
     let percent = 100.0 * off.filter(|off| *off > MOST_STRAYED)?;
-    Some(format!("the servo holds its place, and yet its free run is off by {percent:.1} % of the signal"))
+    Some(format!("the servo corrects its position, yet a free run is off by {percent:.1} % of the signal"))
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ pub(super) fn left(
     let hardly_fell = !is_found || missing > criteria.most_of_missing_force * refitted;
     if missing > criteria.most_missing_force * drive_force && hardly_fell {
         found.push(format!(
-            "a force of {} of the drive's is still missing, of {} after calibration",
+            "a force of {} of the drive's is still missing, against {} after calibration alone",
             share(missing / drive_force),
             share(refitted / drive_force)
         ));
@@ -122,7 +122,8 @@ pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> 
 /// Says so if the causes remove too little of the error beyond the floor.
 pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     (closed < criteria.least_closed).then(|| {
-        format!("what was found removes only {} of the error beyond the noise floor", share(closed.max(0.0)))
+        let removed = if closed > 0.0 { format!("only {}", share(closed)) } else { "none".to_owned() };
+        format!("what was found removes {removed} of the error beyond the noise floor")
     })
 }
 

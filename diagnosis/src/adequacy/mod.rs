@@ -97,8 +97,8 @@ impl Adequacy {
         let short = |(column, sigmas): (&str, f64)| Shortfall {
             condition: Condition::Left,
             what: format!(
-                "short predictions of `{column}` are off by {sigmas:.1} sigma, more than laws of friction \
-                 and contact usually are"
+                "short predictions of `{column}` are off by {sigmas:.1} sigma, more than an imprecise law of \
+                 friction or contact usually leaves"
             ),
         };
         self.shortfalls.extend(columns.map(short));

@@ -141,7 +141,7 @@ impl Judge<'_> {
         let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
         Some(format!(
             "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state \
-             `hold`; without it a delay of less than {row_ms:.2} ms is not told from this)",
+             `hold`; without it a delay of less than {row_ms:.2} ms cannot be separated from this)",
             rows * row_ms
         ))
     }

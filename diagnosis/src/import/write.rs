@@ -198,7 +198,7 @@ impl Joint {
         let held = asked.next();
         if asked.all(|x| Some(x) == held) {
             notes.push(format!(
-                "in run `{}` the {} of `{}` never changes: it tells nothing, and is left out",
+                "in run `{}` the {} of `{}` never changes: it carries no information and is left out",
                 run.name,
                 here[0].0.noun(),
                 self.name

@@ -319,7 +319,7 @@ fn beside(found: &Explanation) -> String {
     });
     let chosen = found.smallest.first().map_or(&[][..], Vec::as_slice);
     let size = found.sizes.iter().find(|size| chosen.contains(&size.of));
-    let enough = size.map_or_else(String::new, |size| format!(" It takes {}.", size.what));
+    let enough = size.map_or_else(String::new, |size| format!(" Enough to remove it: {}.", size.what));
     lifts + &enough
 }
 

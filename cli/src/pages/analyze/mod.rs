@@ -105,7 +105,8 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
         tiles.push(set);
         tiles.push(Tile::new("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
         if let Some(continuous) = &gain.continuous {
-            tiles.push(Tile::new("and continuous", top(continuous), edge(continuous)).toned(Tone::Quiet));
+            let tile = Tile::new("the same, continuous", top(continuous), edge(continuous));
+            tiles.push(tile.toned(Tone::Quiet));
         }
     }
     if let Some(hz) = report.looped.as_ref().and_then(|looped| looped.bandwidth_hz) {
@@ -245,7 +246,7 @@ fn sensitivities(page: &mut Page, report: &Report) {
             "the most telling first: of the frequency at which the drive saturates, which is what is \
              achieved, and of the largest gain"
         }
-        _ => "the most telling for both together first, those that raise one and lower the other last",
+        _ => "the largest effect on both together first; those that raise one and lower the other last",
     };
     page.paragraph(&format!(
         "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each \

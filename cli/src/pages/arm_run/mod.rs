@@ -89,7 +89,7 @@ fn tiles(result: &CellRun) -> Vec<Tile> {
     }
     tiles.push(tile("bounces", figures.bounces.to_string(), "times the tool left the workpiece".into()));
     let share = format!("{} % of the run", percent(figures.contact_share));
-    tiles.push(tile("time in contact", with_unit(figures.contact_time_s, "s"), share));
+    tiles.push(tile("contact time", with_unit(figures.contact_time_s, "s"), share));
     if let Some(oscillation) = &figures.oscillation {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
         tiles.push(tile("chatter frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));

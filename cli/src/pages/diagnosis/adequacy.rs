@@ -55,8 +55,8 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         return;
     }
     page.paragraph(
-        "What the force that is still missing goes with, beyond what chance gives, in per cent of the \
-         drive's force:",
+        "What is left of the missing force. Each row is the part that depends on one quantity, beyond \
+         chance, in per cent:",
     );
     let rows: Vec<Vec<String>> = adequacy
         .residual
@@ -72,7 +72,7 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         })
         .collect();
     page.table(
-        &["goes with", "of the drive's force", "share of its variance", "by chance"],
+        &["depends on", "of the drive's force", "of the missing variance", "by chance"],
         &[1, 2, 3],
         &rows,
     );

@@ -153,8 +153,8 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     page.heading("What causes it");
     page.paragraph(
         "Probabilities are among the causes of the library, given these records; `feeler effects KIND` \
-         explains each. Credit is the \
-         share of the closing that an accepted cause brings. Intervals hold 90 % under the model.",
+         explains each. Credit is the share of an accepted cause in what all accepted ones close. Intervals \
+         hold 90 % if the model is right.",
     );
     let bars: Vec<(String, f64, String)> = diagnosis
         .effects
@@ -217,8 +217,8 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         return;
     }
     let scale = format!(
-        "as a share of what each channel varies, in per cent, and the darker the larger: palest at {} %, \
-         darkest from {} % on. White: no more than {} times the noise.",
+        "in per cent of each channel's variation, by phase of the motion: palest at {} %, darkest from {} % \
+         on. White: no more than {} times the noise.",
         plain(100.0 * heat::PALEST),
         plain(100.0 * heat::DARKEST),
         plain(heat::NOISE)
@@ -233,8 +233,8 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         "the same cells; what is still dark is not explained.",
         &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
     );
-    let levels = "over all phases and bands. A linear cause shows alike at every level; dry friction and \
-                  free play shrink, limits grow with it.";
+    let levels = "over all phases and bands. The error of a linear cause is the same at every level. That \
+                  of dry friction and free play falls with it, that of limits rises.";
     page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells));
 }
 
@@ -250,11 +250,10 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     let Some(first) = of_place.or(diagnosis.ladder.first()) else { return };
     page.heading("The force that is missing");
     page.paragraph(
-        "An unknown force (or error) is let in at one place at a time; the evidence says how much of the \
-         calibrated machine's misfit it \
-         would take away there. What the force goes with tells its kind: friction follows the sign of \
-         velocity, a load is constant, ripple \
-         repeats over position, a lag follows the drive.",
+        "An unknown force (or reading error) is allowed at one place at a time. The evidence says how much \
+         of the calibrated machine's error it removes there. What the force depends on suggests its kind: \
+         friction follows the sign of velocity, a load is constant, ripple repeats over position, a lag \
+         follows the drive.",
     );
     let rows: Vec<Vec<String>> = diagnosis
         .ladder
@@ -276,7 +275,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         })
         .collect();
     page.table(
-        &["let in at", "evidence (nats)", "rms", "share of its variance that goes with"],
+        &["allowed at", "evidence (nats)", "rms", "share of its variance that depends on"],
         &[1, 2],
         &rows,
     );
@@ -302,8 +301,8 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     }
     page.heading("What was tried");
     page.paragraph(
-        "Every effect that the machine can take, and the evidence gained over calibration alone, in nats (a \
-         nat is a factor of e in odds).",
+        "Every effect that the machine can have, each by itself, then beside others; and the evidence \
+         gained over calibration alone, in nats (a nat is a factor of e in odds).",
     );
     let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();
     for attempt in &diagnosis.attempts {

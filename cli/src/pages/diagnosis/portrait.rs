@@ -37,7 +37,7 @@ pub(super) fn drawings(rung: &Rung, units: Units) -> Vec<(String, String)> {
     axes.iter()
         .enumerate()
         .map(|(i, (name, unit, of))| {
-            let caption = format!("against {name}: {:.0} % of its variance goes with it", 100.0 * share(i));
+            let caption = format!("against {name}, which explains {:.0} % of its variance", 100.0 * share(i));
             let dots: Vec<[f64; 2]> =
                 rung.portrait.iter().map(|point| [of(point), point.missing_n]).collect();
             (caption, drawing(&dots, name, unit, units.force))

@@ -131,6 +131,13 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
         }
         (false, true) => {}
     }
+    if gap.closed <= 0.0 {
+        return format!(
+            "On the check experiments, the effects remove none of the error that calibration leaves above \
+             the floor in short predictions: it rises by {} %.",
+            percent(-gap.closed)
+        );
+    }
     let closed = percent(gap.closed);
     let [low, high] = gap.closed_ci90;
     let interval = if low < high {
@@ -217,7 +224,8 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
 fn to_do(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::Explained => {
-            "simulate with machine.toml from now on, and inspect the part named above on the real machine"
+            "simulate with the repaired machine.toml from now on, and inspect the places named above on the \
+             real machine"
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
             "correct the believed value named below, or state a wider tolerance, and diagnose again"
@@ -240,7 +248,7 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
             }
         }
         Verdict::UnknownCause => {
-            "inspect the first place and the shape of the missing force there; no value in machine.toml \
+            "inspect the first place and the shape of the missing force there; no value in the machine file \
              removes it"
         }
         Verdict::NoGap => "use the calibrated values of machine.toml; there is no further cause to find",

@@ -50,11 +50,15 @@ fn tiles(response: &Response) -> Vec<Tile> {
             format!("at {}, over all frequencies", with_unit(agreement.widest[1], "Hz")),
         ),
         tile(
-            "and where well known",
+            "largest where well known",
             format!("{} dB", plain(agreement.decibels)),
             format!("at the {} compared", agreement.compared),
         ),
-        tile("and in phase", format!("{}°", plain(agreement.degrees)), "from the linear response".into()),
+        tile(
+            "largest in phase",
+            format!("{}°", plain(agreement.degrees)),
+            format!("at the {} compared", agreement.compared),
+        ),
         tile(
             "within the band",
             format!("{} %", plain((100.0 * agreement.within).round())),
@@ -157,11 +161,11 @@ fn charts(response: &Response) -> Vec<Chart> {
     };
     let mut difference = new(
         "Difference,",
-        "measured over linear, magnitude; where noise or nonlinearity is large, in a colour of its own.",
+        "measured over linear, magnitude; in a second colour where noise or nonlinearity is large.",
         "difference (dB)",
         vec![
             measured("where well known", "dB", apart(true)),
-            Series::new("where little coherent", "dB", apart(false)).dots(),
+            Series::new("where poorly known", "dB", apart(false)).dots(),
         ],
     );
     difference.lines.push(Line { y: 0.0, label: "no difference".into() });

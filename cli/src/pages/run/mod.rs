@@ -67,9 +67,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
     }
     if let Some(response) = summary.response {
-        let of = response
-            .final_reference_n
-            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
+        let of = words::overshoot_of(summary, units);
         let share = response.overshoot;
         let much = share.is_some_and(|share| share > MUCH_OVERSHOOT);
         let overshoot = share.map_or("-".into(), |share| format!("{} %", percent(share)));
@@ -85,7 +83,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
     if !summary.contacts.is_empty() {
         tiles.push(tile("bounces", summary.bounces.to_string(), "times the tool left the workpiece".into()));
         let share = format!("{} % of the run", percent(summary.contact_share));
-        tiles.push(tile("time in contact", with_unit(summary.contact_time_s, "s"), share));
+        tiles.push(tile("contact time", with_unit(summary.contact_time_s, "s"), share));
     }
     if let Some(oscillation) = &summary.oscillation {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
@@ -100,7 +98,7 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the growing motion".into()));
     }
     tiles.push(tile(
-        "at a limit",
+        "saturation",
         format!("{} %", percent(summary.saturation_share)),
         "of the controller samples".into(),
     ));
@@ -130,7 +128,8 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
     let bar = |sign: f64| {
         move |item: &EnergyItem| {
             (
-                format!("{}, {}", item.what.replace('-', " "), item.on),
+                // The elements between bodies are the file's `springs`.
+                format!("{}, {}", item.what.replace("link", "spring").replace('-', " "), item.on),
                 sign * item.joule,
                 with_unit(sign * item.joule, "J"),
             )

@@ -17,6 +17,11 @@ pub struct Criteria {
     /// [`Self::most_floors`]. It holds for machines without contacts, whose impacts soon make a motion
     /// another one.
     pub most_left_far: f64,
+    /// Error of the calibrated machine's short predictions, as a share of every channel's variation, up to which
+    /// what is left is too small to name a cause of it, unless one explains it whole.
+    pub slight: f64,
+    /// The same over longer horizons of up to a second.
+    pub slight_far: f64,
     /// Least share of the error beyond the floor that the causes must remove. It counts in short predictions
     /// of the calibrated machine: a cause that removes less explains little of the gap.
     pub least_closed: f64,
@@ -82,6 +87,8 @@ impl Default for Criteria {
             most_floors: 4.0,
             most_left: 0.05,
             most_left_far: 0.25,
+            slight: 0.005,
+            slight_far: 0.02,
             least_closed: 0.5,
             most_missing_force: 0.2,
             most_of_missing_force: 0.5,

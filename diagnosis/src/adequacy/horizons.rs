@@ -109,6 +109,13 @@ pub(super) fn left(
     found
 }
 
+/// Whether the calibrated machine's errors are small against the signal at every horizon of up to a second.
+pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
+    let most = |seconds: f64| if seconds > WINDOWS_S[0] { criteria.slight_far } else { criteria.slight };
+    let mut ahead = horizons.iter().filter_map(|horizon| Some((horizon.seconds?, horizon.refit))).peekable();
+    ahead.peek().is_some() && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
+}
+
 /// Says at which horizon of up to a second predictions lose the motion, the shortest of these.
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
@@ -187,6 +194,20 @@ mod tests {
         assert!(worsened(&[horizon(0.008, 0.0105)], &criteria).is_empty());
         let lost = Horizon { after: None, ..horizon(0.5, 0.1) };
         assert_eq!(worsened(&[lost], &criteria).len(), 1);
+    }
+
+    #[test]
+    fn truth_a_rest_is_slight_where_it_is_so_at_every_horizon() {
+        let criteria = Criteria::default();
+        let [near, far] =
+            [0.05, 1.0].map(|seconds| Horizon { seconds: Some(seconds), ..horizon(0.004, 0.004) });
+        let free = Horizon { seconds: None, ..horizon(0.9, 0.9) };
+        assert!(are_slight(&[near, far, free], &criteria));
+        assert!(!are_slight(&[near, Horizon { refit: Some(0.05), ..far }], &criteria));
+        assert!(!are_slight(&[Horizon { refit: Some(0.01), ..near }, far], &criteria));
+        assert!(
+            !are_slight(&[Horizon { refit: None, ..near }], &criteria) && !are_slight(&[free], &criteria)
+        );
     }
 
     #[test]

@@ -92,6 +92,16 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())
     }
 
+    /// Whether the calibrated machine predicts so well that no cause of the rest is worth a name.
+    pub(crate) fn is_slight(&self) -> bool {
+        horizons::are_slight(&self.horizons, &self.criteria)
+    }
+
+    /// Whether the time did not suffice for every cause.
+    pub(crate) fn has_untried(&self) -> bool {
+        self.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
+    }
+
     /// Tells which columns short predictions do not explain, each with its residual in sigmas.
     pub(crate) fn add_unexplained<'a>(&mut self, columns: impl Iterator<Item = (&'a str, f64)>) {
         let short = |(column, sigmas): (&str, f64)| Shortfall {

@@ -75,6 +75,9 @@ impl Judge<'_> {
             adequacy.add_unexplained(left.into_iter().map(column));
         }
         let adequate = !adequacy.is_short();
+        if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {
+            return self.answer(calibrated, &[], attempts);
+        }
         let known = match (adequate, adequacy.has_rival()) {
             (false, _) => INADEQUATE,
             (true, true) => RIVALLED,
@@ -91,7 +94,13 @@ impl Judge<'_> {
         self.credit(accepted, &removed, &refit, &after, &mut effects);
         let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
         let is_alone = field.own >= SURE && !adequacy.has_rival();
-        let verdict = self.verdict(accepted, adequate, is_alone, &near);
+        let verdict = match self.verdict(accepted, adequate || adequacy.is_slight(), is_alone, &near) {
+            // Any of those that were not tried may be what is left.
+            Verdict::NoGap if adequacy.has_untried() && figures.refit > ROUGH * figures.floor => {
+                Verdict::UnknownCause
+            }
+            verdict => verdict,
+        };
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));

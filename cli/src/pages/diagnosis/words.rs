@@ -57,6 +57,11 @@ fn cause(diagnosis: &Diagnosis) -> String {
                  another, or there is a further one."
             )
         }
+        Verdict::NoGap if is_slight(diagnosis) => {
+            "there is no gap to speak of: calibration within the stated tolerances leaves too little to name \
+             a cause of it."
+                .into()
+        }
         Verdict::NoGap => {
             "there is no gap: calibration within the stated tolerances explains the records.".into()
         }
@@ -78,6 +83,12 @@ fn is_limited(diagnosis: &Diagnosis) -> bool {
     !has_rival
         && !shortfalls.is_empty()
         && shortfalls.iter().all(|shortfall| is_of_tolerance(shortfall.condition))
+}
+
+/// Whether an answer without a gap leaves something, if too little to name its cause.
+fn is_slight(diagnosis: &Diagnosis) -> bool {
+    let is_rest = |condition| matches!(condition, Condition::Left | Condition::Residual);
+    diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rest(shortfall.condition))
 }
 
 /// Whether the time sufficed for every cause.
@@ -251,6 +262,7 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
             "inspect the first place and the shape of the missing force there; no value in the machine file \
              removes it"
         }
+        Verdict::NoGap if is_slight(diagnosis) => "use the calibrated values of machine.toml",
         Verdict::NoGap => "use the calibrated values of machine.toml; there is no further cause to find",
     }
 }

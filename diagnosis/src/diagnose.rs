@@ -128,12 +128,7 @@ pub fn diagnose_within(
         return Ok(answer);
     }
     let glimpse = glance(&found.task, &accepted);
-    while !accepted.causes.is_empty()
-        && accepted.causes.len() < MOST_CAUSES
-        && !budget.is_over(Stage::Screen)
-        && judge.has_room(&accepted)
-    {
-        progress("trying a further cause");
+    while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && judge.has_room(&accepted) {
         let left: Vec<_> = candidates(&dataset.machine)
             .into_iter()
             .filter(|c| {
@@ -143,12 +138,17 @@ pub fn diagnose_within(
                     .any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind))
             })
             .collect();
+        let beside =
+            |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
+        if budget.is_over(Stage::Screen) {
+            attempts.untried.extend(left.into_iter().map(beside));
+            break;
+        }
+        progress("trying a further cause");
         let Extended { fits: mut further, others, silent, untried } =
             extensions(&found.task, &accepted, &left, &glimpse);
         attempts.fitted.extend(further.iter().cloned());
         attempts.screened.extend(others);
-        let beside =
-            |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
         attempts.silent.extend(silent.into_iter().map(beside));
         attempts.untried.extend(untried.into_iter().map(beside));
         let asked = |scored: &Scored| Asked::of(scored, &accepted);

@@ -17,8 +17,8 @@ pub struct Criteria {
     /// [`Self::most_floors`]. It holds for machines without contacts, whose impacts soon make a motion
     /// another one.
     pub most_left_far: f64,
-    /// Error of the calibrated machine's short predictions, as a share of every channel's variation, up to which
-    /// what is left is too small to name a cause of it, unless one explains it whole.
+    /// Error of the calibrated machine's short predictions, as a share of every channel's variation. What is
+    /// left below it is too small to name a cause of it, unless one explains it whole.
     pub slight: f64,
     /// The same over longer horizons of up to a second.
     pub slight_far: f64,

@@ -134,7 +134,9 @@ impl Adequacy {
     /// Tells that the time did not suffice for some causes, any of which may do as well.
     pub(crate) fn add_untried(&mut self, causes: usize) {
         if causes > 0 {
-            let what = format!("the time did not suffice for {causes} of the causes");
+            let what = format!(
+                "the time did not suffice for {causes} of the causes; a longer `--budget` tries them"
+            );
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }
     }

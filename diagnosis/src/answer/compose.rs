@@ -66,7 +66,7 @@ impl Judge<'_> {
         let mut adequacy = assess(self, accepted, &field.sets, &balanced, sizes);
         let all: Vec<&Scored> = tried.iter().flat_map(|tried| tried.iter()).collect();
         adequacy.add_further(further(self, accepted, &all, &criteria));
-        adequacy.add_untried(self.search.untried.len());
+        adequacy.add_untried(attempts.untried.len());
         let (machine, worse) = self.proposed(accepted);
         adequacy.add_free_run(worse);
         if !adequacy.is_balanced {

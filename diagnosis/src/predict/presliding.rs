@@ -158,8 +158,8 @@ mod tests {
         with(assembly).expect("it moves").series.swap_remove(0)
     }
 
-    /// A guide of which friction takes half of the force, and which sticks at every reversal, seen at rows that
-    /// are longer than the swing on its bristles. These yield by half a micrometre at most, at 60 Hz.
+    /// Friction takes half of the force, and the guide sticks at every reversal, seen at rows that are longer
+    /// than its swing. It yields by a tenth of a micrometre.
     #[test]
     fn truth_friction_is_followed_through_rows_longer_than_the_swing_of_a_sticking_guide() {
         for (spacing_s, most) in [(0.02, 2e-3), (0.005, 1e-3)] {

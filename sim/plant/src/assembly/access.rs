@@ -1,9 +1,10 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
-use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source};
+use super::{
+    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, StopSide,
+};
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
-use crate::motion::StopSide;
 
 impl Assembly {
     /// Kind of the element with an effect, in the present machine: a rigid spring that another effect made

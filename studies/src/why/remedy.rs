@@ -127,10 +127,11 @@ pub(crate) fn scale_errors(law: &mut Law, factor: f64) {
         }
         return;
     }
-    let on_errors = [GainPart::Proportional, GainPart::Integral, GainPart::Derivative, GainPart::Reading];
-    for gain in on_errors.into_iter().filter_map(|part| law.gain(part)) {
-        let scaled = gain.number(law).unwrap_or_default() * factor;
-        gain.set_number(law, scaled);
+    for part in [GainPart::Proportional, GainPart::Integral, GainPart::Derivative, GainPart::Reading] {
+        if let Some(gain) = law.gain(part) {
+            let scaled = gain.number(law).unwrap_or_default() * factor;
+            gain.set_number(law, scaled);
+        }
     }
 }
 

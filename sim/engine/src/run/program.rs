@@ -159,11 +159,6 @@ impl Program {
         &self.names
     }
 
-    /// Names of the controllers, in the order of the file.
-    pub fn controller_names(&self) -> impl Iterator<Item = &str> {
-        self.controllers.keys().map(String::as_str)
-    }
-
     /// The wiring of the controllers in the order of the file, then the loops of sampled servos.
     pub fn loops(&self) -> impl Iterator<Item = LoopWiring<'_>> {
         let servos = self.servos.iter().map(|servo| LoopWiring {

@@ -16,7 +16,6 @@ pub(crate) use record::{Record, Value};
 /// Largest depth of a tree: with 100 children a page, far more rows than a file can have.
 const MOST_DEEP: usize = 20;
 
-/// A database.
 pub(crate) struct Database {
     path: PathBuf,
     file: File,

@@ -125,7 +125,7 @@ impl Assembly {
     }
 
     /// Moves links, contacts, drives and weights from one node to another; sensors stay.
-    pub(crate) fn move_everything(&mut self, from: NodeId, to: NodeId) {
+    pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
         let drives = self.drives.iter_mut().flat_map(|drive| [&mut drive.on, &mut drive.reacts_on]);

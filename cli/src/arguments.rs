@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use feeler_engine::Integrator;
+use feeler_files::template_names;
 use feeler_plant::effects::{Kind, LIBRARY};
 use feeler_studies::sweep::Shard;
 
@@ -363,7 +364,7 @@ pub(crate) struct New {
     #[arg(
         value_name = "TEMPLATE",
         required_unless_present = "list",
-        value_parser = PossibleValuesParser::new(crate::commands::new::names())
+        value_parser = PossibleValuesParser::new(template_names())
     )]
     pub(crate) template: Option<String>,
     /// URDF with the joints of the arm file (template `arm`)

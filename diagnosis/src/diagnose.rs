@@ -250,7 +250,7 @@ impl Asked {
     fn frees(accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;
         let excess =
-            dossier(cause.definition.kind).adds_to.and_then(|key| model.excess(cause.site, key, theta));
+            dossier(cause.definition.kind).adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
         excess.is_some_and(|(_, is_at_limit)| is_at_limit)
     }
 
@@ -394,7 +394,7 @@ impl Judge<'_> {
             let known = dossier(cause.definition.kind);
             let mut values = model.parameters(i, theta);
             // What the calibrated value took over belongs to the effect.
-            let taken = known.adds_to.and_then(|key| model.excess(cause.site, key, theta));
+            let taken = known.adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
             let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
             values[0] += taken.map_or(0.0, |(excess, _)| excess);
             !is_rest

@@ -5,13 +5,13 @@ use std::path::Path;
 use feeler_catalogue::Shape;
 use feeler_engine::Scenario;
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::Machine;
+use feeler_plant::description::{Machine, Site};
 use feeler_plant::problem::Problem;
 use indexmap::IndexMap;
 
 use super::build::{Builder, names};
 use super::draft::{Draft, Setting};
-use super::keys::{ABOUT, AXIS_KIND, ELEMENTS, NAME, TOLERANCE, TOP};
+use super::keys::{ABOUT, AXIS_KIND, EFFECTS, ELEMENTS, NAME, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
 use super::source::Origin;
@@ -129,7 +129,7 @@ impl Document {
         let mut builder = Builder::new(&draft, &mut problems, axis);
         let controllers = builder.controllers(&machine);
         let run = builder.run(&machine, &controllers);
-        let tolerance = tolerance(&draft.root, &mut problems);
+        let tolerance = tolerance(&draft.root, &machine, &mut problems);
         if !problems.is_empty() {
             return Err(problems.into_error(draft.sources));
         }
@@ -194,8 +194,10 @@ fn top_fields(draft: &Draft, problems: &mut Problems) -> feeler_catalogue::Conte
     Reader { problems, scope: Scope::new(false) }.fields(&SHAPE, &tables, &draft.root, &at, "")
 }
 
-fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
+fn tolerance(root: &Table, machine: &Machine, problems: &mut Problems) -> IndexMap<String, f64> {
     let mut found = IndexMap::new();
+    // A machine with mistakes may lack the element.
+    let is_whole = problems.is_empty();
     let Some(entry) = root.get(TOLERANCE) else { return found };
     let Value::Table(table) = &entry.node.value else {
         let message = format!("this must be a table, not {}", entry.node.value.kind());
@@ -204,9 +206,12 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
     };
     for (key, entry) in table {
         let path = format!("{TOLERANCE}.\"{key}\"");
-        if !is_believed(root, key) {
+        if !is_known(root, key) {
             let remedy = "name a key of an element in quotes, as in \"bodies.motor.mass\" = 0.05";
             problems.add(&entry.key, &path, format!("there is no `{key}` in this file"), remedy);
+        } else if is_whole && let Some(remedy) = not_believed(machine, key) {
+            let message = format!("a diagnosis takes `{key}` as it is: a tolerance of it has no effect");
+            problems.add(&entry.key, &path, message, remedy);
         }
         let mut reader = Reader { problems, scope: Scope::new(false) };
         let number = feeler_catalogue::Dimension::NONE;
@@ -218,8 +223,22 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
     found
 }
 
+/// What else may have a tolerance, if a key of an element is no believed value; parameters of effects are.
+fn not_believed(machine: &Machine, path: &str) -> Option<String> {
+    let of = |site: Site| Some((site, path.strip_prefix(&site.key(machine))?.strip_prefix('.')?));
+    let Some((site, key)) = machine.sites().find_map(of) else { return Some("leave it out".into()) };
+    let believed = machine.element(site).map_or_else(Vec::new, |(_, element)| element.believed());
+    let is_effect = key.split('.').next() == Some(EFFECTS);
+    if is_effect || believed.iter().any(|believed| believed.key.name == key) {
+        return None;
+    }
+    let others: Vec<String> = believed.iter().map(|other| format!("`{}`", other.key.name)).collect();
+    let others = if others.is_empty() { "nothing".into() } else { others.join(", ") };
+    Some(format!("leave it out; of `{}`, {others} may have one", site.key(machine)))
+}
+
 /// Whether a dotted path names a key of an element of the file, written or at its default.
-fn is_believed(root: &Table, path: &str) -> bool {
+fn is_known(root: &Table, path: &str) -> bool {
     let segments: Vec<&str> = path.split('.').collect();
     let [table, name, key, ..] = segments.as_slice() else { return false };
     let Some(element) = ELEMENTS.iter().find(|element| element.table == *table) else { return false };

@@ -63,5 +63,5 @@ pub use problem::FormatError;
 pub use reference::{effects_markdown, reference_markdown};
 pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
 pub use sweep::{Axis, MOST_DIMENSIONS, Refine, SweepFile, unit_of_key};
-pub use templates::{FOLDERS, Folder, TEMPLATES, Template, template};
+pub use templates::{ARM_TEMPLATE, FOLDERS, Folder, TEMPLATES, Template, template, template_names};
 pub use write::{Commands, driven_to_toml, machine_to_toml, samples_csv, to_toml};

@@ -396,10 +396,7 @@ fn quantity(unit: Unit, bound: Bound) -> String {
     };
     match bound {
         Bound::Any => unit,
-        bound => format!(
-            "{unit}, {}",
-            bound.words().trim_start_matches("must ").trim_start_matches("be ").trim_start_matches("lie ")
-        ),
+        bound => format!("{unit}, {}", bound.range()),
     }
 }
 

@@ -82,6 +82,14 @@ pub const FOLDERS: &[Folder] = &[
     },
 ];
 
+/// The template that is made from a URDF: its name, and what it is.
+pub const ARM_TEMPLATE: (&str, &str) = ("arm", "an arm file with every joint of a URDF (--urdf FILE)");
+
+/// The names of all templates.
+pub fn template_names() -> impl Iterator<Item = &'static str> {
+    TEMPLATES.iter().map(|t| t.name).chain(FOLDERS.iter().map(|f| f.name)).chain([ARM_TEMPLATE.0])
+}
+
 /// The template of this name.
 pub fn template(name: &str) -> Option<&'static Template> {
     TEMPLATES.iter().find(|template| template.name == name)

@@ -154,6 +154,16 @@ fn truth_wiring_must_fit() {
             "there is no `bodies.motr.mass`",
         ),
         (
+            "[tolerance]\n\"springs.guide.rigid\" = 0.05\n",
+            "tolerance.\"springs.guide.rigid\"",
+            "a tolerance of it has no effect",
+        ),
+        (
+            "[tolerance]\n\"controllers.force.kp\" = 0.05\n",
+            "tolerance.\"controllers.force.kp\"",
+            "a tolerance of it has no effect",
+        ),
+        (
             "[controllers.force.effects.timing-jitter]\nsigma = -1.0\n",
             "controllers.force.effects.timing-jitter.sigma",
             "is out of range",

@@ -206,6 +206,17 @@ fn truth_threads_are_started_only_where_the_page_says() {
 }
 
 #[test]
+fn truth_the_command_line_starts_threads_only_to_write_compare_and_serve() {
+    let files = product("cli/src");
+    let users = files.iter().filter(|(_, text)| text.contains("rayon::"));
+    let users: Names = users
+        .map(|(path, _)| path.display().to_string().rsplit_once("cli/src/").unwrap().1.to_owned())
+        .collect();
+    let named = ["commands/compare.rs", "commands/run.rs", "live/session.rs", "pages/sweep/png.rs"];
+    assert_eq!(users, named.map(str::to_owned).into());
+}
+
+#[test]
 fn truth_only_the_command_line_prints() {
     for folder in LIBRARIES {
         refuse(&product(folder), &PRINTS);

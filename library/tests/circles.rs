@@ -12,9 +12,6 @@ use std::path::{Path, PathBuf};
 
 /// Known circles, each by its files. An entry that is no longer a circle must be removed.
 const KNOWN: &[&[&str]] = &[
-    &["cli/src/arguments.rs", "cli/src/commands/new.rs"],
-    &["cli/src/commands/validate.rs", "cli/src/commands/validate/engines.rs"],
-    &["cli/src/pages/sweep/mod.rs", "cli/src/pages/sweep/cycles.rs", "cli/src/pages/sweep/hover.rs"],
     &[
         "diagnosis/src/adequacy/mod.rs",
         "diagnosis/src/adequacy/balance.rs",
@@ -26,31 +23,10 @@ const KNOWN: &[&[&str]] = &[
         "diagnosis/src/gap/size.rs",
         "diagnosis/src/report.rs",
     ],
-    &[
-        "diagnosis/src/blind/score/mod.rs",
-        "diagnosis/src/blind/score/judge.rs",
-        "diagnosis/src/blind/score/measures.rs",
-        "diagnosis/src/blind/score/reliability.rs",
-    ],
-    &[
-        "diagnosis/src/dataset/mod.rs",
-        "diagnosis/src/dataset/check.rs",
-        "diagnosis/src/dataset/consistency.rs",
-        "diagnosis/src/dataset/read.rs",
-    ],
     &["diagnosis/src/import/mod.rs", "diagnosis/src/import/write.rs"],
     &["diagnosis/src/predict/loops.rs", "diagnosis/src/predict/machine.rs"],
-    &["logs/src/csv/dialect.rs", "logs/src/csv/text.rs"],
-    &["logs/src/sqlite/mod.rs", "logs/src/sqlite/record.rs"],
     &["studies/src/why/explanation.rs", "studies/src/why/size.rs"],
     &["studies/src/why/remedy.rs", "studies/src/why/search.rs"],
-    &["sim/engine/src/run/program.rs", "sim/engine/src/run/servo.rs"],
-    &[
-        "sim/plant/src/assembly/mod.rs",
-        "sim/plant/src/motion/mod.rs",
-        "sim/plant/src/motion/coordinates.rs",
-        "sim/plant/src/motion/nonlinear.rs",
-    ],
 ];
 
 /// A module's path within its crate.

@@ -30,7 +30,6 @@ enum Form {
     LeftOut(String),
 }
 
-/// One topic.
 struct Topic {
     name: String,
     form: Form,

@@ -11,7 +11,7 @@ use feeler_plant::description::{ActuatorKind, Body, Engagement, Machine, Quantit
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{Axis, IDEAL, Model, SOURCE, spring};
+use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of, spring};
 use crate::table::Row;
 
 /// Tolerance of two edges found by bisection of eigenvalues of different matrices: 1e-12, with a margin.
@@ -34,8 +34,8 @@ fn is_unbounded(bands: &GainBands) -> bool {
 }
 
 fn force_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
-    let scenario = axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, 1e-3, 0.0);
-    Ok(ControlLoop::new(&scenario, &View::CLAMPED)?.continuous_bands("kp")?)
+    let whole = axis.kp_loop(1e-3, 0.0)?;
+    Ok(whole.continuous_bands(gain_of(&whole))?)
 }
 
 /// The gain up to which the loop is stable.
@@ -55,7 +55,8 @@ fn position_loop(axis: &Axis) -> Scenario {
 }
 
 fn position_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
-    Ok(ControlLoop::new(&position_loop(axis), &View::CLAMPED)?.continuous_bands("kp")?)
+    let whole = ControlLoop::new(&position_loop(axis), &View::CLAMPED)?;
+    Ok(whole.continuous_bands(gain_of(&whole))?)
 }
 
 /// Phase of the sensed force against the drive at a frequency, degrees, continued from low frequency.
@@ -235,7 +236,8 @@ fn bystanders() -> Result<Vec<Row>, ValidationError> {
         .iter()
         .any(|(_, pair)| pair.class == ModeClass::Uninvolved && pair.dip_deg.abs() < NO_DIP_DEG);
     let limit = |scenario: &Scenario| -> Result<f64, ValidationError> {
-        Ok(ControlLoop::new(scenario, &View::CLAMPED)?.sampled_bands("kp")?.first_upper())
+        let whole = ControlLoop::new(scenario, &View::CLAMPED)?;
+        Ok(whole.sampled_bands(gain_of(&whole))?.first_upper())
     };
     Ok(vec![
         Row::holds("a mode without motion of actuator and sensor is uninvolved", claim, uninvolved),

@@ -2,8 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use feeler_analysis::{ContinuousLoop, ControlLoop, SampledLoop, View};
-use feeler_control::ForceGains;
+use feeler_analysis::{ContinuousLoop, SampledLoop, View};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Unobserved};
 use feeler_lti::{AffineLoop, C64, Continuous, StateSpace, eigenvalues};
 use feeler_plant::description::{
@@ -12,7 +11,7 @@ use feeler_plant::description::{
 use nalgebra::dmatrix;
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL};
+use crate::paper::{Axis, IDEAL, gain_of};
 use crate::table::Row;
 use crate::truths;
 
@@ -36,13 +35,6 @@ fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> Axis {
     }
 }
 
-fn kp_loop(axis: &Axis, period_s: f64) -> Result<ControlLoop, ValidationError> {
-    Ok(ControlLoop::new(
-        &axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, period_s, 0.0),
-        &View::CLAMPED,
-    )?)
-}
-
 /// Rows A to G, I and J.
 ///
 /// # Errors
@@ -64,7 +56,8 @@ fn lagged_axis(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
         drive: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) },
         ..axis((12.0, 8.0), b, (k_s, 0.0))
     };
-    let bands = kp_loop(&machine, 1e-3)?.continuous_bands("kp")?;
+    let whole = machine.kp_loop(1e-3, 0.0)?;
+    let bands = whole.continuous_bands(gain_of(&whole))?;
     let (gain, omega) = truths::lagged_axis_largest_gain(m, b, k_s, 1.0 / (TAU * corner_hz));
     let claim = "closed form A: rigid axis with a first-order force lag";
     rows.push(Row::relative("largest gain", claim, bands.first_upper(), gain, EDGE));
@@ -78,10 +71,10 @@ fn lagged_axis(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
 fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let (m1, m2, k, k_s) = (12.0, 8.0, 4e5, 1e5);
     let two_mass = Axis { transmission: Some((k, 0.0)), ..axis((m1, m2), 0.0, (k_s, 0.0)) };
-    let whole = kp_loop(&two_mass, 1e-3)?;
+    let whole = two_mass.kp_loop(1e-3, 0.0)?;
     let continuous = ContinuousLoop::new(&whole)?;
     let grows = |kp: f64| -> Result<bool, ValidationError> {
-        let poles = eigenvalues(&continuous.closed_loop_with(0, "kp", kp)?)?;
+        let poles = eigenvalues(&continuous.closed_loop_with(0, gain_of(&whole), kp)?)?;
         // Below the limit motions neither grow nor decay, up to the rounding of poles about to meet: the
         // square root of 1e-16, times 300 rad/s.
         Ok(poles.iter().any(|p| p.re > 1e-4))
@@ -126,9 +119,9 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let undamped = axis((7.0, 5.0), 0.0, (2e5, 0.0));
     let claim = "closed form E: a hold destabilises an undamped axis at every rate";
     for period_s in [1e-2, 1e-3, 1e-4] {
-        let whole = kp_loop(&undamped, period_s)?;
+        let whole = undamped.kp_loop(period_s, 0.0)?;
         let sampled = SampledLoop::new(&whole)?;
-        let fastest = eigenvalues(&sampled.closed_loop_with(0, "kp", 0.1)?)?
+        let fastest = eigenvalues(&sampled.closed_loop_with(0, gain_of(&whole), 0.1)?)?
             .iter()
             .map(|z| z.norm())
             .fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! The simulation compared with the analysis: frequency responses and the onset of instability.
 
+use feeler_analysis::View;
 use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
-use feeler_analysis::{ControlLoop, View};
 use feeler_control::ForceGains;
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace};
 use feeler_lti::C64;
@@ -9,7 +9,7 @@ use feeler_lti::spectral::{LocalPolynomialSettings, WelchSettings, cross_spectra
 use feeler_plant::description::{Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, Model, SOURCE};
+use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of};
 use crate::table::Row;
 use crate::truths::axis_response;
 
@@ -186,7 +186,8 @@ pub fn onset_row(
 ) -> Result<Row, ValidationError> {
     let scenario =
         |kp: f64| axis.force_loop(ForceGains { kp, ..ForceGains::default() }, HOLD_S, delay_samples * HOLD_S);
-    let predicted = ControlLoop::new(&scenario(0.1), &View::CLAMPED)?.sampled_bands("kp")?.first_upper();
+    let whole = axis.kp_loop(HOLD_S, delay_samples * HOLD_S)?;
+    let predicted = whole.sampled_bands(gain_of(&whole))?.first_upper();
     let (mut low, mut high) = (0.98 * predicted, 1.02 * predicted);
     // The bracket itself is checked: onset must lie within it.
     let bracketed =

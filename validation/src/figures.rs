@@ -12,7 +12,7 @@ use feeler_plant::description::{Engagement, Quantity, SignalName};
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{self, IDEAL, Model, SOURCE};
+use crate::paper::{self, IDEAL, Model, SOURCE, gain_of};
 use crate::svg::{Axis, Curve, Figure, Mark, Panel};
 
 const BLUE: &str = "#1f5fa8";
@@ -167,9 +167,10 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let scenario = axis.force_loop(ForceGains { kp: 1.0, ..ForceGains::default() }, 1e-3, 0.0);
     let whole = ControlLoop::new(&scenario, &View::CLAMPED)?;
     let continuous = ContinuousLoop::new(&whole)?;
-    let (one, two) = (continuous.closed_loop_with(0, "kp", 1.0)?, continuous.closed_loop_with(0, "kp", 2.0)?);
+    let gain = gain_of(&whole);
+    let (one, two) = (continuous.closed_loop_with(0, gain, 1.0)?, continuous.closed_loop_with(0, gain, 2.0)?);
     // Up to a hundred times the gain at which the loop becomes unstable, or a hundred if it never does.
-    let bands = whole.continuous_bands("kp")?;
+    let bands = whole.continuous_bands(gain)?;
     let first = bands.first_upper();
     let top = if first.is_finite() { 100.0 * first } else { 100.0 };
     let gains: Vec<f64> = std::iter::once(0.0)

@@ -3,12 +3,12 @@
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::{AnalysisError, ControlLoop, GainBands, View};
+use feeler_analysis::{ControlLoop, GainBands, View};
 use feeler_control::ForceGains;
 use feeler_plant::description::{ActuatorKind, Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, MODEL_TABLE, ModelRow};
+use crate::paper::{Axis, IDEAL, MODEL_TABLE, ModelRow, gain_of};
 use crate::table::Row;
 
 /// The sample time of the table, s.
@@ -26,13 +26,6 @@ fn printed(decimals: i32) -> f64 {
 /// The largest stable gain, searched from above as in the table: infinite if the last interval has no end.
 fn largest(bands: &GainBands) -> f64 {
     bands.bands.last().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
-}
-
-fn kp_loop(axis: &Axis, delay_s: f64) -> Result<ControlLoop, AnalysisError> {
-    ControlLoop::new(
-        &axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, PERIOD_S, delay_s),
-        &View::CLAMPED,
-    )
 }
 
 /// Rows for the table of models.
@@ -59,7 +52,7 @@ fn unstable_before(bands: &GainBands) -> String {
 fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     const CLAIM: &str = "table of the paper's models (SciPy)";
     let name = row.name();
-    let whole = kp_loop(&row.axis(), 0.0)?;
+    let whole = row.axis().kp_loop(PERIOD_S, 0.0)?;
     let input = SignalName::new("drive", Quantity::Command);
     let channel = whole.plant().channel(&input, &SignalName::new("tool", Quantity::SpringForce))?;
     let (poles, zeros) = (channel.poles()?, channel.zeros()?);
@@ -81,7 +74,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
             ));
         }
     }
-    let key = "controllers.force.kp";
+    let key = gain_of(&whole);
     let (expected, decimals) = row.continuous.unwrap_or((f64::INFINITY, 0));
     let bands = whole.continuous_bands(key)?;
     rows.push(Row::close(
@@ -92,7 +85,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
         printed(decimals),
     ));
     for (samples, expected) in row.sampled.into_iter().flatten().enumerate() {
-        let delayed = kp_loop(&row.axis(), samples as f64 * PERIOD_S)?;
+        let delayed = row.axis().kp_loop(PERIOD_S, samples as f64 * PERIOD_S)?;
         let got = largest(&delayed.sampled_bands(key)?);
         rows.push(Row::close(
             format!("{name}: largest kp, 1 kHz, {samples} samples late"),
@@ -149,7 +142,7 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
     let mut rows = Vec::new();
     for (case, expected) in cases {
         let axis = second_axis(&reference["params"], case).ok_or_else(|| bad(case))?;
-        let whole = kp_loop(&axis, 0.0)?;
+        let whole = axis.kp_loop(PERIOD_S, 0.0)?;
         let channel = whole.plant().channel(
             &SignalName::new("drive", Quantity::Command),
             &SignalName::new("tool", Quantity::Force),
@@ -167,15 +160,12 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
             }
             rows.push(Row::at_most(format!("{case}: {what}, relative error"), CLAIM, worst, CRITICAL_POINT));
         }
-        for law in ["Kp", "Ki"] {
-            let gains = if law == "Kp" {
-                ForceGains { kp: 0.1, ..ForceGains::default() }
-            } else {
-                ForceGains { ki: 0.1, ..ForceGains::default() }
-            };
-            let key = law.to_lowercase();
+        let one = |kp, ki| ForceGains { kp, ki, ..ForceGains::default() };
+        for (law, gains) in [("Kp", one(0.1, 0.0)), ("Ki", one(0.0, 0.1))] {
             let looped =
                 |delay: f64| ControlLoop::new(&axis.force_loop(gains, PERIOD_S, delay), &View::CLAMPED);
+            let whole = looped(0.0)?;
+            let key = gain_of(&whole);
             let mut check = |label: String, bands: GainBands| {
                 let value = expected[&label].as_f64().unwrap_or(f64::INFINITY);
                 rows.push(Row::relative(
@@ -186,11 +176,11 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
                     CRITICAL_GAIN,
                 ));
             };
-            check(format!("{law}_crit_continuous"), looped(0.0)?.continuous_bands(&key)?);
+            check(format!("{law}_crit_continuous"), whole.continuous_bands(key)?);
             for samples in 0..3 {
                 check(
                     format!("{law}_crit_ZOH_T0.001_delay{samples}"),
-                    looped(f64::from(samples) * PERIOD_S)?.sampled_bands(&key)?,
+                    looped(f64::from(samples) * PERIOD_S)?.sampled_bands(key)?,
                 );
             }
         }

@@ -3,11 +3,18 @@
 
 use std::f64::consts::TAU;
 
+use feeler_analysis::{AnalysisError, ControlLoop, View, leading_gain};
 use feeler_control::{ControllerSpec, ForceGains, Law};
 use feeler_engine::{ControllerUse, RunSettings, Scenario};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
+
+/// The gain under study: the leading one of the first controller. Without one it is empty, which every
+/// analysis refuses.
+pub(crate) fn gain_of(whole: &ControlLoop) -> &'static str {
+    whole.controllers().first().and_then(|controller| leading_gain(&controller.spec)).unwrap_or_default()
+}
 
 /// Numbers of an axis in SI units; an absent part is rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,6 +125,12 @@ impl Axis {
         let rides_on = (floor != GROUND).then(|| floor.to_string());
         machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position, rides_on));
         machine
+    }
+
+    /// The loop of proportional force control every `period_s`, `delay_s` late, clamped to the workpiece.
+    pub(crate) fn kp_loop(&self, period_s: f64, delay_s: f64) -> Result<ControlLoop, AnalysisError> {
+        let gains = ForceGains { kp: 0.1, ..ForceGains::default() };
+        ControlLoop::new(&self.force_loop(gains, period_s, delay_s), &View::CLAMPED)
     }
 
     /// The machine under explicit force control every `period_s`, `delay_s` late.

@@ -1,20 +1,18 @@
 //! `feeler blind`.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use feeler_diagnosis::blind::{
-    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Regressed, SEALED, make, make_servo, make_wild,
-    regress, score, unseal,
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, SEALED, make, make_servo, make_wild, regressions,
+    score, unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::free_runs;
 use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
 use feeler_plant::effects::find;
-use rayon::prelude::*;
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
 use crate::numbers::count;
@@ -207,8 +205,7 @@ fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
             format!("first: feeler blind run {}", folder.display()),
         ));
     }
-    let regressions = regressions(folder, &truth);
-    let scored = score(&truth, &answers, &regressions);
+    let scored = score(&truth, &answers, &regressions(folder, &truth));
     let json = terminal::json(&scored)? + "\n";
     let written = terminal::write_all(
         &given,
@@ -222,16 +219,4 @@ fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
     let measures =
         table(&["measure", "value", "cases", "to reach", ""], &[1, 2], pages::blind::measure_rows(&scored));
     terminal::print(&format!("{measures}\n\n{misses}{written}"))
-}
-
-/// Result of a plain regression for each case whose dataset is available.
-fn regressions(folder: &Path, truth: &[Case]) -> BTreeMap<String, Vec<Regressed>> {
-    let made = folder.join(CASES);
-    let inside = if made.is_dir() { made.as_path() } else { folder };
-    let of = |case: &Case| {
-        let dataset = Dataset::load(&inside.join(&case.case)).ok()?.in_pieces();
-        Some((case.case.clone(), regress(&dataset, &|kind| find(kind).is_some())))
-    };
-    let found: Vec<_> = truth.par_iter().filter_map(of).collect();
-    found.into_iter().collect()
 }

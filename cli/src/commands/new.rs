@@ -7,7 +7,7 @@ use std::path::Path;
 
 use feeler_arm::{JointKind, Urdf};
 use feeler_engine::{Program, Simulation, Trace};
-use feeler_files::{Document, FOLDERS, Folder, TEMPLATES, template};
+use feeler_files::{ARM_TEMPLATE, Document, FOLDERS, Folder, TEMPLATES, template};
 use feeler_problem::Remedy;
 
 use crate::arguments::New;
@@ -15,19 +15,12 @@ use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
-/// The template that is made from a URDF.
-const ARM: (&str, &str) = ("arm", "an arm file with every joint of a URDF (--urdf FILE)");
 /// The scenario whose runs are the records of the dataset's template, and their number.
 const MEASURED: (&str, u64) = ("bench.toml", 4);
 
-/// Names of the templates.
-pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    TEMPLATES.iter().map(|t| t.name).chain(FOLDERS.iter().map(|f| f.name)).chain([ARM.0])
-}
-
 pub(crate) fn run(arguments: &New) -> crate::Result<()> {
     let name = arguments.template.as_deref().unwrap_or_default();
-    if let (true, Some(urdf)) = (name == ARM.0, &arguments.urdf) {
+    if let (true, Some(urdf)) = (name == ARM_TEMPLATE.0, &arguments.urdf) {
         return written(arguments.out.as_deref(), &arm_file(urdf, arguments.out.as_deref())?, "check");
     }
     if let Some(folder) = FOLDERS.iter().find(|folder| folder.name == name) {
@@ -35,7 +28,8 @@ pub(crate) fn run(arguments: &New) -> crate::Result<()> {
     }
     let Some(found) = template(name) else {
         let single = TEMPLATES.iter().map(|template| (template.name, template.about));
-        let all = single.chain(FOLDERS.iter().map(|folder| (folder.name, folder.about))).chain([ARM]);
+        let all =
+            single.chain(FOLDERS.iter().map(|folder| (folder.name, folder.about))).chain([ARM_TEMPLATE]);
         let rows = all.map(|(name, about)| vec![name.to_owned(), about.to_owned()]);
         return terminal::print(&table(&["template", "what it is"], &[], rows));
     };

@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &Validate) -> crate::Result<()> {
     match arguments.checks {
         Checks::All => all(arguments),
         Checks::Convergence => print_convergence(arguments),
-        Checks::Engines => engines::run(arguments),
+        Checks::Engines => engines::run(scenarios(arguments)?.as_deref(), arguments.json),
     }
 }
 

@@ -88,7 +88,7 @@ fn beyond(
             (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
         // Units of a firmware may be off by decades.
-        Dimension::NONE if parameter.name == "gain" && cause.definition.kind != Kind::LoopGain => {
+        Dimension::NONE if matches!(cause.definition.kind, Kind::DriveGain | Kind::ForceGain) => {
             let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
             (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
         }

@@ -1,13 +1,15 @@
 //! Detects faults of measured series, and makes records of the sound ones.
 
-use feeler_files::Experiment;
+use std::path::Path;
+
+use feeler_files::{Experiment, Role};
 use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::names::nearest;
 
 use super::bridge::{FIRST_LOST, Lost, are_few};
+use super::data::{Channel, Dataset, Record, Table};
 use super::fault::{Fault, FaultKind};
 use super::regrid::{Between, regrid};
-use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
 /// Smallest number of rows for a prediction.
 const FEWEST_ROWS: usize = 50;
@@ -220,7 +222,7 @@ impl Reader<'_> {
         Record {
             name: file_name(&self.experiment.file),
             engagement: self.experiment.engagement,
-            is_check: role_is_check(self.experiment.role),
+            is_check: self.experiment.role == Some(Role::Check),
             repeat: self.experiment.repeat.clone(),
             start_s: times_s[0],
             times_s,
@@ -418,6 +420,10 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     };
     let worst = values.iter().map(|x| off(x - first)).fold(0.0, f64::max);
     (worst < 0.1).then_some(step)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]

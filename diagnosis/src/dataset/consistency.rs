@@ -12,8 +12,9 @@ use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
 use feeler_plant::description::{Engagement, Machine, Quantity};
 
 use super::compare::{Comparison, SURE, compare, second_difference, smoothed};
+use super::data::{Channel, Dataset, Record};
+use super::fault::{Fault, FaultKind, Yardstick};
 use super::units::mixed_up;
-use super::{Channel, Dataset, Fault, FaultKind, Record, Yardstick};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;

@@ -6,7 +6,7 @@ use feeler_files::{Column, DatasetFile};
 use feeler_logs::{ClockUnit, LogError, Pick, Run, on_one_grid, read_file};
 use indexmap::IndexMap;
 
-use super::Table;
+use super::data::Table;
 use crate::error::DiagnosisError;
 
 /// Name of the time if the rows of a file have only a rate.

@@ -1,5 +1,6 @@
 //! `added-mass`: payload or inertia beyond the believed one.
 
+use feeler_plant::description::Body;
 use feeler_plant::effects::{AddedMass, Host, Kind};
 
 use super::{Balance, Element, Form, Glance, Known, Seen};
@@ -25,6 +26,6 @@ impl Known for AddedMass {
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
         let Host::Body(node) = element.host else { return false };
         let chain_kg = element.assembly().map_or(0.0, |assembly| assembly.rigid_mass_kg(node));
-        self.mass <= element.tolerance("mass", FRACTION) * chain_kg
+        self.mass <= element.tolerance(&Body::MASS.key, FRACTION) * chain_kg
     }
 }

@@ -1,5 +1,6 @@
 //! `contact-damping`: another damping of the contact.
 
+use feeler_plant::description::Contact;
 use feeler_plant::effects::ContactDamping;
 
 use super::{Element, Glance, Known, Seen};
@@ -15,6 +16,7 @@ impl Known for ContactDamping {
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
         let believed = element.contact().map_or(0.0, |contact| contact.damping_n_s_per_m);
         believed > 0.0
-            && (self.damping / believed).ln().abs() <= element.tolerance("damping", DAMPING).ln_1p()
+            && (self.damping / believed).ln().abs()
+                <= element.tolerance(&Contact::DAMPING.key, DAMPING).ln_1p()
     }
 }

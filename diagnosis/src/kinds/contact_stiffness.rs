@@ -1,5 +1,6 @@
 //! `contact-stiffness`: another stiffness of the contact.
 
+use feeler_plant::description::Contact;
 use feeler_plant::effects::{ContactStiffness, Kind};
 
 use super::start::off;
@@ -16,7 +17,7 @@ impl Known for ContactStiffness {
     }
 
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
-        let within = element.tolerance("stiffness", FRACTION);
+        let within = element.tolerance(&Contact::STIFFNESS.key, FRACTION);
         element.contact().is_some_and(|contact| off(self.stiffness, contact.stiffness) <= within)
     }
 }

@@ -18,7 +18,7 @@ impl Known for DriveGain {
         GAINS.map(|gain| Self { gain }).to_vec()
     }
 
-    fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
-        off(self.gain, 1.0) <= element.tolerance("gain", FRACTION)
+    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
+        off(self.gain, 1.0) <= FRACTION
     }
 }

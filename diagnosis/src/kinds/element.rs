@@ -1,5 +1,6 @@
 //! The element for a trial effect, and the visible features of the records.
 
+use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{ActuatorKind, Body, Contact, Machine, Site, Spring, Table};
 use feeler_plant::effects::Host;
@@ -64,8 +65,8 @@ impl<'a> Element<'a> {
     }
 
     /// The tolerance of a value of its own, as a fraction.
-    pub(crate) fn tolerance(&self, name: &str, default: f64) -> f64 {
-        self.tolerance.get(&format!("{}.{name}", self.key)).copied().unwrap_or(default)
+    pub(crate) fn tolerance(&self, value: &Key, default: f64) -> f64 {
+        self.tolerance.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
     }
 }
 

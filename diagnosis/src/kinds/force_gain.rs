@@ -1,5 +1,6 @@
 //! `force-gain`: a force sensor that reads too much or too little.
 
+use feeler_plant::description::Sensor;
 use feeler_plant::effects::ForceGain;
 
 use super::start::{GAINS, off};
@@ -12,6 +13,6 @@ impl Known for ForceGain {
     }
 
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
-        off(self.gain, 1.0) <= element.tolerance("gain", FRACTION)
+        off(self.gain, 1.0) <= element.tolerance(&Sensor::GAIN.key, FRACTION)
     }
 }

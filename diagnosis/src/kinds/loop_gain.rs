@@ -1,5 +1,6 @@
 //! `loop-gain`: a servo whose loop is weaker or stronger than believed.
 
+use feeler_plant::description::Actuator;
 use feeler_plant::effects::{Kind, LoopGain};
 
 use super::start::off;
@@ -24,6 +25,6 @@ impl Known for LoopGain {
     }
 
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
-        off(self.gain, 1.0) <= element.tolerance("kp", FRACTION)
+        off(self.gain, 1.0) <= element.tolerance(&Actuator::SERVO_KP.key, FRACTION)
     }
 }

@@ -8,6 +8,7 @@ mod balance;
 mod element;
 mod start;
 
+use feeler_catalogue::Key;
 use feeler_plant::effects::{Kind, Parameters, Trait};
 
 pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
@@ -40,7 +41,7 @@ pub(crate) trait Known: Parameters + 'static {
     /// The actual kind if bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
     /// Believed value of its element that its first parameter adds to.
-    const ADDS_TO: Option<&'static str> = None;
+    const ADDS_TO: Option<Key> = None;
     /// Kinds that may look like it, with the means to separate them if no command does.
     const APART: &'static [(Kind, &'static str)] = &[];
 
@@ -93,7 +94,7 @@ pub(crate) struct Dossier {
     pub(crate) only_turning: bool,
     pub(crate) same_as: Option<[Kind; 2]>,
     pub(crate) where_it_rattles: Option<Kind>,
-    pub(crate) adds_to: Option<&'static str>,
+    pub(crate) adds_to: Option<Key>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,

@@ -1,5 +1,6 @@
 //! `surface-offset`: a surface that is nearer or farther away.
 
+use feeler_plant::description::Contact;
 use feeler_plant::effects::{Host, Parameters, SurfaceOffset};
 
 use super::{Element, Glance, Known, Seen};
@@ -20,6 +21,6 @@ impl Known for SurfaceOffset {
 
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
         let gap_m = element.contact().map_or(0.0, |contact| contact.gap_m);
-        self.offset.abs() <= element.tolerance("gap", GAP) * gap_m.abs()
+        self.offset.abs() <= element.tolerance(&Contact::GAP.key, GAP) * gap_m.abs()
     }
 }

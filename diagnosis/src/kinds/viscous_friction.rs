@@ -1,5 +1,7 @@
 //! `viscous-friction`: damping beyond the believed one.
 
+use feeler_catalogue::Key;
+use feeler_plant::description::Spring;
 use feeler_plant::effects::ViscousFriction;
 
 use super::{Balance, Element, Force, Glance, Known, Seen};
@@ -11,7 +13,7 @@ impl Known for ViscousFriction {
         |of, _| Self { damping: of[0] },
         |own| (vec![own.damping], 0.0),
     ));
-    const ADDS_TO: Option<&'static str> = Some("damping");
+    const ADDS_TO: Option<Key> = Some(Spring::DAMPING.key);
 
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let believed = element.spring().map_or(0.0, |spring| spring.damping_n_s_per_m);
@@ -21,6 +23,6 @@ impl Known for ViscousFriction {
 
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
         let believed = element.spring().map_or(0.0, |spring| spring.damping_n_s_per_m);
-        self.damping <= element.tolerance("damping", DAMPING) * believed
+        self.damping <= element.tolerance(&Spring::DAMPING.key, DAMPING) * believed
     }
 }

@@ -1,6 +1,7 @@
 //! Text with columns: any separator, decimal mark and encoding; lists in cells; clocks of any unit.
 
 mod dialect;
+mod layout;
 mod text;
 
 use std::path::Path;
@@ -10,7 +11,7 @@ use csv::ByteRecord;
 use crate::clock::{self, ClockUnit};
 use crate::error::{LogError, Place};
 use crate::table::{Column, Run, Table};
-use dialect::{CellKind, Layout, is_empty, items, number, number_of};
+use layout::{CellKind, Layout, is_empty, items, number, number_of};
 use text::Text;
 
 /// Names of columns that count rows, and are not a clock.

@@ -34,7 +34,6 @@ pub(super) fn names_items(field: &str) -> bool {
     field.ends_with("name") || field.ends_with("names")
 }
 
-/// Decodes a message.
 pub(super) fn decode(definition: &Definition, message: &[u8], into: &mut Numbers) -> Result<(), CdrError> {
     into.values.clear();
     into.lengths.clear();

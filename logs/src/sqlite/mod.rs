@@ -10,14 +10,12 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::error::{LogError, Place};
-use record::varint;
+use record::{DAMAGED, varint};
 pub(crate) use record::{Record, Value};
 
-const DAMAGED: &str = "the database is damaged or cut off: `sqlite3 FILE .recover` may save what is whole";
 /// Largest depth of a tree: with 100 children a page, far more rows than a file can have.
 const MOST_DEEP: usize = 20;
 
-/// A database.
 pub(crate) struct Database {
     path: PathBuf,
     file: File,

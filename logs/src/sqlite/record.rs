@@ -4,7 +4,9 @@ use std::path::Path;
 
 use crate::error::{LogError, Place};
 
-use super::DAMAGED;
+/// Remedy for a damaged database.
+pub(super) const DAMAGED: &str =
+    "the database is damaged or cut off: `sqlite3 FILE .recover` may save what is whole";
 
 /// A value.
 #[derive(Clone, Copy, Debug, PartialEq)]

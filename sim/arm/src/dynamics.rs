@@ -12,12 +12,6 @@ impl Chain {
         self.posture(q).efforts(v, acceleration, &self.gravity_m_per_s2)
     }
 
-    /// Joint efforts that hold the chain against gravity.
-    pub fn gravity_efforts(&self, q: &[f64]) -> DVector<f64> {
-        let still = vec![0.0; q.len()];
-        self.posture(q).efforts(&still, &still, &self.gravity_m_per_s2)
-    }
-
     /// Joint efforts of centrifugal and Coriolis forces, `C(q, v) v`.
     pub fn coriolis_efforts(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
         self.posture(q).coriolis_efforts(v)

@@ -25,11 +25,28 @@ pub enum Role {
     Gain {
         /// Position among the gains of its law, most important first.
         rank: u8,
-        /// Whether it multiplies the reading itself, so that its loop closes through the reading.
-        on_reading: bool,
+        /// Its part in the law.
+        part: GainPart,
     },
     /// A believed parameter of the real machine, within a tolerance.
     Believed,
+}
+
+/// Part of a control law that a gain multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GainPart {
+    /// The error.
+    Proportional,
+    /// The integral of the error.
+    Integral,
+    /// The derivative of the error.
+    Derivative,
+    /// A velocity, against which it acts.
+    Damping,
+    /// The reading itself, so that its loop closes through the reading.
+    Reading,
+    /// Anything else, such as the reference.
+    Other,
 }
 
 impl<T> Field<T> {

@@ -38,7 +38,7 @@ mod slot;
 pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, low_pass};
 pub use content::{Content, Contents};
 pub use dimension::{Dimension, same_exponent};
-pub use field::{Field, Form, Record, Role, chained, joined, keys, variants};
+pub use field::{Field, Form, GainPart, Record, Role, chained, joined, keys, variants};
 pub use shape::{
     Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, short, word,
 };

@@ -116,13 +116,19 @@ impl Bound {
 
     /// "must be above zero".
     pub fn words(self) -> String {
+        let verb = if matches!(self, Self::Within(..)) { "lie" } else { "be" };
+        format!("must {verb} {}", self.range())
+    }
+
+    /// "above zero".
+    pub fn range(self) -> String {
         match self {
-            Self::Any => "must be a finite number".into(),
-            Self::Positive => "must be above zero".into(),
-            Self::NotNegative => "must be zero or above".into(),
-            Self::AtLeast(least) => format!("must be {least} or above"),
-            Self::Within(least, most) => format!("must lie from {} to {}", short(least), short(most)),
-            Self::Above(least, most) => format!("must be above {least} and at most {most}"),
+            Self::Any => "a finite number".into(),
+            Self::Positive => "above zero".into(),
+            Self::NotNegative => "zero or above".into(),
+            Self::AtLeast(least) => format!("{least} or above"),
+            Self::Within(least, most) => format!("from {} to {}", short(least), short(most)),
+            Self::Above(least, most) => format!("above {least} and at most {most}"),
         }
     }
 }

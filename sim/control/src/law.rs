@@ -1,8 +1,8 @@
 //! Control laws: their gains, and the keys of these in files.
 
 use feeler_catalogue::{
-    Absent, Bound, Content, Contents, Dimension, Field, Form, Key, Kind, Record, Role, Shape, Slot, Unit,
-    Word, field, form, keys, number, optional, required, word,
+    Absent, Bound, Content, Contents, Dimension, Field, Form, GainPart, Key, Kind, Record, Role, Shape, Slot,
+    Unit, Word, field, form, keys, number, optional, required, word,
 };
 
 /// A control law with its gains.
@@ -39,6 +39,11 @@ impl Law {
         let mut gains: Vec<_> = self.fields().filter(|field| rank(field).is_some()).collect();
         gains.sort_by_key(|field| rank(field));
         gains
+    }
+
+    /// The gain of a part of the law; `None` if the law has no such part.
+    pub fn gain(&self, part: GainPart) -> Option<&'static Field<Self>> {
+        self.fields().find(|field| matches!(field.role, Role::Gain { part: own, .. } if own == part))
     }
 
     /// Unit of the reference.
@@ -177,28 +182,22 @@ const PER_VELOCITY: Unit = Unit::OutputPer(Dimension::VELOCITY);
 /// A gain whose key is its own name. Its rank is its position among the law's gains, the most important
 /// first.
 macro_rules! gain {
-    ($law:ident.$gain:ident, $unit:expr, $rank:expr, $text:expr) => {
-        gain!($law.$gain, $unit, Bound::Any, Role::Gain { rank: $rank, on_reading: false }, $text)
+    ($law:ident.$gain:ident, $unit:expr, $rank:expr, $part:ident, $text:expr) => {
+        gain!($law.$gain, $unit, $rank, $part, $text, Bound::Any)
     };
-    ($law:ident.$gain:ident, $unit:expr, $bound:expr, $role:expr, $text:expr) => {
+    ($law:ident.$gain:ident, $unit:expr, $rank:expr, $part:ident, $text:expr, $bound:expr) => {
         field!(
             Law: Law::$law(gains) => gains.$gain,
             number(stringify!($gain), $unit, $bound, 0.0, $text),
-            $role
+            Role::Gain { rank: $rank, part: GainPart::$part }
         )
     };
 }
 
 /// A parameter of an admittance's virtual body, which counts as a gain.
 macro_rules! virtual_body {
-    ($gain:ident, $dimension:expr, $rank:expr, $text:expr) => {
-        gain!(
-            Admittance.$gain,
-            Unit::Of($dimension),
-            Bound::NotNegative,
-            Role::Gain { rank: $rank, on_reading: false },
-            $text
-        )
+    ($gain:ident, $dimension:expr, $rank:expr, $part:ident, $text:expr) => {
+        gain!(Admittance.$gain, Unit::Of($dimension), $rank, $part, $text, Bound::NotNegative)
     };
 }
 
@@ -211,11 +210,11 @@ const DERIVATIVE_FILTER: Key = number(
 );
 
 const EXPLICIT_FORCE: &[Field<Law>] = &[
-    gain!(ExplicitForce.feed_forward, PER_FORCE, 4, "from the reference to the output"),
-    gain!(ExplicitForce.kp, PER_FORCE, 0, "proportional gain"),
-    gain!(ExplicitForce.ki, PER_FORCE_TIME, 1, "integral gain"),
-    gain!(ExplicitForce.kd, PER_FORCE_RATE, 2, "derivative gain"),
-    gain!(ExplicitForce.damping, PER_VELOCITY, 3, "joint damping, on the motion sensor's velocity"),
+    gain!(ExplicitForce.feed_forward, PER_FORCE, 4, Other, "from the reference to the output"),
+    gain!(ExplicitForce.kp, PER_FORCE, 0, Proportional, "proportional gain"),
+    gain!(ExplicitForce.ki, PER_FORCE_TIME, 1, Integral, "integral gain"),
+    gain!(ExplicitForce.kd, PER_FORCE_RATE, 2, Derivative, "derivative gain"),
+    gain!(ExplicitForce.damping, PER_VELOCITY, 3, Damping, "joint damping, on the motion sensor's velocity"),
     field!(Law: Law::ExplicitForce(gains) => gains.derivative_filter_s, DERIVATIVE_FILTER),
     field!(
         Law: Law::ExplicitForce(gains) => gains.lead,
@@ -229,33 +228,27 @@ const EXPLICIT_FORCE: &[Field<Law>] = &[
 ];
 
 const POSITION: &[Field<Law>] = &[
-    gain!(Position.kp, PER_LENGTH, 0, "proportional gain"),
-    gain!(Position.ki, PER_LENGTH_TIME, 1, "integral gain"),
-    gain!(Position.kd, PER_VELOCITY, 2, "derivative gain, on the error"),
-    gain!(Position.damping, PER_VELOCITY, 3, "on the measured velocity alone"),
+    gain!(Position.kp, PER_LENGTH, 0, Proportional, "proportional gain"),
+    gain!(Position.ki, PER_LENGTH_TIME, 1, Integral, "integral gain"),
+    gain!(Position.kd, PER_VELOCITY, 2, Derivative, "derivative gain, on the error"),
+    gain!(Position.damping, PER_VELOCITY, 3, Damping, "on the measured velocity alone"),
     field!(Law: Law::Position(gains) => gains.derivative_filter_s, DERIVATIVE_FILTER),
     field!(Law: Law::Position(gains) => gains.anti_windup, ANTI_WINDUP),
 ];
 
 const IMPEDANCE: &[Field<Law>] = &[
-    gain!(Impedance.stiffness, PER_LENGTH, 0, "of the programmed spring"),
-    gain!(Impedance.damping, PER_VELOCITY, 1, "of the programmed damper"),
-    gain!(
-        Impedance.force_gain,
-        Unit::Of(Dimension::NONE),
-        Bound::Any,
-        Role::Gain { rank: 2, on_reading: true },
-        "of the inner force loop"
-    ),
+    gain!(Impedance.stiffness, PER_LENGTH, 0, Proportional, "of the programmed spring"),
+    gain!(Impedance.damping, PER_VELOCITY, 1, Damping, "of the programmed damper"),
+    gain!(Impedance.force_gain, Unit::Of(Dimension::NONE), 2, Reading, "of the inner force loop"),
 ];
 
 const ADMITTANCE: &[Field<Law>] = &[
-    virtual_body!(mass, Dimension::MASS, 3, "virtual mass"),
-    virtual_body!(damping, Dimension::DAMPING, 4, "virtual damping"),
-    virtual_body!(stiffness, Dimension::STIFFNESS, 5, "virtual stiffness"),
-    gain!(Admittance.kp, PER_LENGTH, 0, "inner loop, on position"),
-    gain!(Admittance.kd, PER_VELOCITY, 1, "inner loop, on velocity"),
-    gain!(Admittance.velocity_feed_forward, PER_VELOCITY, 2, "on the virtual body's velocity"),
+    virtual_body!(mass, Dimension::MASS, 3, Other, "virtual mass"),
+    virtual_body!(damping, Dimension::DAMPING, 4, Damping, "virtual damping"),
+    virtual_body!(stiffness, Dimension::STIFFNESS, 5, Other, "virtual stiffness"),
+    gain!(Admittance.kp, PER_LENGTH, 0, Proportional, "inner loop, on position"),
+    gain!(Admittance.kd, PER_VELOCITY, 1, Derivative, "inner loop, on velocity"),
+    gain!(Admittance.velocity_feed_forward, PER_VELOCITY, 2, Other, "on the virtual body's velocity"),
 ];
 
 /// The key of the sensor that a law controls. It belongs to the wiring.

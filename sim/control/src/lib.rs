@@ -45,6 +45,8 @@ pub mod reference;
 mod spec;
 mod timing;
 
+pub use feeler_catalogue::GainPart;
+
 pub use controller::{Controller, Inputs};
 pub use error::ControlError;
 pub use law::{AdmittanceGains, AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, READS};

@@ -1,9 +1,9 @@
 //! Each law against its closed form.
 
-use feeler_catalogue::Bound;
+use feeler_catalogue::{Bound, Record, Role};
 use feeler_control::{
-    AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, ImpedanceGains,
-    Inputs, Law, LeadSpec, PositionGains,
+    AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, GainPart,
+    ImpedanceGains, Inputs, Law, LeadSpec, PositionGains,
 };
 use feeler_lanes::Pack;
 
@@ -279,4 +279,16 @@ fn prop_mistakes_are_refused_with_their_key() {
         Controller::<Pack<2>>::new(&[good, other_period]).unwrap_err(),
         ControlError::TimingDiffers { lane: 1 }
     );
+}
+
+/// The gain of a part is then the only one.
+#[test]
+fn truth_no_law_has_two_gains_of_one_part() {
+    for law in Law::FORMS.iter().map(|form| (form.start)()) {
+        for gain in law.gains() {
+            let Role::Gain { part, .. } = gain.role else { panic!("{} is no gain", gain.key.name) };
+            let found = law.gain(part).unwrap().key.name;
+            assert!(part == GainPart::Other || found == gain.key.name, "{}: {found}", law.name());
+        }
+    }
 }

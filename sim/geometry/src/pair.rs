@@ -23,11 +23,11 @@ const OBLIQUE: [f64; 3] = [0.412_943_1, 0.527_181_7, 0.742_839_3];
 /// A tip on a tool, and a fixed workpiece.
 #[derive(Clone)]
 pub struct Pair {
-    tip: SharedShape,
+    pub(crate) tip: SharedShape,
     /// Of the tip's shape in the frame of the tool.
-    tip_pose: Pose,
-    workpiece: SharedShape,
-    workpiece_pose: Pose,
+    pub(crate) tip_pose: Pose,
+    pub(crate) workpiece: SharedShape,
+    pub(crate) workpiece_pose: Pose,
     names: [&'static str; 2],
     reach_m: f64,
 }
@@ -77,7 +77,7 @@ impl Pair {
         })
     }
 
-    fn unsupported(&self) -> GeometryError {
+    pub(crate) fn unsupported(&self) -> GeometryError {
         GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
     }
 

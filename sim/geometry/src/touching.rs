@@ -1,10 +1,10 @@
 //! Where tip and workpiece touch.
 
-use parry3d_f64::math::{Pose, Vector};
+use parry3d_f64::math::Vector;
 use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};
-use parry3d_f64::shape::SharedShape;
 
 use crate::error::GeometryError;
+use crate::pair::Pair;
 use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles, with_faces};
 
@@ -24,13 +24,9 @@ const ROUGH: f64 = 3e-5;
 const GRAZING: f64 = 1e-6;
 
 /// A tip that travels along x, and a workpiece.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Touching {
-    tip: SharedShape,
-    tip_pose: Pose,
-    workpiece: SharedShape,
-    workpiece_pose: Pose,
-    names: [&'static str; 2],
+    pair: Pair,
     /// Start of the cast, its largest length, and the size of both shapes, m.
     start_m: f64,
     reach_m: f64,
@@ -50,12 +46,6 @@ pub struct Touch {
     pub slope: [f64; 2],
 }
 
-impl std::fmt::Debug for Touching {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Touching").field("shapes", &self.names).finish_non_exhaustive()
-    }
-}
-
 impl Touching {
     /// A tip whose body is at x = 0, with its shape at a place relative to that body, and a workpiece at its
     /// place.
@@ -68,27 +58,15 @@ impl Touching {
         workpiece: &Shape,
         workpiece_place: &Place,
     ) -> Result<Self, GeometryError> {
-        let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
-        let (tip_pose, workpiece_pose) = (tip_place.pose() * tip_frame, workpiece_place.pose() * work_frame);
-        let (tip_box, work_box) =
-            (tip_shape.compute_aabb(&tip_pose), work_shape.compute_aabb(&workpiece_pose));
+        let mut pair = Pair::new(tip, tip_place, workpiece, workpiece_place)?;
+        let tip_box = pair.tip.compute_aabb(&pair.tip_pose);
+        let work_box = pair.workpiece.compute_aabb(&pair.workpiece_pose);
         let size_m = tip_box.extents().length() + work_box.extents().length();
-        let work_shape = if tip_shape.as_ball().is_some() { with_faces(work_shape) } else { work_shape };
+        if pair.tip.as_ball().is_some() {
+            pair.workpiece = with_faces(pair.workpiece);
+        }
         let start_m = work_box.mins.x - tip_box.maxs.x - ROOM * size_m;
-        Ok(Self {
-            tip: tip_shape,
-            tip_pose,
-            workpiece: work_shape,
-            workpiece_pose,
-            names: [tip.name(), workpiece.name()],
-            start_m,
-            reach_m: work_box.maxs.x - tip_box.mins.x - start_m,
-            size_m,
-        })
-    }
-
-    fn unsupported(&self) -> GeometryError {
-        GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
+        Ok(Self { pair, start_m, reach_m: work_box.maxs.x - tip_box.mins.x - start_m, size_m })
     }
 
     /// The touch with the tip moved sideways by `[y, z]`.
@@ -98,16 +76,16 @@ impl Touching {
     /// shapes whose distance cannot be computed.
     pub fn at(&self, lateral_m: [f64; 2]) -> Result<Touch, GeometryError> {
         let [y_m, z_m] = lateral_m;
-        if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
-            let centre = self.tip_pose.translation + Vector::new(self.start_m, y_m, z_m);
+        if let Some(ball) = self.pair.tip.as_ball().filter(|_| is_triangles(&self.pair.workpiece)) {
+            let centre = self.pair.tip_pose.translation + Vector::new(self.start_m, y_m, z_m);
             let swept = SweptBall { centre, along: Vector::X, radius_m: ball.radius };
             let touch = swept
-                .first_touch(&self.workpiece, &self.workpiece_pose, self.reach_m)
+                .first_touch(&self.pair.workpiece, &self.pair.workpiece_pose, self.reach_m)
                 .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
             let normal = (touch.point - centre - Vector::X * touch.travel_m) / ball.radius;
             return Ok(Self::touch(self.start_m + touch.travel_m, touch.point, normal));
         }
-        let placed = |x: f64| self.tip_pose.append_translation(Vector::new(x, y_m, z_m));
+        let placed = |x: f64| self.pair.tip_pose.append_translation(Vector::new(x, y_m, z_m));
         let options = ShapeCastOptions {
             max_time_of_impact: self.reach_m,
             stop_at_penetration: false,
@@ -117,13 +95,13 @@ impl Touching {
         let hit = cast_shapes(
             &begin,
             Vector::X,
-            self.tip.as_ref(),
-            &self.workpiece_pose,
+            self.pair.tip.as_ref(),
+            &self.pair.workpiece_pose,
             Vector::ZERO,
-            self.workpiece.as_ref(),
+            self.pair.workpiece.as_ref(),
             options,
         )
-        .map_err(|_| self.unsupported())?
+        .map_err(|_| self.pair.unsupported())?
         .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
         let cast_m = self.start_m + hit.time_of_impact;
         let mut travel_m = cast_m;
@@ -133,12 +111,12 @@ impl Touching {
         for _ in 0..POLISHING_STEPS {
             let nearest = contact(
                 &placed(travel_m),
-                self.tip.as_ref(),
-                &self.workpiece_pose,
-                self.workpiece.as_ref(),
+                self.pair.tip.as_ref(),
+                &self.pair.workpiece_pose,
+                self.pair.workpiece.as_ref(),
                 NEAR * self.size_m,
             )
-            .map_err(|_| self.unsupported())?;
+            .map_err(|_| self.pair.unsupported())?;
             let Some(nearest) = nearest.filter(|nearest| nearest.normal1.x > GRAZING) else { break };
             // Each step along x reduces the distance by the normal's component.
             let next_m = travel_m + nearest.dist / nearest.normal1.x;
@@ -157,7 +135,7 @@ impl Touching {
 
     /// Largest jump of the travel that may come from Parry's iteration, m.
     pub(crate) fn roughness_m(&self) -> f64 {
-        let is_exact = self.tip.as_ball().is_some() && is_triangles(&self.workpiece);
+        let is_exact = self.pair.tip.as_ball().is_some() && is_triangles(&self.pair.workpiece);
         if is_exact { 0.0 } else { ROUGH * self.size_m }
     }
 

@@ -1,8 +1,7 @@
 //! Exact discretisation: the samples of the result equal those of the continuous system, for an input that is
-//! held or linear between samples.
+//! held between samples.
 //!
-//! Source: Astrom and Wittenmark, Computer-Controlled Systems (3rd ed.), sections 2.3 and 3.2 (delays);
-//! Franklin, Powell and Workman, Digital Control of Dynamic Systems, section 6.3.3 (triangle hold).
+//! Source: Astrom and Wittenmark, Computer-Controlled Systems (3rd ed.), sections 2.3 and 3.2 (delays).
 
 use nalgebra::DMatrix;
 
@@ -81,43 +80,6 @@ impl StateSpace {
                 a.view_mut((column_of(lag), column_of(lag - 1)), (m, m)).fill_with_identity();
             }
         }
-        StateSpace::discrete(a, b, c, d, period_s)
-    }
-
-    /// First-order (triangle) hold: exact for inputs that are linear between samples.
-    ///
-    /// The state is x less the contribution of the present input, `x[k] - ramp u[k] / T`, so that the sampled
-    /// system is causal.
-    ///
-    /// # Errors
-    /// [`LtiError::OutOfRange`] unless the period is positive and finite.
-    pub fn first_order_hold(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
-        require_positive("sample time (s)", period_s)?;
-        let e = expm_integrals(self.a(), self.b(), period_s)?;
-        let arriving = e.ramp / period_s;
-        let leaving = e.step - &arriving;
-        let b = leaving + &e.transition * &arriving;
-        let d = self.d() + self.c() * arriving;
-        StateSpace::discrete(e.transition, b, self.c().clone(), d, period_s)
-    }
-
-    /// Bilinear (Tustin) transform s = (2 / T) (z - 1) / (z + 1), as used for filters in sampled controllers;
-    /// not exact.
-    ///
-    /// # Errors
-    /// [`LtiError::OutOfRange`] unless the period is positive and finite; [`LtiError::AtPole`] if the system
-    /// has a pole at 2 / T.
-    pub fn bilinear(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
-        require_positive("sample time (s)", period_s)?;
-        let identity = DMatrix::<f64>::identity(self.states(), self.states());
-        let half = self.a() * (0.5 * period_s);
-        let inverse =
-            (&identity - &half).try_inverse().ok_or(LtiError::AtPole { re: 2.0 / period_s, im: 0.0 })?;
-        // The output matrix includes the factor T of the transform.
-        let a = &inverse * (identity + half);
-        let b = &inverse * self.b();
-        let c = self.c() * &inverse * period_s;
-        let d = self.d() + self.c() * &b * (0.5 * period_s);
         StateSpace::discrete(a, b, c, d, period_s)
     }
 }

@@ -1,4 +1,4 @@
-//! Connected systems: series, parallel, append and feedback.
+//! Connected systems: series, append and feedback.
 
 use nalgebra::DMatrix;
 
@@ -61,23 +61,6 @@ impl<T: TimeDomain> StateSpace<T> {
         place(&mut c, 0, 0, &(next.d() * self.c()));
         place(&mut c, 0, n1, next.c());
         Self::with_domain(a, b, c, next.d() * self.d(), self.domain())
-    }
-
-    /// Both systems with the same input, outputs added.
-    ///
-    /// # Errors
-    /// [`LtiError::Shape`] if numbers of inputs or outputs differ; [`LtiError::SampleTimes`].
-    pub fn parallel(&self, other: &Self) -> Result<Self, LtiError> {
-        self.require_same_domain(other)?;
-        require_shape("D of the second system", other.d(), self.d().shape())?;
-        let (n1, n2) = (self.states(), other.states());
-        let mut b = DMatrix::zeros(n1 + n2, self.inputs());
-        place(&mut b, 0, 0, self.b());
-        place(&mut b, n1, 0, other.b());
-        let mut c = DMatrix::zeros(self.outputs(), n1 + n2);
-        place(&mut c, 0, 0, self.c());
-        place(&mut c, 0, n1, other.c());
-        Self::with_domain(block_diagonal(self.a(), other.a()), b, c, self.d() + other.d(), self.domain())
     }
 
     /// Negative feedback: u = r - `back`(y), from r to y. States of `self` come first.

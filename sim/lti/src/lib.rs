@@ -1,9 +1,8 @@
 //! Linear systems for force-controlled machines: the behaviour of springs, masses, actuators and sampled
 //! controllers near an operating point, as exact as double precision allows.
 //!
-//! - [`StateSpace`] in [`Continuous`] or [`Discrete`] time, connected in series, parallel and feedback;
-//! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay, first-order
-//!   hold;
+//! - [`StateSpace`] in [`Continuous`] or [`Discrete`] time, connected in series and feedback;
+//! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay;
 //! - poles, transmission zeros, zero-pole-gain form, frequency response with exact delays;
 //! - [`stable_gains`]: every interval of stable gains of a loop, and what happens at its edges;
 //! - [`root_locus`]: closed-loop poles as a gain changes;

@@ -60,19 +60,6 @@ pub struct DiskMargin {
     pub frequency_hz: f64,
 }
 
-impl DiskMargin {
-    /// Factors by which the gain may change, phase fixed: (2 - alpha) / (2 + alpha) and its inverse.
-    pub fn gain_factors(&self) -> (f64, f64) {
-        let low = (2.0 - self.alpha) / (2.0 + self.alpha);
-        (low, 1.0 / low)
-    }
-
-    /// Phase (rad) by which the loop may turn in either direction, gain fixed: 2 atan(alpha / 2).
-    pub fn phase_rad(&self) -> f64 {
-        2.0 * (0.5 * self.alpha).atan()
-    }
-}
-
 /// The margins of a loop. They measure robustness only if the closed loop is stable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Margins {

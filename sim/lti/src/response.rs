@@ -192,14 +192,6 @@ impl<T: TimeDomain> StateSpace<T> {
         }
         Ok(response)
     }
-
-    /// Gain at zero frequency (outputs x inputs).
-    ///
-    /// # Errors
-    /// [`LtiError::AtPole`] if the system integrates.
-    pub fn dc_gain(&self) -> Result<DMatrix<f64>, LtiError> {
-        Ok(self.at(self.domain().point_of_s(C64::new(0.0, 0.0)))?.map(|v| v.re))
-    }
 }
 
 /// Phase (rad) of each element of a sequence, continued without jumps of more than half a turn; the first is

@@ -17,11 +17,6 @@ pub struct ZeroPoleGain {
 }
 
 impl ZeroPoleGain {
-    /// Poles less zeros: the power of 1 / s that the response follows at high frequency.
-    pub fn relative_degree(&self) -> usize {
-        self.poles.len().saturating_sub(self.zeros.len())
-    }
-
     /// Value at a point of the s or z plane.
     pub fn at(&self, point: C64) -> C64 {
         // Factors alternate between both lists, so that neither product overflows.

@@ -1,7 +1,7 @@
 //! What is turned: numbers of one controller, each over a range, and how they change it.
 
 use feeler_analysis::{gain, gain_names, leading_gain, with_gain};
-use feeler_control::{ControllerSpec, Law, LeadSpec, LowPassSpec, NotchSpec};
+use feeler_control::{ControllerSpec, GainPart, Law, LeadSpec, LowPassSpec, NotchSpec};
 use feeler_engine::Scenario;
 use feeler_files::rounded;
 
@@ -244,21 +244,16 @@ fn usual(scenario: &Scenario, base: &ControllerSpec, leading: &str) -> Result<Ve
     }
     let mut scaled = base.law.clone();
     scale_errors(&mut scaled, 2.0);
-    let kept: Vec<&str> = base
-        .law
-        .gains()
-        .iter()
-        .filter(|field| field.number(&base.law) == field.number(&scaled) && field.key.name == "damping")
-        .filter(|field| field.number(&base.law) != Some(0.0))
-        .map(|field| field.key.name)
-        .collect();
+    let is_kept = |value: Option<f64>, scaled| value == scaled && value != Some(0.0);
+    let kept = (base.law.gain(GainPart::Damping))
+        .filter(|damping| is_kept(damping.number(&base.law), damping.number(&scaled)));
     let range = [FACTOR.recip(), FACTOR];
     let mut knobs = Vec::new();
     if scaled != base.law {
         knobs.push(Knob { what: What::Factor, range, may_be_zero: false, is_negative: false, now: 1.0 });
     }
-    for name in kept {
-        knobs.push(gain_knob(scenario, base, name)?);
+    if let Some(damping) = kept {
+        knobs.push(gain_knob(scenario, base, damping.key.name)?);
     }
     Ok(knobs)
 }
@@ -285,11 +280,15 @@ fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64
     let mass_kg: f64 = scenario.machine.bodies.values().map(|body| body.mass_kg).fold(0.0, f64::max);
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     // Integral over proportional gain: a tenth of the sampling rate; derivative: ten periods.
-    Ok(match (name, &base.law) {
-        ("damping", _) => (mass_kg * stiffness).sqrt().max(f64::MIN_POSITIVE),
-        ("ki", _) => 0.1 * leading / base.period_s,
-        ("kd", _) => 10.0 * leading * base.period_s,
-        _ => leading,
+    let is = |part| base.law.gain(part).is_some_and(|gain| gain.key.name == name);
+    Ok(if is(GainPart::Damping) {
+        (mass_kg * stiffness).sqrt().max(f64::MIN_POSITIVE)
+    } else if is(GainPart::Integral) {
+        0.1 * leading / base.period_s
+    } else if is(GainPart::Derivative) {
+        10.0 * leading * base.period_s
+    } else {
+        leading
     })
 }
 

@@ -1,6 +1,6 @@
 //! Remedies with their numbers, and their cost in bandwidth.
 
-use feeler_control::{AdmittanceGains, Law, LeadSpec};
+use feeler_control::{AdmittanceGains, GainPart, Law, LeadSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
@@ -120,29 +120,18 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 
 /// Scales a law's gains on errors; damping stays.
 pub(crate) fn scale_errors(law: &mut Law, factor: f64) {
-    match law {
-        Law::ExplicitForce(gains) => {
-            for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
-                *gain *= factor;
-            }
+    // The loop's gain falls as the virtual body grows heavier.
+    if let Law::Admittance(AdmittanceGains { mass, damping, .. }) = law {
+        for gain in [mass, damping] {
+            *gain /= factor;
         }
-        Law::Position(gains) => {
-            for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
-                *gain *= factor;
-            }
+        return;
+    }
+    for part in [GainPart::Proportional, GainPart::Integral, GainPart::Derivative, GainPart::Reading] {
+        if let Some(gain) = law.gain(part) {
+            let scaled = gain.number(law).unwrap_or_default() * factor;
+            gain.set_number(law, scaled);
         }
-        Law::Impedance(gains) => {
-            for gain in [&mut gains.stiffness, &mut gains.force_gain] {
-                *gain *= factor;
-            }
-        }
-        // The loop's gain falls as the virtual body grows heavier.
-        Law::Admittance(AdmittanceGains { mass, damping, .. }) => {
-            for gain in [mass, damping] {
-                *gain /= factor;
-            }
-        }
-        _ => {}
     }
 }
 

@@ -1,17 +1,19 @@
 //! `feeler validate engines`: Rapier against the exact engine, by step size.
 
+use std::path::Path;
+
 use feeler_validation::engines::{EngineAgreement, agreements, default_steps_s, engine_rows};
 
-use crate::arguments::Validate;
 use crate::numbers::plain;
 use crate::terminal;
 use crate::terminal::failure::Failure;
 use crate::terminal::table;
 
-pub(super) fn run(arguments: &Validate) -> crate::Result<()> {
+/// Compares the engines; `scenarios` is the folder with the paper's machines.
+pub(super) fn run(scenarios: Option<&Path>, as_json: bool) -> crate::Result<()> {
     let steps_s = default_steps_s();
-    let found = agreements(super::scenarios(arguments)?.as_deref(), &steps_s)?;
-    if arguments.json {
+    let found = agreements(scenarios, &steps_s)?;
+    if as_json {
         terminal::print(&terminal::json(&found)?)?;
     } else {
         terminal::print(&format!(

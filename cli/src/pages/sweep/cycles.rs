@@ -4,8 +4,8 @@
 use feeler_analysis::LimitCycle;
 use feeler_studies::sweep::{CyclesAt, DrawnAxis};
 
-use super::Report;
 use super::bifurcation::Prediction;
+use super::report::Report;
 use crate::numbers::{percent, plain};
 use crate::pages::parts::Page;
 

@@ -6,7 +6,7 @@ use feeler_studies::run::Outcome;
 use feeler_studies::sweep::Column;
 use serde_json::{Value, json};
 
-use super::Report;
+use super::report::Report;
 use crate::{terminal, words};
 
 /// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.

@@ -9,6 +9,7 @@ mod map;
 mod nearest;
 mod palette;
 mod png;
+mod report;
 mod tally;
 
 pub(crate) use palette::of_outcome;
@@ -25,6 +26,7 @@ use drawn::Drawn;
 pub(crate) use drawn::MOST_PANELS;
 pub(crate) use located::{about_noise, located};
 use map::{Colouring, Map};
+use report::Report;
 pub(crate) use tally::Tally;
 
 use crate::numbers::{count, percent, plain};
@@ -95,19 +97,6 @@ pub(crate) fn write(
     terminal::write(&path, page.render().as_bytes())?;
     written.push(path);
     Ok(written)
-}
-
-struct Report<'a> {
-    sweep: &'a Sweep,
-    /// The drawn variants.
-    table: &'a Table,
-    /// Figures of all variants.
-    tally: &'a Tally,
-    drawn: &'a Drawn,
-    axes: Vec<DrawnAxis>,
-    /// Name of the outcome of each row: `error` for a failed variant, `done` if outcomes are not kept.
-    outcomes: Vec<String>,
-    units: Units,
 }
 
 impl Report<'_> {

@@ -9,12 +9,19 @@ mod causes;
 mod rows;
 mod solve;
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use believed::Believed;
 use causes::{Balance, CAUSES, Cause, Form, Seen, balance};
+use feeler_plant::effects::find;
+use rayon::prelude::*;
 use rows::{Measured, Rows, corner_hz, rms};
 use serde::{Deserialize, Serialize};
 use solve::{Term, solve, sum};
 
+use super::cases::Case;
+use super::make::CASES;
 use crate::dataset::Dataset;
 
 /// Evidence that a cause must bring before it is named, nats.
@@ -33,10 +40,22 @@ pub struct Regressed {
     pub gain: f64,
 }
 
+/// The causes that a regression ranks, for each case whose dataset is in a folder of cases.
+pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regressed>> {
+    let made = folder.join(CASES);
+    let inside = if made.is_dir() { made.as_path() } else { folder };
+    let of = |case: &Case| {
+        let dataset = Dataset::load(&inside.join(&case.case)).ok()?.in_pieces();
+        Some((case.case.clone(), regress(&dataset, &|kind| find(kind).is_some())))
+    };
+    let found: Vec<_> = cases.par_iter().filter_map(of).collect();
+    found.into_iter().collect()
+}
+
 /// Causes that the library has by what they gain on the check experiments, the best first; empty where the
 /// dataset has no free experiments with a command and a position to fit and to check. A cause is named where
 /// [`named`] says so.
-pub fn regress(dataset: &Dataset, is_known: &dyn Fn(&str) -> bool) -> Vec<Regressed> {
+fn regress(dataset: &Dataset, is_known: &dyn Fn(&str) -> bool) -> Vec<Regressed> {
     let prepared = Believed::of(dataset).zip(believed::measured(dataset));
     prepared.map_or_else(Vec::new, |(believed, measured)| rank(&believed, &measured, is_known))
 }

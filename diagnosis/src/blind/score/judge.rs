@@ -2,7 +2,7 @@
 
 use super::super::cases::{Case, HiddenEffect};
 use super::super::regression::{Regressed, named};
-use super::{Answered, AnsweredEffect, CaseScore, NOTHING, ScoredValue, UNKNOWN};
+use super::answered::{Answered, AnsweredEffect, CaseScore, NOTHING, ScoredValue, UNKNOWN};
 
 /// Kinds that an answer may name as one.
 const MOST_ALIKE: usize = 3;

@@ -1,9 +1,10 @@
 //! Counts over all cases, and the table that they make.
 
 use super::super::regression::named;
+use super::answered::{Calibration, Measure, ScoredValue, Unit};
 use super::goals::Goals;
 use super::judge::{Hides, Judged};
-use super::{Calibration, Measure, ScoredValue, Unit, reliability};
+use super::reliability;
 
 /// A free run is worse where its error is this many times that of the believed machine: less is noise.
 const WORSE: f64 = 1.05;

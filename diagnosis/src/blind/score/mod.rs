@@ -1,5 +1,6 @@
 //! Scores: what was answered against what was hidden.
 
+mod answered;
 mod goals;
 mod judge;
 mod measures;
@@ -8,153 +9,16 @@ mod reliability;
 use std::collections::BTreeMap;
 
 use indexmap::IndexMap;
-use serde::{Deserialize, Serialize};
 
+pub use answered::{
+    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
+};
 use goals::Goals;
 use judge::Judged;
 use measures::Tallies;
 
 use super::cases::Case;
 use super::regression::Regressed;
-
-/// What was answered in a case: the parts of `diagnosis.json` that are scored, and what the repaired machine
-/// does on experiments held back.
-///
-/// The verdict is that of the diagnosis, or says why there is none.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Answered {
-    /// Name of the case.
-    pub case: String,
-    /// `explained`, `ambiguous`, `unknown-cause`, `no-gap` or `not-identifiable`.
-    pub verdict: String,
-    /// Places, the most probable first.
-    pub places: Vec<String>,
-    /// Causes, accepted and rival, the most probable first.
-    pub effects: Vec<AnsweredEffect>,
-    /// Kinds declared to look alike.
-    pub look_alikes: Vec<[String; 2]>,
-    /// Share of the gap said to close.
-    pub claimed: f64,
-    /// Share that closes on the experiments held back, where there are any.
-    pub closed_held_back: Option<f64>,
-    /// Error of free runs over the scale of each column, by the machine as believed and as repaired.
-    #[serde(default)]
-    pub free_run: Option<[f64; 2]>,
-    /// Wall time of the diagnosis, s.
-    pub wall_s: f64,
-}
-
-/// A cause that was answered.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct AnsweredEffect {
-    /// Its kind.
-    pub kind: String,
-    /// Whether it is part of the repaired machine.
-    pub accepted: bool,
-    /// Stated probability.
-    pub probability: f64,
-    /// Values by name, SI.
-    pub parameters: IndexMap<String, f64>,
-    /// Their stated 90 % intervals.
-    #[serde(default)]
-    pub intervals: IndexMap<String, [f64; 2]>,
-}
-
-/// One line of the table of measures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Measure {
-    /// What is measured.
-    pub what: &'static str,
-    /// The number; `None` if no case counts.
-    pub value: Option<f64>,
-    /// What the number is.
-    #[serde(skip)]
-    pub unit: Unit,
-    /// How many cases count.
-    pub cases: usize,
-    /// What is to be reached, in words.
-    pub wanted: String,
-    /// Whether it is reached.
-    pub reached: bool,
-}
-
-/// What the number of a measure is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// A share, to be shown in percent.
-    Share,
-    /// A time, s.
-    Seconds,
-}
-
-/// One line of the reliability diagram.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Calibration {
-    /// Stated probabilities between these.
-    pub stated: [f64; 2],
-    /// Their mean.
-    pub mean_stated: f64,
-    /// How often they were right.
-    pub frequency: f64,
-    /// How many there were.
-    pub count: usize,
-}
-
-/// One case.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CaseScore {
-    /// Its name.
-    pub case: String,
-    /// What was hidden.
-    pub hidden: Vec<String>,
-    /// What was accepted.
-    pub answered: Vec<String>,
-    /// The verdict.
-    pub verdict: String,
-    /// Whether the answer counts as right by the measure of its kind.
-    pub right: bool,
-    /// Whether it says `explained` and misses something that is hidden, or accuses what is not.
-    pub sure_and_wrong: bool,
-    /// The kind that the plain regression names, if any.
-    pub regression: Option<String>,
-    /// The values of hidden effects that were found.
-    pub values: Vec<ScoredValue>,
-}
-
-/// A hidden value and its estimate, SI.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ScoredValue {
-    /// Kind of the effect.
-    pub kind: String,
-    /// Name of the parameter.
-    pub parameter: String,
-    /// The hidden value.
-    pub hidden: f64,
-    /// The fitted value.
-    pub fitted: Option<f64>,
-    /// Its stated 90 % interval.
-    pub interval: Option<[f64; 2]>,
-}
-
-/// All scores.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Score {
-    /// The table of measures.
-    pub measures: Vec<Measure>,
-    /// Hidden kind, answered kind, how often; single effects, no effect and effects of no library.
-    pub confusion: Vec<(String, String, usize)>,
-    /// The reliability diagram.
-    pub reliability: Vec<Calibration>,
-    /// Every case that has an answer.
-    pub cases: Vec<CaseScore>,
-    /// How many have none.
-    pub unanswered: usize,
-}
-
-/// What a case without effect is called.
-pub const NOTHING: &str = "nothing";
-/// What a refusal is called.
-pub const UNKNOWN: &str = "unknown cause";
 
 /// Scores answers, and beside them what a plain regression said of the same cases; hidden cases that have no
 /// answer are left out.

@@ -1,6 +1,6 @@
 //! Stated probabilities against how often they were right.
 
-use super::Calibration;
+use super::answered::Calibration;
 
 /// Bins of stated probability.
 const BINS: usize = 5;

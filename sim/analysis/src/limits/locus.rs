@@ -67,13 +67,6 @@ pub struct Locus {
     pub present: Vec<C64>,
 }
 
-impl Locus {
-    /// The point of the s plane that corresponds to a point of the locus, rad/s.
-    pub fn s_of(&self, point: C64) -> C64 {
-        self.period_s.map_or(point, |period_s| point.ln() / period_s)
-    }
-}
-
 /// Follows the poles over the gain. The zeros of the open loop serve if the zeros of the gain itself cannot
 /// be found.
 pub(crate) fn follow(
@@ -213,20 +206,6 @@ mod tests {
     use nalgebra::dmatrix;
 
     use super::*;
-
-    #[test]
-    fn truth_points_of_the_z_plane_have_their_frequency() {
-        let locus = Locus {
-            period_s: Some(1e-3),
-            gains: Vec::new(),
-            branches: Vec::new(),
-            zeros: Vec::new(),
-            present_gain: 1.0,
-            present: Vec::new(),
-        };
-        let s = C64::new(-20.0, 300.0);
-        assert!((locus.s_of((s * 1e-3).exp()) - s).norm() < 1e-9);
-    }
 
     /// Integral action on a mode: at gain zero there is no integrator, at any other gain there is one.
     #[test]

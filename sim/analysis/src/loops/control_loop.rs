@@ -1,12 +1,14 @@
 //! A linearised machine with its controllers.
 
+use feeler_catalogue::GainPart;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::{LoopWiring, Program, Scenario};
 use feeler_plant::assembly::{Assembly, Source};
+use feeler_plant::description::Actuator;
 use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
-use crate::loops::gain_key::{is_on_reading, leading_gain, with_gain};
+use crate::loops::gain_key::{leading_gain, with_gain};
 use crate::machine::channel::{Reduction, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 use crate::machine::prepare::View;
@@ -41,7 +43,9 @@ impl LoopController {
     /// The sensor through which the loop of a gain closes. For an impedance's force gain it is the force
     /// sensor, even if the gain is zero; otherwise [`Self::fed_back`].
     pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
-        if is_on_reading(&self.spec.law, gain) { self.reading.or(self.motion) } else { self.fed_back() }
+        let on_reading = self.spec.law.gain(GainPart::Reading);
+        let closes_there = on_reading.is_some_and(|own| own.key.name == gain);
+        if closes_there { self.reading.or(self.motion) } else { self.fed_back() }
     }
 
     /// The sensor of the quantity that the reference prescribes and whose bandwidth is reported. Under an
@@ -188,12 +192,12 @@ impl ControlLoop {
         let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
         let of_servo = path.strip_prefix("actuators.");
         let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
-        // `kd` of a servo is what a position law calls damping.
-        let gain = if of_servo.is_some() && gain == "kd" { "damping" } else { gain };
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
-        if controller >= self.controllers.len() {
-            return Err(self.no_controller(name));
-        }
+        let own = self.controllers.get(controller).ok_or_else(|| self.no_controller(name))?;
+        // What a servo takes against its speed, a position law takes as damping.
+        let damping = own.spec.law.gain(GainPart::Damping);
+        let is_damping = of_servo.is_some() && gain == Actuator::SERVO_KD.key.name;
+        let gain = damping.filter(|_| is_damping).map_or(gain, |damping| damping.key.name);
         Ok((controller, gain.into()))
     }
 

@@ -1,6 +1,6 @@
 //! Gains of control laws, by their names in files.
 
-use feeler_catalogue::{Field, Role};
+use feeler_catalogue::Field;
 use feeler_control::{ControllerSpec, Law};
 
 use crate::error::AnalysisError;
@@ -33,11 +33,6 @@ pub fn leading_gain(spec: &ControllerSpec) -> Option<&'static str> {
     let gains = spec.law.gains();
     let in_use = gains.iter().find(|gain| gain.number(&spec.law).is_some_and(|value| value != 0.0));
     in_use.or(gains.first()).map(|gain| gain.key.name)
-}
-
-/// Whether a gain of a law multiplies the reading itself.
-pub(crate) fn is_on_reading(law: &Law, key: &str) -> bool {
-    find(law, key).is_ok_and(|gain| matches!(gain.role, Role::Gain { on_reading: true, .. }))
 }
 
 fn find(law: &Law, key: &str) -> Result<&'static Field<Law>, AnalysisError> {

@@ -2,6 +2,7 @@
 
 use crate::common::{force_loop, machine};
 use feeler_analysis::{ContactView, FrictionView, HeldCommand, LinearMachine, View};
+use feeler_lti::C64;
 use feeler_plant::description::{ContactLaw, Engagement, Quantity, SignalName};
 use feeler_plant::effects::{EffectUse, find};
 
@@ -26,7 +27,7 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     // completely.
     let depth = (preload_n / 3e8).powf(2.0 / 3.0);
     let compression = plant.channel(&command(), &SignalName::new("tool", Quantity::Compression)).unwrap();
-    let softness = compression.system.dc_gain().unwrap()[(0, 0)];
+    let softness = compression.system.at(C64::new(0.0, 0.0)).unwrap()[(0, 0)].re;
     assert!((softness * 1.5 * 3e8 * depth.sqrt() - 1.0).abs() < EQUILIBRIUM, "{softness}");
     assert!(plant.operating_point().balanced);
     let held = plant.operating_point().xi[plant.motion().layout().input(0)];

@@ -7,4 +7,5 @@ pub(crate) mod scenario;
 pub(crate) mod servo;
 pub(crate) mod settings;
 pub(crate) mod simulation;
+pub(crate) mod wanted;
 mod wiring;

@@ -14,6 +14,7 @@ use crate::error::EngineError;
 use crate::run::scenario::{ControllerUse, Scenario};
 use crate::run::servo::{ServoWiring, impose, servos};
 use crate::run::settings::RunSettings;
+use crate::run::wanted::{Tapped, Wanted};
 
 /// The source of a recorded value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,13 +44,6 @@ pub(crate) struct Wiring {
     pub(crate) drive: usize,
     pub(crate) clock: SampleClock,
     pub(crate) reference: Reference,
-}
-
-/// A sensor with a reader: the sensor and its wanted signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Tapped {
-    pub(crate) sensor: usize,
-    pub(crate) signal: usize,
 }
 
 /// A controller with its names resolved to indices of the assembly.
@@ -144,7 +138,7 @@ impl Program {
             wiring,
             servos,
             run: scenario.run,
-            wanted: wanted.0,
+            wanted: wanted.sources,
             recorded,
             names,
         })
@@ -163,11 +157,6 @@ impl Program {
     /// Names of the recorded signals, in the order of the file.
     pub fn record_names(&self) -> &[String] {
         &self.names
-    }
-
-    /// Names of the controllers, in the order of the file.
-    pub fn controller_names(&self) -> impl Iterator<Item = &str> {
-        self.controllers.keys().map(String::as_str)
     }
 
     /// The wiring of the controllers in the order of the file, then the loops of sampled servos.
@@ -275,22 +264,6 @@ impl Program {
     /// Spacing of the record, s.
     pub fn record_spacing_s(&self) -> f64 {
         self.run.record_rate_hz.map_or(self.run.step_s, |rate| 1.0 / rate)
-    }
-}
-
-#[derive(Default)]
-pub(crate) struct Wanted(Vec<Source>);
-
-impl Wanted {
-    pub(crate) fn index(&mut self, source: Source) -> usize {
-        self.0.iter().position(|&s| s == source).unwrap_or_else(|| {
-            self.0.push(source);
-            self.0.len() - 1
-        })
-    }
-
-    fn tap(&mut self, sensor: usize) -> Tapped {
-        Tapped { sensor, signal: self.index(Source::Sensor(sensor)) }
     }
 }
 

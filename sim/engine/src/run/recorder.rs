@@ -3,7 +3,8 @@
 use feeler_lanes::Lane;
 
 use crate::carry::lanes::Lanes;
-use crate::run::program::{Program, Recorded, Tapped};
+use crate::run::program::{Program, Recorded};
+use crate::run::wanted::Tapped;
 use crate::sample::clock::due;
 use crate::sample::reading::Reading;
 use crate::sample::sampling::{Sampling, earlier};

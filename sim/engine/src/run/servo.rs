@@ -7,8 +7,8 @@ use feeler_plant::assembly::{Assembly, Drive, Source};
 use feeler_plant::description::{ActuatorKind, Elements, Knot, Profile};
 use feeler_plant::problem::Problem;
 
-use super::program::{Tapped, Wanted};
 use super::scenario::{ControllerUse, Scenario};
+use super::wanted::{Tapped, Wanted};
 use crate::error::EngineError;
 
 /// Largest number of knots of an imposed motion.

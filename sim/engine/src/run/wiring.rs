@@ -1,5 +1,6 @@
 //! Checks the sensors and drives of a controller against the machine: one rule for files and for programs.
 
+use feeler_catalogue::GainPart;
 use feeler_control::Law;
 use feeler_plant::description::{Actuator, ActuatorKind, Machine, Quantity};
 use feeler_plant::names::did_you_mean;
@@ -38,9 +39,12 @@ impl ControllerUse {
 
     /// The part that needs the controlled sensor; `None` if there is no such part.
     fn needs_reading(&self) -> Option<&'static str> {
-        match self.spec.law {
-            Law::Impedance(gains) if gains.force_gain != 0.0 => Some("force_gain"),
-            Law::Impedance(_) | Law::OpenLoop => self.spec.approach.map(|_| "the approach"),
+        let law = &self.spec.law;
+        match law {
+            Law::Impedance(_) | Law::OpenLoop => {
+                let inner = law.gain(GainPart::Reading).filter(|gain| gain.number(law) != Some(0.0));
+                inner.map(|gain| gain.key.name).or(self.spec.approach.map(|_| "the approach"))
+            }
             _ => Some("this law"),
         }
     }

@@ -2,7 +2,7 @@
 
 use feeler_lanes::Lane;
 
-use crate::run::program::Tapped;
+use crate::run::wanted::Tapped;
 use crate::sample::sensing::Sensing;
 use crate::sample::taps::Tap;
 

@@ -1,9 +1,10 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
-use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source};
+use super::{
+    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, StopSide,
+};
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
-use crate::motion::StopSide;
 
 impl Assembly {
     /// Kind of the element with an effect, in the present machine: a rigid spring that another effect made
@@ -23,7 +24,7 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not a body.
-    pub fn node_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Node, EffectError> {
+    pub(crate) fn node_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Node, EffectError> {
         match host {
             Host::Body(i) => Ok(&mut self.nodes[i]),
             _ => Err(self.wrong_host(host, effect)),
@@ -34,7 +35,7 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not a spring.
-    pub fn link_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Link, EffectError> {
+    pub(crate) fn link_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Link, EffectError> {
         match host {
             Host::Spring(i) => Ok(&mut self.links[i]),
             _ => Err(self.wrong_host(host, effect)),
@@ -45,7 +46,11 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not a contact.
-    pub fn contact_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut ContactPart, EffectError> {
+    pub(crate) fn contact_mut(
+        &mut self,
+        host: Host,
+        effect: &Definition,
+    ) -> Result<&mut ContactPart, EffectError> {
         match host {
             Host::Contact(i) => Ok(&mut self.contacts[i]),
             _ => Err(self.wrong_host(host, effect)),
@@ -56,7 +61,7 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not an actuator.
-    pub fn drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
+    pub(crate) fn drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
         match host {
             Host::Actuator(i) => Ok(&mut self.drives[i]),
             _ => Err(self.wrong_host(host, effect)),
@@ -67,7 +72,11 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not a sensor.
-    pub fn sensor_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut SensorPart, EffectError> {
+    pub(crate) fn sensor_mut(
+        &mut self,
+        host: Host,
+        effect: &Definition,
+    ) -> Result<&mut SensorPart, EffectError> {
         match host {
             Host::Sensor(i) => Ok(&mut self.sensors[i]),
             _ => Err(self.wrong_host(host, effect)),
@@ -75,12 +84,12 @@ impl Assembly {
     }
 
     /// The error that names the elements for this effect.
-    pub fn wrong_host(&self, host: Host, effect: &Definition) -> EffectError {
+    pub(crate) fn wrong_host(&self, host: Host, effect: &Definition) -> EffectError {
         EffectError::WrongHost { kind: effect.kind, found: self.host_kind(host), expected: effect.hosts }
     }
 
     /// Adds a body with the position and velocity of `at`, and returns its node.
-    pub fn add_node(&mut self, name: String, mass_kg: f64, at: NodeId) -> NodeId {
+    pub(crate) fn add_node(&mut self, name: String, mass_kg: f64, at: NodeId) -> NodeId {
         let position_m = self.nodes[at].position_m;
         let velocity_m_per_s = self.nodes[at].velocity_m_per_s;
         self.nodes.push(Node { name, mass_kg, position_m, velocity_m_per_s });
@@ -105,7 +114,7 @@ impl Assembly {
     }
 
     /// Moves every contact from one node to another.
-    pub fn move_contacts(&mut self, from: NodeId, to: NodeId) {
+    pub(crate) fn move_contacts(&mut self, from: NodeId, to: NodeId) {
         for contact in &mut self.contacts {
             for end in [&mut contact.a, &mut contact.b] {
                 if *end == from {
@@ -170,7 +179,7 @@ impl Assembly {
     }
 
     /// Whether a node is the fixed body.
-    pub fn is_ground(node: NodeId) -> bool {
+    pub(crate) fn is_ground(node: NodeId) -> bool {
         node == GROUND_NODE
     }
 }
@@ -221,12 +230,12 @@ impl Link {
     }
 
     /// Whether any property of the link depends on its direction of motion.
-    pub fn feels_direction(&self) -> bool {
+    pub(crate) fn feels_direction(&self) -> bool {
         self.asymmetry != 0.0 || self.drag != 0.0 || self.bristle.is_some()
     }
 
     /// Replaces the rigid joint by this spring and damper.
-    pub fn set_flexible(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) {
+    pub(crate) fn set_flexible(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) {
         self.rigid = false;
         self.stiffness = stiffness_n_per_m;
         self.damping = damping_n_s_per_m;

@@ -212,7 +212,7 @@ impl Drive {
     }
 
     /// The loop of a servo, if it is continuous.
-    pub fn continuous_servo(&self) -> Option<&Servo> {
+    pub(crate) fn continuous_servo(&self) -> Option<&Servo> {
         self.servo.as_ref().filter(|servo| servo.sampling.is_none())
     }
 

@@ -99,7 +99,7 @@ impl Bristle {
     }
 
     /// Derivatives of [`Self::slip`] by `v` and by `z`.
-    pub fn slip_slopes(&self, v: f64, z: f64) -> [f64; 2] {
+    pub(crate) fn slip_slopes(&self, v: f64, z: f64) -> [f64; 2] {
         let level = self.level(v);
         let level_slope = -2.0 * v / self.velocity.powi(2) * self.falling(v);
         let by_z = self.stiffness * v / level;

@@ -18,7 +18,6 @@ pub use laws::{Bristle, Pull, Ripple, Weight};
 use std::sync::Arc;
 
 use crate::description::{Engagement, LowPass, Profile, Quantity};
-use crate::motion::StopSide;
 
 /// Index of a node; [`GROUND_NODE`] is the fixed body.
 pub type NodeId = usize;
@@ -90,6 +89,25 @@ pub struct Link {
     pub friction: Friction,
     /// Friction of bristles that bend against `e'`.
     pub bristle: Option<Bristle>,
+}
+
+/// A side of a free play.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StopSide {
+    /// Reached when the elongation grows.
+    Upper,
+    /// Reached when it falls.
+    Lower,
+}
+
+impl StopSide {
+    /// Sign of the elongations that compress it.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Upper => 1.0,
+            Self::Lower => -1.0,
+        }
+    }
 }
 
 /// A contact; compression `d = x_a - x_b - gap - offset(t)`, force on `b` is `+F`.

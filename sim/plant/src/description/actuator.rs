@@ -248,7 +248,7 @@ impl Actuator {
     );
 }
 
-/// A parameter of a servo whose key is its own name.
+/// A parameter of a servo.
 macro_rules! servo {
     ($member:ident, $key:expr) => {
         servo!($member, $key, Role::Structure)
@@ -262,30 +262,53 @@ macro_rules! servo {
     };
 }
 
-const POSITION_SERVO: &[Field<Actuator>] = &[
-    servo!(
-        kp,
-        required(
-            "kp",
-            Kind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
-            "force per position error",
-        ),
-        Role::Believed
-    ),
-    servo!(
-        kd,
-        number("kd", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "force per speed, against it"),
-        Role::Believed
-    ),
-    servo!(
-        ki,
-        number(
-            "ki",
-            Unit::Of(Dimension::STIFFNESS_RATE),
-            Bound::NotNegative,
-            0.0,
-            "rate of the force per position error; driven back at the limit with the time constant kp / ki",
+/// A gain of a servo, whose key is its own name.
+macro_rules! servo_gain {
+    ($gain:ident, $dimension:expr, $bound:expr, $absent:expr, $role:expr, $text:expr) => {
+        servo!(
+            $gain,
+            Key {
+                name: stringify!($gain),
+                kind: Kind::Quantity(Unit::Of($dimension), $bound),
+                absent: $absent,
+                text: $text,
+            },
+            $role
         )
+    };
+}
+
+impl Actuator {
+    /// The force of a servo per error.
+    pub const SERVO_KP: Field<Self> = servo_gain!(
+        kp,
+        Dimension::STIFFNESS,
+        Bound::Positive,
+        Absent::Required,
+        Role::Believed,
+        "force per position error"
+    );
+    /// The force of a servo per speed.
+    pub const SERVO_KD: Field<Self> = servo_gain!(
+        kd,
+        Dimension::DAMPING,
+        Bound::NotNegative,
+        Absent::Number(0.0),
+        Role::Believed,
+        "force per speed, against it"
+    );
+}
+
+const POSITION_SERVO: &[Field<Actuator>] = &[
+    Actuator::SERVO_KP,
+    Actuator::SERVO_KD,
+    servo_gain!(
+        ki,
+        Dimension::STIFFNESS_RATE,
+        Bound::NotNegative,
+        Absent::Number(0.0),
+        Role::Structure,
+        "rate of the force per position error; driven back at the limit with the time constant kp / ki"
     ),
     servo!(
         velocity_limit_m_per_s,
@@ -351,7 +374,7 @@ const POSITION_SERVO: &[Field<Actuator>] = &[
     ),
 ];
 
-/// A parameter of a motor whose key is its own name.
+/// A parameter of a motor.
 macro_rules! motor {
     ($member:ident, $key:expr) => {
         motor!($member, $key, Role::Structure)

@@ -114,6 +114,18 @@ impl Contact {
         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
         Role::Believed
     );
+    /// Its gap at zero positions.
+    pub const GAP: Field<Self> = field!(
+        Contact: gap_m,
+        number(
+            "gap",
+            Unit::Of(Dimension::LENGTH),
+            Bound::Any,
+            0.0,
+            "distance to close before they touch, where all positions are zero",
+        ),
+        Role::Believed
+    );
 }
 
 impl Record for Contact {
@@ -133,17 +145,7 @@ impl Record for Contact {
         ),
         Contact::STIFFNESS,
         Contact::DAMPING,
-        field!(
-            Contact: gap_m,
-            number(
-                "gap",
-                Unit::Of(Dimension::LENGTH),
-                Bound::Any,
-                0.0,
-                "distance to close before they touch, where all positions are zero",
-            ),
-            Role::Believed
-        ),
+        Contact::GAP,
     ];
     const FORMS: &'static [Form<Self>] = &[
         form!(

@@ -66,6 +66,15 @@ pub enum LowPass {
     },
 }
 
+impl Sensor {
+    /// Its scale factor.
+    pub const GAIN: Field<Self> = field!(
+        Sensor: gain,
+        number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"),
+        Role::Believed
+    );
+}
+
 impl Record for Sensor {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
@@ -84,11 +93,7 @@ impl Record for Sensor {
                 "the body it rides on, for position and velocity; absolute where absent",
             )
         ),
-        field!(
-            Sensor: gain,
-            number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"),
-            Role::Believed
-        ),
+        Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
         field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),
         field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),

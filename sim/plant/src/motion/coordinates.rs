@@ -109,7 +109,7 @@ impl Coordinates {
     }
 
     /// The drive that imposes the motion of a coordinate.
-    pub fn imposing(&self, coordinate: usize) -> Option<usize> {
+    pub(crate) fn imposing(&self, coordinate: usize) -> Option<usize> {
         self.imposed[coordinate]
     }
 

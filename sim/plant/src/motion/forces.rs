@@ -1,8 +1,8 @@
 //! Forces of links, contacts and drives as rows, in a given mode.
 
 use super::layout::{add, difference, scaled};
-use super::{ContactState, Mode, Motion, NonlinearLaw, Row, StopSide};
-use crate::assembly::NodeId;
+use super::{ContactState, Mode, Motion, NonlinearLaw, Row};
+use crate::assembly::{NodeId, StopSide};
 use crate::description::Engagement;
 
 /// The rows from which all others of a mode are built.

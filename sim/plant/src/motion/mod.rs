@@ -18,13 +18,14 @@ pub mod modes;
 mod nonlinear;
 mod signals;
 
+pub use crate::assembly::StopSide;
 pub use coordinates::Coordinates;
 pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
 pub use equations::Equations;
 pub use layout::{GAP_TIME_S, Layout, Row, dot};
 pub use modes::{
-    ContactState, DirectionState, FrictionState, Guard, GuardValue, LimitState, Mode, RampState, StopSide,
-    Switch, SwitchState,
+    ContactState, DirectionState, FrictionState, Guard, GuardValue, LimitState, Mode, RampState, Switch,
+    SwitchState,
 };
 pub use nonlinear::{NonlinearLaw, NonlinearTerm};
 

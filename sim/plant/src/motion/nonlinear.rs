@@ -1,8 +1,7 @@
 //! Laws without a matrix exponential.
 
-use super::StopSide;
 use super::coordinates::Coordinates;
-use crate::assembly::{Assembly, Bristle, ForceLaw, Pull};
+use crate::assembly::{Assembly, Bristle, ForceLaw, Pull, StopSide};
 use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.

@@ -1,6 +1,7 @@
 //! The ends of a machine's mode, as rows.
 
-use super::{ContactState, DirectionState, Mode, StopSide, Switch, SwitchState};
+use super::{ContactState, DirectionState, Mode, Switch, SwitchState};
+use crate::assembly::StopSide;
 use crate::motion::forces::Forces;
 use crate::motion::layout::{add, scaled};
 use crate::motion::{Motion, NonlinearLaw, Row};

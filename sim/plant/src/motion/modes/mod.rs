@@ -25,5 +25,5 @@ pub use guard::{Guard, GuardValue};
 pub use rules::Signed;
 pub use state::{ContactState, DirectionState, FrictionState, LimitState, Mode, RampState, SwitchState};
 pub use storm::Storm;
+pub use switch::Switch;
 pub(super) use switch::switches;
-pub use switch::{StopSide, Switch};

@@ -2,17 +2,8 @@
 
 use super::super::{Coordinates, Motion};
 use super::{ContactState, DirectionState, Mode};
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, StopSide};
 use crate::description::Engagement;
-
-/// A side of a free play.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum StopSide {
-    /// Reached when the elongation grows.
-    Upper,
-    /// Reached when it falls.
-    Lower,
-}
 
 /// Something that changes the equations of motion when it switches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -59,16 +50,6 @@ pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates
         .map(|(i, _)| Switch::Deadband(i));
     let ramps = drives().filter(|(_, drive)| drive.rate_limit.is_finite()).map(|(i, _)| Switch::Ramp(i));
     contacts.chain(links).chain(limits).chain(lines).chain(deadbands).chain(ramps).collect()
-}
-
-impl StopSide {
-    /// Sign of the elongations that compress it.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Upper => 1.0,
-            Self::Lower => -1.0,
-        }
-    }
 }
 
 impl Motion {

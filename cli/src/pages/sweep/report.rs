@@ -1,0 +1,21 @@
+//! What the page of a sweep shows.
+
+use feeler_studies::sweep::{DrawnAxis, Sweep, Table};
+
+use super::drawn::Drawn;
+use super::tally::Tally;
+use crate::units::Units;
+
+/// A sweep with all that its parts draw from.
+pub(super) struct Report<'a> {
+    pub(super) sweep: &'a Sweep,
+    /// The drawn variants.
+    pub(super) table: &'a Table,
+    /// Figures of all variants.
+    pub(super) tally: &'a Tally,
+    pub(super) drawn: &'a Drawn,
+    pub(super) axes: Vec<DrawnAxis>,
+    /// Name of the outcome of each row: `error` for a failed variant, `done` if outcomes are not kept.
+    pub(super) outcomes: Vec<String>,
+    pub(super) units: Units,
+}

@@ -1,13 +1,7 @@
 //! What a model frees beyond the values of its machine: how guides give way, and when commands act.
 
-use std::f64::consts::TAU;
-
-use feeler_plant::description::Quantity;
-
-use crate::dataset::Dataset;
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
-use crate::fit::wander::commanded_acceleration;
 use crate::predict::{Leeway, Presliding};
 
 /// Step of finite differences for the timing of commands, rows.
@@ -17,12 +11,6 @@ const MOST_LATE_ROWS: f64 = 0.5;
 
 /// Shift of the trial frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;
-
-/// Shares of the stroke, and of the step of its encoder, by which a sticking guide may yield unseen.
-const UNSEEN_OF_STROKE: f64 = 3e-4;
-const UNSEEN_OF_STEP: f64 = 0.3;
-/// Largest expected frequency of a sticking guide, Hz.
-const MOST_STICKING_HZ: f64 = 2000.0;
 
 /// Prior standard deviations of pre-sliding frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
@@ -42,24 +30,12 @@ impl Model {
         self
     }
 
-    /// The same, where sticking guides are expected to yield as these records could show: a heavy load on a
-    /// light axis would bend the usual guide visibly.
-    pub(crate) fn sticking_as_in(mut self, dataset: &Dataset) -> Self {
-        self.presliding.frequency_hz = sticking_hz(dataset).max(self.presliding.frequency_hz);
-        let count = self.unknowns.len();
-        self.unknowns.retain(|unknown| !unknown.is_presliding());
-        if self.unknowns.len() < count {
-            self.free_presliding();
-        }
-        self
-    }
-
     /// Adds the pre-sliding of sticking guides to the unknowns.
     pub(super) fn free_presliding(&mut self) {
-        let Presliding { frequency_hz, damping_ratio } = self.presliding;
+        let usual = Presliding::default();
         for (target, value, sigma) in [
-            (Target::PreslidingFrequency, frequency_hz, PRESLIDING_SPREAD[0]),
-            (Target::PreslidingDamping, damping_ratio, PRESLIDING_SPREAD[1]),
+            (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
+            (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
         ] {
             let centre = value.ln();
             let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
@@ -103,19 +79,4 @@ impl Model {
         }
         found
     }
-}
-
-/// Natural frequency at which sticking guides yield to the commands of a dataset by as much as nobody sees, Hz.
-/// Zero if its commands are no forces.
-fn sticking_hz(dataset: &Dataset) -> f64 {
-    let is_position = |c: &usize| dataset.channels[*c].quantity(&dataset.machine) == Quantity::Position;
-    let Some(c) = (0..dataset.channels.len()).find(is_position) else { return 0.0 };
-    let of = |r: usize| {
-        let series = &dataset.records[r].series[c];
-        let [low, high] =
-            series.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
-        let unseen = (UNSEEN_OF_STROKE * (high - low)).max(UNSEEN_OF_STEP * dataset.channels[c].resolution);
-        if unseen > 0.0 { (commanded_acceleration(dataset, r) / unseen).sqrt() / TAU } else { 0.0 }
-    };
-    (0..dataset.records.len()).map(of).fold(0.0, f64::max).min(MOST_STICKING_HZ)
 }

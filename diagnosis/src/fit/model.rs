@@ -11,7 +11,6 @@ use crate::error::DiagnosisError;
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
 use crate::inverse::Part;
 use crate::kinds::{dossier, overlaps};
-use crate::predict::Presliding;
 use crate::tolerance;
 
 /// Step of finite differences in `theta`.
@@ -38,8 +37,6 @@ pub(crate) struct Model {
     pub(crate) believed: Machine,
     pub(crate) tried: Vec<Tried>,
     pub(crate) unknowns: Vec<Unknown>,
-    /// How sticking guides are expected to yield.
-    pub(super) presliding: Presliding,
 }
 
 impl Model {
@@ -95,8 +92,7 @@ impl Model {
                 unknowns.extend(beliefs(site, e, effect, &key, stated));
             }
         }
-        let presliding = Presliding::default();
-        let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns, presliding };
+        let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns };
         if model.has_dry_friction() {
             model.free_presliding();
         }

@@ -62,7 +62,7 @@ pub(crate) fn search(
     budget: Budget,
     has_room: impl Fn(&Task<'_>, &Scored) -> bool,
 ) -> Result<Search<'_>, DiagnosisError> {
-    let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?.sticking_as_in(dataset);
+    let mut model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
     if dataset.first_sampled().is_some() {
         model = model.with_free_timing();
     }

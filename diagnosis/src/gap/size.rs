@@ -158,7 +158,7 @@ pub fn closing(
     let records: Vec<usize> = (0..dataset.records.len()).collect();
     let none = IndexMap::default();
     let of = |machine: &Machine| {
-        let model = Model::calibration(machine, &none).ok()?.sticking_as_in(dataset);
+        let model = Model::calibration(machine, &none).ok()?;
         let start = model.start();
         let reference: Option<Vec<_>> = dataset
             .records

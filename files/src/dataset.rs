@@ -120,6 +120,11 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         };
         let written = table.get("signal").map(|entry| &entry.node);
         let signal = written.and_then(|node| node.as_text()).and_then(|text| text.parse::<SignalName>().ok());
+        let own_name = |signal| match machine {
+            Some(machine) => followed::plain(signal, &machine.scenario.machine),
+            None => signal,
+        };
+        let signal = signal.map(own_name);
         let mut scope = Scope::new(false);
         if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
             let followed = followed_by(signal);
@@ -139,11 +144,14 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let fields = reader.fields(&COLUMN, &[], table, &entry.node.origin, &path);
         let unit = table.get(UNIT.name).and_then(|entry| reader.unit(&entry.node, &join(&path, UNIT.name)));
         if let Some(signal) = fields.value(&SIGNAL) {
-            let mut column = Column::plain(signal);
+            let mut column = Column::plain(own_name(signal));
             column.take(&fields);
             column.scale *= unit.unwrap_or(1.0);
             found.insert(name.clone(), column);
         }
+    }
+    if let Some(machine) = machine {
+        followed::name_commands(&mut found, &machine.scenario);
     }
     found
 }

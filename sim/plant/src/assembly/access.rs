@@ -63,6 +63,19 @@ impl Assembly {
         }
     }
 
+    /// The drive with an effect on its force.
+    ///
+    /// # Errors
+    /// [`EffectError::WrongHost`] if the host is not an actuator, [`EffectError::WrongSite`] if its motion is
+    /// imposed, whatever force that takes.
+    pub fn force_drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
+        let drive = self.drive_mut(host, effect)?;
+        if drive.imposed.is_some() {
+            return Err(EffectError::WrongSite { kind: effect.kind, needs: effect.site });
+        }
+        Ok(drive)
+    }
+
     /// The sensor with an effect.
     ///
     /// # Errors

@@ -290,3 +290,34 @@ fn regress_names_of_a_joint_pair_however_their_number_is_set_apart() {
         assert_eq!((whole, survey.joints.len()), (1, 1), "{position}: {:?}", survey.joints.keys());
     }
 }
+
+#[test]
+fn regress_files_without_numbers_and_models_of_another_sort_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("written");
+        path
+    };
+    for (name, bytes, said) in [
+        ("words.txt", &b"one\ntwo\nthree\n"[..], "no rows of numbers"),
+        ("a.jpg", b"\xff\xd8\xff\xe0....", "picture"),
+        ("a.yaml", b"a: 1\n", "YAML"),
+        ("a.obj", b"v 1 2 3\nv 1 2 4\n", "mesh"),
+    ] {
+        let error = import(&[&file(name, bytes)], &Options::default(), &|_| ()).expect_err(name);
+        assert!(error.to_string().contains(said) && !error.remedy().is_empty(), "{error}");
+    }
+    let (log, urdf) = arm_log(folder.path(), &["a"], &["a"]);
+    for (model, said) in [
+        (Model::Mjcf(urdf), "this is a URDF"),
+        (Model::Urdf(file("m.xml", b"<mujoco/>")), "this is an MJCF model"),
+        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is no XML"),
+        (Model::Urdf(file("latin.urdf", b"<robot>\n<!-- \xe4 -->")), "line 2: byte 13 is not UTF-8"),
+    ] {
+        let options =
+            Options { out: Some(folder.path().join("out")), model: Some(model), ..Options::default() };
+        let error = import(&[&log], &options, &|_| ()).expect_err(said);
+        assert!(error.to_string().contains(said) && !error.remedy().is_empty(), "{error}");
+    }
+}

@@ -17,7 +17,7 @@ use super::keys::dataset::{
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::kind::FileKind;
 use super::located::Located;
-use super::problem::{FormatError, Problems};
+use super::problem::{FormatError, Problems, unreadable};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
@@ -49,8 +49,13 @@ impl DatasetFile {
     /// # Errors
     /// Every mistake at once.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
-        let path = if path.is_dir() { path.join("dataset.toml") } else { path.to_owned() };
-        load(&path, Self::parse)
+        let file = path.join("dataset.toml");
+        if path.is_dir() && !file.exists() {
+            let name = path.display();
+            let remedy = format!("`feeler import {name} --out DIR` makes a dataset of the logs in it");
+            return Err(unreadable(&name.to_string(), "this folder holds no dataset.toml".into(), &remedy));
+        }
+        load(if path.is_dir() { &file } else { path }, Self::parse)
     }
 
     /// Checks `text` as the content of `file_name`, against which other names in it are resolved.

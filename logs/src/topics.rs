@@ -121,7 +121,8 @@ impl Topics {
                     // Types change from one release to the next.
                     (Err(_), Some(name)) if topic.log_ns.is_empty() => {
                         let why = format!(
-                            "the bag holds no definition of {name}, and the usual one does not fit ({CONVERT})"
+                            "the bag holds no definition of {name}, and the usual one does not fit \
+                             ({CONVERT})"
                         );
                         topic.form = Form::LeftOut(why);
                         return Ok(());

@@ -8,7 +8,7 @@ use feeler_arm::{Chain, JointBelief, JointKind, Mjcf, Urdf};
 use feeler_files::{Document, machine_to_toml};
 use feeler_plant::description::{Axis, Body, GROUND, Machine, Quantity, Spring};
 use feeler_plant::effects::{CoulombFriction, EffectUse};
-use feeler_problem::short;
+use feeler_problem::{short, sort::sort_of};
 
 use super::roles::{PLAIN, Role, words};
 use crate::error::DiagnosisError;
@@ -68,7 +68,7 @@ impl Beliefs {
     pub(super) fn load(model: &Model) -> Result<Self, DiagnosisError> {
         let (path, mjcf) = match model {
             Model::Urdf(path) => {
-                let tree = parsed(path, Urdf::parse)?;
+                let tree = parsed(path, "<robot", Urdf::parse)?;
                 let of = |joint: &feeler_arm::Joint| JointBelief {
                     name: joint.name.clone(),
                     link: joint.link.clone(),
@@ -80,7 +80,7 @@ impl Beliefs {
                 let joints = tree.moving_joints().map(of).collect();
                 (path, Mjcf { tree, joints })
             }
-            Model::Mjcf(path) => (path, parsed(path, Mjcf::parse)?),
+            Model::Mjcf(path) => (path, parsed(path, "<mujoco", Mjcf::parse)?),
             Model::Machine(_) => return Ok(Self { joints: Vec::new(), tree: None }),
         };
         let mut joints = Vec::new();
@@ -268,15 +268,37 @@ impl Held {
     }
 }
 
+/// A model whose first element is `root`.
 fn parsed<T>(
     path: &Path,
+    root: &str,
     parse: impl Fn(&str) -> Result<T, feeler_arm::ArmError>,
 ) -> Result<T, DiagnosisError> {
-    let text = fs::read_to_string(path).map_err(|error| DiagnosisError::Unreadable {
-        file: path.to_owned(),
-        reason: error.to_string(),
-        remedy: "check the name of the model file",
+    let refuse =
+        |reason: String, remedy| DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy };
+    let bytes =
+        fs::read(path).map_err(|error| refuse(error.to_string(), "check the name of the model file"))?;
+    if let Some(sort) = sort_of(&bytes) {
+        return Err(refuse(sort.what.into(), "name a URDF or an MJCF model, or leave it out"));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].split(|byte| *byte == b'\n').count();
+        refuse(format!("line {line}: byte {at} is not UTF-8"), "save the model as UTF-8")
     })?;
+    let xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    for (other, what, remedy) in [
+        ("<robot", "this is a URDF, and no MJCF model", "name it by --urdf"),
+        ("<mujoco", "this is an MJCF model, and no URDF", "name it by --mjcf"),
+    ] {
+        if xml && other != root && text.contains(other) && !text.contains(root) {
+            return Err(refuse(what.into(), remedy));
+        }
+    }
+    if !xml {
+        let remedy = "name a URDF by --urdf, an MJCF model by --mjcf, a machine file by --machine";
+        return Err(refuse("this is no XML, and so neither URDF nor MJCF".into(), remedy));
+    }
     parse(&text).map_err(|error| wrong(path, &error))
 }
 
@@ -331,8 +353,8 @@ impl First {
         })
     }
 
-    /// A first machine of one joint, with a position servo, or with a drive whose input is the force if that was
-    /// logged. `middle` is the inertia of the links where each
+    /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
+    /// `middle` is the inertia of the links where each
     /// joint stands at the middle of the first run, of an arm whose other joints and weight load this one.
     pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
         let is_force = input == Role::Command;

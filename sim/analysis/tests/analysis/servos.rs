@@ -53,11 +53,11 @@ fn motor(input: MotorInput) -> DcMotor {
     }
 }
 
-/// A rigid second body behind a spring and a damper, as a rig moves a leg.
+/// A rigid second body behind a spring and a damper, as a rig moves a load.
 fn towed() -> Machine {
     let mut machine = machine(ActuatorKind::Imposed, DAMPING);
-    machine.bodies.insert("leg".into(), Body { mass_kg: 1.0, ..Body::default() });
-    machine.springs.insert("knee".into(), spring("motor", "leg", 400.0, 12.0));
+    machine.bodies.insert("load".into(), Body { mass_kg: 1.0, ..Body::default() });
+    machine.springs.insert("knee".into(), spring("motor", "load", 400.0, 12.0));
     machine
 }
 
@@ -115,7 +115,7 @@ fn regress_a_sampled_servo_answers_its_target_and_not_a_force() {
     }
 }
 
-/// Far below its bandwidth a body goes where it is told; a hundred samples of delay are no states.
+/// Far below its bandwidth a body follows its target. A hundred samples of delay are no states.
 #[test]
 fn regress_a_servo_with_a_target_a_second_late_follows_it() {
     let kind = ActuatorKind::PositionServo(PositionServo { delay_s: 1.0, ..servo(Some(2e-3)) });
@@ -141,9 +141,9 @@ fn truth_simulated_servos_motors_and_imposed_motions_answer_as_linear_theory() {
         experiment(machine(servo_with(0.0, 0.0), DAMPING), "encoder.reading", 2e-3),
         experiment(machine(servo_with(1.7e-3, 0.6e-3), DAMPING), "encoder.reading", 4e-3),
         experiment(machine(motor, DAMPING), "motor.velocity", 1e-3),
-        experiment(towed(), "leg.position", 1e-3),
+        experiment(towed(), "load.position", 1e-3),
         experiment(towed(), "knee.force", 1e-3),
-        experiment(late, "leg.velocity", 1e-3),
+        experiment(late, "load.velocity", 1e-3),
     ];
     for (i, case) in cases.iter().enumerate() {
         let measured = case.measure(&excitation, 1e-3, (1.0, 60.0)).unwrap();
@@ -161,12 +161,12 @@ fn truth_an_imposed_motion_tows_a_body_as_on_paper() {
     let s = C64::new(0.0, TAU * 5.0);
     let pull = s * 12.0 + 400.0;
     let expected = pull / (s * s + pull);
-    let found = experiment(towed(), "leg.position", 1e-3).linear_response(&[5.0]).unwrap();
+    let found = experiment(towed(), "load.position", 1e-3).linear_response(&[5.0]).unwrap();
     close(found[0], expected, CUBIC, "sampled");
     // The continuous channel, without a hold.
     let plant = LinearMachine::new(&towed(), &View::default()).unwrap();
     let name = |name: &str| name.parse().unwrap_or_else(|error| panic!("{error}"));
-    let channel = plant.channel(&name("drive.command"), &name("leg.position")).unwrap();
+    let channel = plant.channel(&name("drive.command"), &name("load.position")).unwrap();
     close(channel.frequency_response(&[5.0]).unwrap()[0], expected, ROUNDING, "continuous");
     assert_eq!(channel.states.len(), 2, "{:?}", channel.states);
 }

@@ -75,17 +75,18 @@ SAMPLED = sampled()
 
 SERVO = f'kind = "position-servo"\nkp = {KP}\nkd = {KD}\n'
 POSITION = f'<position joint="axis" kp="{KP}" kv="{KD}"'
-# Name, actuator of a Feeler file, its command, load on the mass, actuator of MuJoCo, closed form.
+# Name, actuator of a Feeler file, its command, load on the mass, actuator of MuJoCo, closed form. The delay of MuJoCo
+# is one of its samples of a command, of which it keeps one a step.
 CASES = [
     ("step", SERVO, TARGET, 0.0, POSITION + "/>", closed_step),
     ("load of 19.62 N", SERVO, TARGET, -MASS * GRAVITY, POSITION + "/>",
      lambda t: closed_step(t) - MASS * GRAVITY / KP * closed_step(t) / TARGET),
     ("limit of 20 N", SERVO + "limit = 20.0\n", TARGET, 0.0, POSITION + ' forcelimited="true" forcerange="-20 20"/>', closed_limited),
-    ("target 20 ms late", SERVO + f"delay = {LATE}\n", TARGET, 0.0, POSITION + "/>",
+    ("target 20 ms late", SERVO + f"delay = {LATE}\n", TARGET, 0.0, POSITION + f' delay="{LATE}" nsample="{{samples}}"/>',
      lambda t: closed_step(max(t - LATE, 0.0))),
     ("sampled at 100 Hz", SERVO + f"period = {PERIOD}\n", TARGET, 0.0, '<motor joint="axis"/>', None),
     ("motor on 6 V", f'kind = "dc-motor"\nresistance = {OHMS}\ntorque_constant = {CONSTANT}\ngear_ratio = {RATIO}\n', VOLTS, 0.0,
-     f'<general joint="axis" gainprm="{RATIO * CONSTANT / OHMS}" biastype="affine" biasprm="0 0 {-DAMPING}"/>', closed_motor),
+     f'<dcmotor joint="axis" motorconst="{CONSTANT}" resistance="{OHMS}" gear="{RATIO}"/>', closed_motor),
 ]
 
 
@@ -121,6 +122,7 @@ record_rate = 1000
 
 
 def peer(name, actuator, command, load, step, integrator):
+    actuator = actuator.format(samples=round(LATE / step) + 1)
     model = mujoco.MjModel.from_xml_string(f"""<mujoco>
       <option timestep="{step}" gravity="0 0 {load / MASS}" integrator="{integrator}"/>
       <worldbody><body><joint name="axis" type="slide" axis="0 0 1"/>
@@ -135,8 +137,6 @@ def peer(name, actuator, command, load, step, integrator):
             if k % held == 0:
                 data.ctrl[0] = KP * (TARGET - data.qpos[0]) - KD * (data.qpos[0] - last) / PERIOD
                 last = data.qpos[0]
-        elif name.startswith("target"):
-            data.ctrl[0] = command if data.time >= LATE - 1e-9 else 0.0
         else:
             data.ctrl[0] = command
         mujoco.mj_step(model, data)

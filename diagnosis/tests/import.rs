@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::import::{Model, Options, Role, import};
+use feeler_plant::description::ActuatorKind;
 use feeler_problem::Remedy;
 
 const MACHINE: &str = "axis = \"rotational\"\n[bodies.link]\nmass = 0.1\n[actuators.drive]\non = \"link\"\n\
@@ -175,4 +176,148 @@ fn truth_the_load_on_a_joint_is_its_weight_and_what_the_other_joint_does() {
         seen += 1;
     }
     assert_eq!(seen, 200);
+}
+
+/// A log of joints with targets and positions, and a serial arm whose URDF lists its joints from the tip.
+fn arm_log(folder: &Path, logged: &[&str], joints: &[&str]) -> (PathBuf, PathBuf) {
+    let header: Vec<String> = logged.iter().map(|name| format!("{name}_target,{name}_pos")).collect();
+    let mut log = format!("t_s,{}\n", header.join(","));
+    for k in 0..200 {
+        let t = f64::from(k) * 0.01;
+        let cells: Vec<String> = (0..logged.len())
+            .map(|i| {
+                let wave = |t: f64| 0.4 * ((3.0 + i as f64) * t).sin();
+                format!("{},{}", wave(t), wave(t - 0.03))
+            })
+            .collect();
+        let _ = writeln!(log, "{t},{}", cells.join(","));
+    }
+    let mut urdf = String::from("<robot name=\"arm\"><link name=\"link0\"/>");
+    for i in 0..joints.len() {
+        let _ = write!(
+            urdf,
+            "<link name=\"link{}\"><inertial><mass value=\"0.1\"/><inertia ixx=\"1e-4\" ixy=\"0\" ixz=\"0\" \
+             iyy=\"1e-4\" iyz=\"0\" izz=\"1e-4\"/></inertial></link>",
+            i + 1
+        );
+    }
+    for (i, name) in joints.iter().enumerate().rev() {
+        let _ = write!(
+            urdf,
+            "<joint name=\"{name}\" type=\"continuous\"><parent link=\"link{i}\"/><child link=\"link{}\"/>\
+             <origin xyz=\"0.1 0 0\"/><axis xyz=\"0 0 1\"/></joint>",
+            i + 1
+        );
+    }
+    urdf.push_str("</robot>");
+    let paths = (folder.join("log.csv"), folder.join("arm.urdf"));
+    fs::write(&paths.0, log).expect("written");
+    fs::write(&paths.1, urdf).expect("written");
+    paths
+}
+
+/// What the import says of joints, each by its name in the log.
+fn said_of_joints(logged: &[&str], joints: &[&str]) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (log, urdf) = arm_log(folder.path(), logged, joints);
+    let out = Some(folder.path().join("out"));
+    let options = Options { out, model: Some(Model::Urdf(urdf)), ..Options::default() };
+    let survey = import(&[&log], &options, &|_| ()).expect("datasets");
+    survey.datasets.iter().map(|dataset| dataset.assumptions.join("\n")).collect()
+}
+
+/// The names of the SO-101 arm, whose URDF begins with the gripper.
+#[test]
+fn regress_joints_of_a_urdf_that_begins_at_the_tip_are_found_by_name_and_order() {
+    let logged = ["Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll", "Jaw"];
+    let joints = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"];
+    let said = said_of_joints(&logged, &joints);
+    assert_eq!(said.len(), 6);
+    for ((said, name), joint) in said.iter().zip(logged).zip(joints) {
+        let expected = format!("`{}` is the joint `{joint}` of the model", name.to_lowercase());
+        assert!(said.contains(&expected), "{expected}: {said}");
+    }
+}
+
+#[test]
+fn regress_no_joint_is_found_by_its_place_where_a_name_contradicts() {
+    let said = said_of_joints(&["elbow", "first", "second"], &["base", "elbow_flex", "tip"]);
+    assert!(said[0].contains("`elbow` is the joint `elbow_flex`"), "{}", said[0]);
+    for (said, name) in said[1..].iter().zip(["first", "second"]) {
+        assert!(said.contains(&format!("the model has no joint `{name}`")), "{said}");
+    }
+}
+
+#[test]
+fn regress_a_logged_torque_command_is_a_force_and_no_target() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut log = "t_s,knee_tau_cmd,knee_pos\n".to_owned();
+    for k in 0..400 {
+        let t = f64::from(k) * 0.01;
+        let _ = writeln!(log, "{t},{},{}", -1.8 * (3.0 * t).sin(), 0.2 * (3.0 * t).sin());
+    }
+    let path = folder.path().join("log.csv");
+    fs::write(&path, log).expect("written");
+    let stated = |role: Role, column: &str| (role, column.to_owned());
+    for (i, stated) in
+        [Vec::new(), vec![stated(Role::Command, "knee_tau_cmd"), stated(Role::Position, "knee_pos")]]
+            .into_iter()
+            .enumerate()
+    {
+        let out = folder.path().join(format!("out{i}"));
+        let options = Options { out: Some(out.clone()), columns: stated, ..Options::default() };
+        import(&[&path], &options, &|_| ()).expect("a dataset");
+        let dataset = Dataset::load(&out).expect("it is sound");
+        let (drive, column) = &dataset.drives[0];
+        assert_eq!(column, "command");
+        assert!(matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. }));
+    }
+}
+
+#[test]
+fn regress_names_of_a_joint_pair_however_their_number_is_set_apart() {
+    for position in ["position[j0]", "j_0_pos", "J0.pos"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log.csv");
+        let mut log = format!("t_s,j0_target,{position}\n");
+        for k in 0..100 {
+            let t = f64::from(k) * 0.01;
+            let _ = writeln!(log, "{t},{},{}", (3.0 * t).sin(), (3.0 * t - 0.1).sin());
+        }
+        fs::write(&path, log).expect("written");
+        let survey = import(&[&path], &Options::default(), &|_| ()).expect("a survey");
+        let whole = survey.joints.values().filter(|guess| guess.follow.is_some()).count();
+        assert_eq!((whole, survey.joints.len()), (1, 1), "{position}: {:?}", survey.joints.keys());
+    }
+}
+
+#[test]
+fn regress_files_without_numbers_and_models_of_another_sort_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("written");
+        path
+    };
+    for (name, bytes, said) in [
+        ("words.txt", &b"one\ntwo\nthree\n"[..], "no rows of numbers"),
+        ("a.jpg", b"\xff\xd8\xff\xe0....", "picture"),
+        ("a.yaml", b"a: 1\n", "YAML"),
+        ("a.obj", b"v 1 2 3\nv 1 2 4\n", "mesh"),
+    ] {
+        let error = import(&[&file(name, bytes)], &Options::default(), &|_| ()).expect_err(name);
+        assert!(error.to_string().contains(said) && !error.remedy().is_empty(), "{error}");
+    }
+    let (log, urdf) = arm_log(folder.path(), &["a"], &["a"]);
+    for (model, said) in [
+        (Model::Mjcf(urdf), "this is a URDF"),
+        (Model::Urdf(file("m.xml", b"<mujoco/>")), "this is an MJCF model"),
+        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is no XML"),
+        (Model::Urdf(file("latin.urdf", b"<robot>\n<!-- \xe4 -->")), "line 2: byte 13 is not UTF-8"),
+    ] {
+        let options =
+            Options { out: Some(folder.path().join("out")), model: Some(model), ..Options::default() };
+        let error = import(&[&log], &options, &|_| ()).expect_err(said);
+        assert!(error.to_string().contains(said) && !error.remedy().is_empty(), "{error}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use feeler_catalogue::{Contents, Record};
 use feeler_plant::names::did_you_mean;
-use feeler_problem::Remedy;
+use feeler_problem::{Problem, Remedy};
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
@@ -28,6 +28,8 @@ pub struct ArmFile {
     pub about: String,
     /// Links, joints and drives.
     pub arm: Arm,
+    /// What is missing and not needed so far.
+    pub doubts: Vec<Problem>,
 }
 
 impl ArmFile {
@@ -46,7 +48,10 @@ impl ArmFile {
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
         let mut sheet = Sheet::parse(text, file_name, FileKind::Arm)?;
         let read = read(&sheet.root, &sheet.sources, &Origin::default(), &[], &mut sheet.problems);
-        sheet.finish(read).map(|read| Self { name: read.name, about: read.about, arm: read.arm })
+        sheet.finish(read).map(|read| {
+            let ReadArm { name, about, arm, doubts, .. } = read;
+            Self { name, about, arm, doubts }
+        })
     }
 }
 
@@ -59,6 +64,7 @@ pub(super) struct ReadArm {
     pub(super) collisions: Vec<Vec<Collision>>,
     /// The folder of the URDF.
     pub(super) folder: PathBuf,
+    doubts: Vec<Problem>,
 }
 
 /// Reads the tree of an arm file, which begins at `at`. Ignores the keys of joints in `besides`. `None` if
@@ -86,6 +92,7 @@ pub(super) fn read(
             about: fields.value(&ABOUT).unwrap_or_default(),
             arm,
             collisions,
+            doubts: absent_meshes(&urdf, &path).into_iter().collect(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
         }),
         Err(error) => {
@@ -99,7 +106,25 @@ fn origin_of(root: &Table, key: &str) -> Origin {
     root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default()
 }
 
-/// The URDF and the tool link. Its meshes must exist, though only shapes need them.
+/// The meshes that a URDF names and that are absent. Those of collisions are mistakes where they are used.
+fn absent_meshes(urdf: &Urdf, path: &Path) -> Option<Problem> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let is_absent = |mesh: &&MeshFile| !mesh_path(folder, &mesh.file).is_some_and(|path| path.is_file());
+    let absent: Vec<&MeshFile> = urdf.meshes().filter(is_absent).collect();
+    let MeshFile { link, file, line } = absent.first()?;
+    let message = format!(
+        "{}, line {line}: link `{link}` names the mesh `{file}`, which does not exist{}",
+        path.display(),
+        if absent.len() > 1 { format!(", and so with {} others", absent.len() - 1) } else { String::new() }
+    );
+    Some(Problem::new(
+        "urdf",
+        message,
+        "put the files beside the URDF where its shapes shall touch something",
+    ))
+}
+
+/// The URDF and the tool link.
 fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
     let origin = origin_of(root, "urdf");
     let shown = path.display();
@@ -122,14 +147,6 @@ fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -
             return None;
         }
     };
-    let folder = path.parent().unwrap_or(Path::new(""));
-    for MeshFile { link, file, line } in urdf.meshes() {
-        if !mesh_path(folder, file).is_some_and(|path| path.is_file()) {
-            let message =
-                format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which does not exist");
-            problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
-        }
-    }
     let Some(tool) = fields.value(&TOOL).or_else(|| urdf.last_link().map(str::to_owned)) else {
         problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
         return None;

@@ -17,7 +17,7 @@ use super::keys::dataset::{
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::kind::FileKind;
 use super::located::Located;
-use super::problem::{FormatError, Problems};
+use super::problem::{FormatError, Problems, unreadable};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
@@ -49,8 +49,13 @@ impl DatasetFile {
     /// # Errors
     /// Every mistake at once.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
-        let path = if path.is_dir() { path.join("dataset.toml") } else { path.to_owned() };
-        load(&path, Self::parse)
+        let file = path.join("dataset.toml");
+        if path.is_dir() && !file.exists() {
+            let name = path.display();
+            let remedy = format!("`feeler import {name} --out DIR` makes a dataset of the logs in it");
+            return Err(unreadable(&name.to_string(), "this folder holds no dataset.toml".into(), &remedy));
+        }
+        load(if path.is_dir() { &file } else { path }, Self::parse)
     }
 
     /// Checks `text` as the content of `file_name`, against which other names in it are resolved.
@@ -120,6 +125,11 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         };
         let written = table.get("signal").map(|entry| &entry.node);
         let signal = written.and_then(|node| node.as_text()).and_then(|text| text.parse::<SignalName>().ok());
+        let own_name = |signal| match machine {
+            Some(machine) => followed::plain(signal, &machine.scenario.machine),
+            None => signal,
+        };
+        let signal = signal.map(own_name);
         let mut scope = Scope::new(false);
         if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
             let followed = followed_by(signal);
@@ -139,11 +149,14 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let fields = reader.fields(&COLUMN, &[], table, &entry.node.origin, &path);
         let unit = table.get(UNIT.name).and_then(|entry| reader.unit(&entry.node, &join(&path, UNIT.name)));
         if let Some(signal) = fields.value(&SIGNAL) {
-            let mut column = Column::plain(signal);
+            let mut column = Column::plain(own_name(signal));
             column.take(&fields);
             column.scale *= unit.unwrap_or(1.0);
             found.insert(name.clone(), column);
         }
+    }
+    if let Some(machine) = machine {
+        followed::name_commands(&mut found, &machine.scenario);
     }
     found
 }

@@ -349,7 +349,15 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let metadata =
         fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
     if metadata.is_dir() {
-        return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
+        let (what, remedy) = if path.join("dataset.toml").is_file() {
+            (
+                "this is the folder of a dataset",
+                "`feeler diagnose` takes it; name the machine file in it here",
+            )
+        } else {
+            ("this is a folder", "name a file in it; `feeler import` takes a folder of logs")
+        };
+        return Err(unreadable(&name, what.into(), remedy));
     }
     let refused = |error: std::io::Error| {
         let remedy = match error.kind() {

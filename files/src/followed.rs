@@ -1,18 +1,56 @@
-//! Columns of a dataset that recorded the reference of a controller in the machine file, as in
-//! `controllers.force.reference`.
+//! Columns of a dataset that are inputs under other names than `<actuator>.command`: the reference of a
+//! controller in the machine file (`controllers.force.reference`), an imposed position
+//! (`bodies.rig.position`), and the current of a motor that it commands.
 
 use feeler_catalogue::Dimension;
-use feeler_plant::description::{ActuatorKind, Axis, Quantity, SignalName};
+use feeler_engine::Scenario;
+use feeler_plant::assembly::{Source, resolve};
+use feeler_plant::description::{ActuatorKind, Axis, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
+use indexmap::IndexMap;
+
 use super::document::Document;
+use super::keys::dataset::Column;
 use super::read::Scope;
 
 /// The controller whose reference the signal is; `None` for other signals.
 pub fn followed_by(signal: &SignalName) -> Option<&str> {
     let name = signal.element.as_str();
     (signal.quantity == Quantity::Reference).then(|| name.strip_prefix("controllers.").unwrap_or(name))
+}
+
+/// The signal under its own name: `bodies.` may stand before that of a body.
+pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
+    match signal.element.strip_prefix("bodies.") {
+        Some(body) if machine.bodies.contains_key(body) => SignalName::new(body, signal.quantity),
+        _ => signal,
+    }
+}
+
+/// Names as commands the columns that hold the command of a drive without saying so: the position of an
+/// imposed body, and the current of a motor on a current. Where another column holds the command, they are
+/// measurements.
+pub(crate) fn name_commands(columns: &mut IndexMap<String, Column>, scenario: &Scenario) {
+    let machine = &scenario.machine;
+    for (i, (drive, actuator)) in machine.actuators.iter().enumerate() {
+        let input = match actuator.kind {
+            ActuatorKind::Imposed => SignalName::new(&actuator.on, Quantity::Position),
+            kind if kind.input() == Quantity::Current => SignalName::new(drive, Quantity::Current),
+            _ => continue,
+        };
+        let leads = |signal: &SignalName| match followed_by(signal) {
+            Some(name) => scenario.controllers.get(name).is_some_and(|used| used.drives == *drive),
+            None => resolve(machine, signal).is_ok_and(|of| of == Source::Drive(i, Quantity::Command)),
+        };
+        if columns.values().any(|column| leads(&column.signal)) {
+            continue;
+        }
+        if let Some(column) = columns.values_mut().find(|column| column.signal == input) {
+            column.signal = SignalName::new(drive, Quantity::Command);
+        }
+    }
 }
 
 /// Why the loop of a controller cannot run while a record is predicted.

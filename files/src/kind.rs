@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use feeler_problem::sort::sort_of;
+
 use super::keys::ELEMENTS;
 use super::problem::{FormatError, Problems};
 use super::source::Sources;
@@ -84,21 +86,11 @@ pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -
 
 /// The kind of a file that is not TOML, and its remedy.
 pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String)> {
-    let magic: [(&[u8], &str, &str); 7] = [
-        (b"\x89MCAP0\r\n", "this is an MCAP log", RECORD),
-        (b"SQLite format 3\0", "this is a database, as ROS 2 bags are (.db3)", RECORD),
-        (b"PAR1", "this is a Parquet table", RECORD),
-        (b"\x93NUMPY", "this is a NumPy array (.npy)", RECORD),
-        (
-            b"PK\x03\x04",
-            "this is a zip archive, as NumPy's .npz are",
-            "unpack it, or give an .npz to `feeler import`",
-        ),
-        (b"\x1f\x8b", "this is a gzip archive", "unpack it, and name a TOML file"),
-        (b"\xff\xfe", "this is a text in UTF-16", "save it as UTF-8"),
-    ];
-    if let Some((_, what, remedy)) = magic.into_iter().find(|(start, ..)| bytes.starts_with(start)) {
-        return Some((what, remedy.into()));
+    if bytes.starts_with(b"\xff\xfe") {
+        return Some(("this is a text in UTF-16", "save it as UTF-8".into()));
+    }
+    if let Some(sort) = sort_of(bytes) {
+        return Some((sort.what, if sort.remedy.is_empty() { RECORD } else { sort.remedy }.into()));
     }
     let text = std::str::from_utf8(bytes).ok()?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_start();
@@ -159,6 +151,9 @@ mod tests {
             (b"\x89MCAP0\r\n....", "this is an MCAP log"),
             (b"SQLite format 3\0....", "this is a database, as ROS 2 bags are (.db3)"),
             (b"PAR1....", "this is a Parquet table"),
+            (b"\x89PNG\r\n", "this is a picture"),
+            (b"\x89HDF\r\n", "this is an HDF5 file (or a MATLAB 7.3 one)"),
+            (b"MATLAB 5.0 MAT-file", "this is a MATLAB file"),
             (b"t_s,command_n\n0,1.5\n0.001,1.6\n", "this is a table of numbers (CSV)"),
             (b"t_s;command_n\n0;1,5\n", "this is a table of numbers (CSV)"),
         ] {

@@ -48,6 +48,16 @@ pub const TEMPLATES: &[Template] = &[
         about: "a position servo that moves a joint under a load",
         text: include_str!("templates/servo.toml"),
     },
+    Template {
+        name: "motor",
+        about: "a geared motor of direct current that turns a joint, with its current limit",
+        text: include_str!("templates/motor.toml"),
+    },
+    Template {
+        name: "imposed",
+        about: "a rig that moves one end of a spring as told, and the body that follows",
+        text: include_str!("templates/imposed.toml"),
+    },
 ];
 
 /// A template of several files.

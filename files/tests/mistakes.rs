@@ -215,3 +215,63 @@ fn truth_what_is_no_toml_is_one_mistake_with_its_remedy() {
         );
     }
 }
+
+#[test]
+fn regress_effects_on_a_force_are_refused_where_the_motion_is_imposed() {
+    let of = |kind: &str, effect: &str| {
+        let text = format!(
+            "[bodies.rig]\nmass = 1.0\n[actuators.drive]\non = \"rig\"\nkind = \"{kind}\"\n\
+             [actuators.drive.effects.{effect}\n"
+        );
+        match Document::parse(&text, "it.toml") {
+            Err(error) => error.problems,
+            Ok(document) => match Program::new(&document.scenario) {
+                Err(EngineError::Problems { problems }) => document.locate_problems(&problems).problems,
+                _ => Vec::new(),
+            },
+        }
+    };
+    for effect in [
+        "force-limit]\nlimit = 5.0",
+        "actuator-lag]\ntime_constant = 0.01",
+        "slew-limit]\nrate = 1.0",
+        "command-noise]\nsigma = 0.1",
+        "force-ripple]\namplitude = 1.0\npitch = 0.1\nphase = 0.0",
+    ] {
+        let found = of("imposed", effect);
+        assert_eq!(found.len(), 1, "{effect}: {found:?}");
+        assert!(found[0].message.contains("a drive that gives a force"), "{found:?}");
+        assert!(found[0].key.starts_with("actuators.drive.effects.") && found[0].line == 5, "{found:?}");
+        assert_eq!(of("force", effect), []);
+    }
+}
+
+/// What disturbs a command has its unit, and the power of a stiffness is that of its law.
+#[test]
+fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
+    let of = |actuator: &str, effect: &str| {
+        mistakes_of(&format!(
+            "[bodies.tip]\nmass = 1.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\n\
+             stiffness = \"1 kN/m\"\n[actuators.drive]\non = \"tip\"\n{actuator}\n[{effect}\n"
+        ))
+    };
+    let servo = "kind = \"position-servo\"\nkp = 100.0";
+    let motor = "kind = \"dc-motor\"\nresistance = 1.0\ntorque_constant = 1.0";
+    let noise = |sigma: &str| format!("actuators.drive.effects.command-noise]\nsigma = \"{sigma}\"");
+    for (actuator, sigma, wrong) in
+        [(servo, "1 mm", "2 N"), (motor, "1 V", "2 N"), ("kind = \"force\"", "2 N", "1 mm")]
+    {
+        assert_eq!(of(actuator, &noise(sigma)), []);
+        let found = of(actuator, &noise(wrong));
+        assert!(found.len() == 1 && found[0].key.ends_with("command-noise.sigma"), "{found:?}");
+    }
+    let rate = |rate: &str| format!("actuators.drive.effects.slew-limit]\nrate = \"{rate}\"");
+    assert_eq!(of(servo, &rate("1 m/s")), []);
+    assert_eq!(of(servo, &rate("1 N/s")).len(), 1);
+    let hertz = |unit: &str| {
+        format!("contacts.tool.effects.hertz-contact]\nexponent = 1.3\nstiffness = \"20 {unit}\"")
+    };
+    assert_eq!(of(servo, &hertz("MN/m^1.3")), []);
+    let found = of(servo, &hertz("MN/m^1.5"));
+    assert!(found.len() == 1 && found[0].key.ends_with("hertz-contact.stiffness"), "{found:?}");
+}

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use feeler_problem::sort::{self, Sort};
+
 use crate::error::LogError;
 
 /// Formats that are read.
@@ -38,43 +40,12 @@ impl Format {
 }
 
 /// Formats by their first bytes.
-const READ: [(&[u8], Format); 5] = [
-    (b"\x89MCAP0\r\n", Format::Mcap),
-    (b"SQLite format 3\0", Format::Sqlite),
-    (b"PAR1", Format::Parquet),
-    (b"\x93NUMPY", Format::Npy),
-    (b"PK\x03\x04", Format::Npz),
-];
-
-const UNPACK: &str = "unpack it, and name the log in it";
-const TO_NPZ: &str = "write its arrays with numpy.savez (the Python package of Feeler reads it as well)";
-
-/// First bytes of files that are not logs, or of unsupported logs.
-const REFUSED: [(&[u8], &str, &str); 12] = [
-    (
-        b"#ROSBAG",
-        "this is a ROS 1 bag",
-        "convert it: `pip install rosbags`, then `rosbags-convert --src FILE --dst bag`",
-    ),
-    (b"\x89HDF\r\n", "this is an HDF5 file (or a MATLAB 7.3 one)", TO_NPZ),
-    (b"MATLAB 5.0", "this is a MATLAB file", TO_NPZ),
-    (
-        b"MDF     ",
-        "this is an MDF measurement (.mf4)",
-        "convert it to CSV or Parquet, as with the Python package asammdf",
-    ),
-    (b"ULog\x01", "this is a PX4 ULog", "convert it to CSV: `pip install pyulog`, then `ulog2csv FILE`"),
-    (
-        b"ARROW1",
-        "this is an Arrow or Feather file",
-        "write it as Parquet: pyarrow.parquet.write_table(pyarrow.feather.read_table(FILE), NAME)",
-    ),
-    (b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`"),
-    (b"\x1f\x8b", "this is compressed by gzip", "unpack it: `gunzip FILE`"),
-    (b"BZh", "this is compressed by bzip2", "unpack it: `bunzip2 FILE`"),
-    (b"\xfd7zXZ", "this is compressed by xz", "unpack it: `unxz FILE`"),
-    (b"%PDF", "this is a PDF", "name the table that it was printed from"),
-    (b"\x89PNG", "this is a picture", "name the numbers that it was drawn from"),
+const READ: [(Sort, Format); 5] = [
+    (sort::MCAP, Format::Mcap),
+    (sort::SQLITE, Format::Sqlite),
+    (sort::PARQUET, Format::Parquet),
+    (sort::NPY, Format::Npy),
+    (sort::ZIP, Format::Npz),
 ];
 
 /// The format of a file; an error names its actual kind.
@@ -83,14 +54,12 @@ pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
     let file = File::open(path).map_err(LogError::open(path))?;
     file.take(512).read_to_end(&mut start).map_err(LogError::open(path))?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
-    if let Some((_, format)) = READ.into_iter().find(|(magic, _)| start.starts_with(magic)) {
-        if format == Format::Npz && ending != "npz" {
-            return Err(LogError::other(path, "this is a zip archive", UNPACK));
-        }
-        return Ok(format);
-    }
-    if let Some((_, what, remedy)) = REFUSED.into_iter().find(|(magic, ..)| start.starts_with(magic)) {
-        return Err(LogError::other(path, what, remedy));
+    if let Some(found) = sort::sort_of(&start) {
+        let read = READ.into_iter().find(|(sort, _)| *sort == found).map(|(_, format)| format);
+        return match read.filter(|format| *format != Format::Npz || ending == "npz") {
+            Some(format) => Ok(format),
+            None => Err(LogError::other(path, found.what, found.remedy)),
+        };
     }
     let expected = match ending.as_str() {
         "mcap" => Some("an MCAP log"),
@@ -133,6 +102,14 @@ fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> 
         let remedy = "`feeler check` says what it is; name the log that was recorded";
         return Err(LogError::other(path, "this is a TOML file of Feeler", remedy));
     }
+    let of_ending = match ending {
+        "yaml" | "yml" => Some(("this is YAML", "name the bag that it describes, or another log")),
+        "obj" | "stl" | "ply" | "dae" => Some(("this is a mesh", "name a log of what moved")),
+        _ => None,
+    };
+    if let Some((what, remedy)) = of_ending {
+        return Err(LogError::other(path, what, remedy));
+    }
     if text.starts_with('{') {
         let remedy = "write a row of numbers for each instant, as CSV, or JSON messages in an MCAP log";
         return Err(LogError::other(path, "this is JSON", remedy));
@@ -163,6 +140,9 @@ mod tests {
             ("a.mcap", b"hello", "first bytes", "copy it again"),
             ("a.zip", b"PK\x03\x04", "zip", "unpack"),
             ("a.csv.gz", b"\x1f\x8b..", "gzip", "gunzip"),
+            ("a.yaml", b"a: 1\n", "YAML", "log"),
+            ("a.obj", b"v 1.0 2.0 3.0\n", "mesh", "log"),
+            ("a.jpg", b"\xff\xd8\xff\xe0", "picture", "drawn"),
         ] {
             let error = of(name, bytes).expect_err("refused");
             assert!(error.to_string().contains(what), "{error}");

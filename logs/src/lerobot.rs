@@ -42,8 +42,8 @@ pub(crate) fn folder_of(file: &Path) -> Option<PathBuf> {
 /// Divides a table into its episodes, and names the items of its lists.
 pub(crate) fn episodes(run: Run, folder: &Path) -> Result<Vec<Run>, LogError> {
     let path = folder.join("meta/info.json");
-    let text = fs::read_to_string(&path).map_err(LogError::open(&path))?;
-    let info: Value = serde_json::from_str(&text).map_err(|error| {
+    let bytes = fs::read(&path).map_err(LogError::open(&path))?;
+    let info: Value = serde_json::from_slice(&bytes).map_err(|error| {
         LogError::damaged(&path, Place::Row(error.line()), error.to_string(), "copy meta/info.json again")
     })?;
     let rate_hz = info.get("fps").and_then(Value::as_f64).filter(|rate| *rate > 0.0);

@@ -19,6 +19,8 @@ const MOST_COLUMNS: usize = 4096;
 const SAME_CLOCK_S: f64 = 1.0;
 /// Names that a message with a single number omits.
 const PLAIN: [&str; 2] = ["value", "data"];
+/// What gives a bag its definitions.
+const CONVERT: &str = "`ros2 bag convert` of ROS 2 Iron or later adds it";
 /// Path of a header's time, which is the clock and not a column.
 const STAMP: &str = "header.stamp.";
 
@@ -33,6 +35,8 @@ enum Form {
 struct Topic {
     name: String,
     form: Form,
+    /// The type, where the bag does not define it and the usual definition is taken.
+    supposed: Option<String>,
     log_ns: Vec<i64>,
     stamps_ns: Vec<i64>,
     columns: Vec<Column>,
@@ -69,6 +73,7 @@ impl Topics {
         let topic = Topic {
             name: declared.name.into(),
             form: form(declared),
+            supposed: declared.schema.is_none().then(|| declared.schema_name.to_owned()),
             log_ns: Vec::new(),
             stamps_ns: Vec::new(),
             columns: Vec::new(),
@@ -110,14 +115,22 @@ impl Topics {
                 fill(&mut topic.columns, &topic.slots, &values, topic.log_ns.len());
             }
             Form::Ros(decoder) => {
-                let is_new = decoder.decode(message).map_err(|error| {
-                    fail(
-                        &topic.name,
-                        error.byte,
-                        error.what,
-                        "record it again, or convert the bag with `ros2 bag convert`",
-                    )
-                })?;
+                let is_new = match (decoder.decode(message), &topic.supposed) {
+                    (Ok(is_new), _) => is_new,
+                    // Types change from one release to the next.
+                    (Err(_), Some(name)) if topic.log_ns.is_empty() => {
+                        let why = format!(
+                            "the bag holds no definition of {name}, and the usual one does not fit \
+                             ({CONVERT})"
+                        );
+                        topic.form = Form::LeftOut(why);
+                        return Ok(());
+                    }
+                    (Err(error), _) => {
+                        let remedy = "record it again, or convert the bag with `ros2 bag convert`";
+                        return Err(fail(&topic.name, error.byte, error.what, remedy));
+                    }
+                };
                 if is_new {
                     let alone = decoder.paths().len() == 1;
                     topic.slots.clear();
@@ -194,11 +207,8 @@ fn form(declared: &Declared<'_>) -> Form {
                 (Some(text), _) => (declared.schema_encoding, text),
                 (None, Some(known)) => ("ros2msg", known.as_str()),
                 (None, None) => {
-                    return Form::LeftOut(format!(
-                        "the bag holds no definition of {} (`ros2 bag convert` of ROS 2 Iron or later adds \
-                         it)",
-                        declared.schema_name
-                    ));
+                    let name = declared.schema_name;
+                    return Form::LeftOut(format!("the bag holds no definition of {name} ({CONVERT})"));
                 }
             };
             match ros::definition(encoding, declared.schema_name, text) {

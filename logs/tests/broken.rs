@@ -90,8 +90,24 @@ fn whole() -> Vec<(&'static str, Vec<u8>)> {
         ("a.parquet", parquet_table()),
         ("a.csv", b"t_s,x\n0.0,1.5\n0.25,-2.5\n0.5,3e-3\n".to_vec()),
         ("bag.db3", include_bytes!("bag.db3").to_vec()),
+        // By numpy.savez_compressed: a clock, two columns and whole numbers, 12 rows.
+        ("a.npz", include_bytes!("arrays.npz").to_vec()),
     ]
 }
+
+/// Reads a data set of LeRobot of one file.
+fn read_lerobot(info: &[u8], table: &[u8]) -> Result<usize, LogError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [meta, data] = ["meta", "data/chunk-000"].map(|name| folder.path().join(name));
+    for (folder, name, bytes) in [(meta, "info.json", info), (data, "file-000.parquet", table)] {
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join(name), bytes).expect("written");
+    }
+    read_file(folder.path(), None)
+        .map(|runs| runs.iter().flat_map(|run| &run.tables).map(feeler_logs::Table::rows).sum())
+}
+
+const INFO: &[u8] = br#"{"fps": 50, "features": {"action": {"names": ["pan.pos"]}}}"#;
 
 /// Whether an error names the file and a byte, row, message or array, or the kind of the file.
 fn is_clear(error: &LogError, name: &str) -> bool {
@@ -133,12 +149,43 @@ fn prop_files_that_are_cut_off_say_where() {
     }
 }
 
+#[test]
+fn prop_data_sets_of_lerobot_that_are_cut_off_say_where() {
+    let table = parquet_table();
+    assert_eq!(read_lerobot(INFO, &table).expect("it is whole"), 80);
+    for end in 0..INFO.len() {
+        let error = read_lerobot(&INFO[..end], &table).err();
+        assert!(error.as_ref().is_some_and(|error| is_clear(error, "info.json")), "{end}: {error:?}");
+    }
+    for share in 1..10 {
+        let error = read_lerobot(INFO, &table[..table.len() * share / 10]).err();
+        assert!(error.as_ref().is_some_and(|error| is_clear(error, "file-000.parquet")), "{error:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 
     #[test]
+    fn prop_changed_bytes_of_lerobot_end_with_a_clear_error_or_with_numbers(
+        in_table: bool,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let (mut info, mut table) = (INFO.to_vec(), parquet_table());
+        let (bytes, name) =
+            if in_table { (&mut table, "file-000.parquet") } else { (&mut info, "info.json") };
+        for (at, byte) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        if let Err(error) = read_lerobot(&info, &table) {
+            prop_assert!(is_clear(&error, name), "{}", error);
+        }
+    }
+
+    #[test]
     fn prop_changed_bytes_end_with_a_clear_error_or_with_numbers(
-        which in 0_usize..7,
+        which in 0_usize..8,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
         let (name, mut bytes) = whole().swap_remove(which);

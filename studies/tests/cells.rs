@@ -105,7 +105,8 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
         let file = load("impact.toml", &settings);
         let whole = go(&file).summary.figures.peak_force_n;
         let cell = &file.cell;
-        let arm = ArmFile { name: "arm".into(), about: String::new(), arm: cell.arm.clone() };
+        let arm =
+            ArmFile { name: "arm".into(), about: String::new(), arm: cell.arm.clone(), doubts: Vec::new() };
         let contact = cell.scenario.machine.contacts.values().next().unwrap();
         let contact = ToolContact {
             stiffness_n_per_m: contact.stiffness,

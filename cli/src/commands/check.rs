@@ -95,9 +95,8 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
     let text = read_text(path).map_err(Mistakes::Format)?;
     if has_line(&text, "urdf") {
         let arm = ArmFile::load(path).map_err(Mistakes::Format)?;
-        return Ok(
-            format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")).into()
-        );
+        let about = format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints"));
+        return Ok(Sound { about, warnings: Vec::new(), doubts: arm.doubts });
     }
     if has_line(&text, "[axes") {
         let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;

@@ -8,8 +8,9 @@ use feeler_arm::{Chain, JointBelief, JointKind, Mjcf, Urdf};
 use feeler_files::{Document, machine_to_toml};
 use feeler_plant::description::{Axis, Body, GROUND, Machine, Quantity, Spring};
 use feeler_plant::effects::{CoulombFriction, EffectUse};
-use feeler_problem::short;
+use feeler_problem::{short, sort::sort_of};
 
+use super::roles::{PLAIN, Role, words};
 use crate::error::DiagnosisError;
 
 /// Where beliefs come from.
@@ -27,6 +28,7 @@ pub enum Model {
 const BODY: &str = "joint";
 const BEARING: &str = "bearing";
 const SERVO: &str = "servo";
+const DRIVE: &str = "drive";
 const LOAD: &str = "load";
 const ENCODER: &str = "encoder";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
@@ -66,7 +68,7 @@ impl Beliefs {
     pub(super) fn load(model: &Model) -> Result<Self, DiagnosisError> {
         let (path, mjcf) = match model {
             Model::Urdf(path) => {
-                let tree = parsed(path, Urdf::parse)?;
+                let tree = parsed(path, "<robot", Urdf::parse)?;
                 let of = |joint: &feeler_arm::Joint| JointBelief {
                     name: joint.name.clone(),
                     link: joint.link.clone(),
@@ -78,18 +80,24 @@ impl Beliefs {
                 let joints = tree.moving_joints().map(of).collect();
                 (path, Mjcf { tree, joints })
             }
-            Model::Mjcf(path) => (path, parsed(path, Mjcf::parse)?),
+            Model::Mjcf(path) => (path, parsed(path, "<mujoco", Mjcf::parse)?),
             Model::Machine(_) => return Ok(Self { joints: Vec::new(), tree: None }),
         };
         let mut joints = Vec::new();
+        let names: Vec<String> = mjcf.joints.iter().map(|joint| joint.name.clone()).collect();
         for joint in mjcf.joints {
             let chain = mjcf.tree.chain(&joint.link).map_err(|error| wrong(path, &error))?;
+            let place = |other: &feeler_arm::Joint| names.iter().position(|name| *name == other.name);
+            let way: Vec<Option<usize>> = chain.joints.iter().map(place).collect();
             let at = chain.joints.iter().position(|other| other.name == joint.name);
             let pose = vec![0.0; chain.joints()];
             let inertia = at.map_or(0.0, |i| chain.mass_matrix(&pose)[(i, i)]);
             let is_straight = at.is_some_and(|i| chain.joints[i].kind == JointKind::Prismatic);
-            joints.push(AxisBelief { joint, is_straight, inertia });
+            joints.push((way, AxisBelief { joint, is_straight, inertia }));
         }
+        // A file may list joints from the tip: every joint follows those that carry it.
+        joints.sort_by(|(a, _), (b, _)| a.cmp(b));
+        let joints = joints.into_iter().map(|(_, belief)| belief).collect();
         Ok(Self { joints, tree: Some(mjcf.tree) })
     }
 
@@ -104,15 +112,19 @@ impl Beliefs {
         chains.filter_map(on_it).max_by_key(|(chain, _)| chain.joints())
     }
 
-    /// The joint with this name in the log: by its name, else by its index if both have the same number.
+    /// The joint with this name in the log: by its name, by words that both names share, or else by its index
+    /// if both have the same number and no name contradicts.
     pub(super) fn find(&self, name: &str, among: &[String]) -> Option<(&AxisBelief, String)> {
-        let plain = |text: &str| text.to_lowercase().replace(['_', '-', ' '], "");
-        let named = self.joints.iter().find(|belief| plain(&belief.joint.name) == plain(name));
-        if let Some(found) = named {
-            return Some((found, "of the same name".into()));
-        }
         let place = among.iter().position(|other| other == name)?;
-        let found = self.joints.get(place).filter(|_| self.joints.len() == among.len())?;
+        let named = by_names(among, &self.names());
+        if let Some(joint) = named[place] {
+            let found = &self.joints[joint];
+            let is_same = plain(&found.joint.name) == plain(name);
+            let why = if is_same { "of the same name" } else { "no other shares as many words with it" };
+            return Some((found, why.into()));
+        }
+        let agree = named.iter().enumerate().all(|(i, joint)| joint.is_none_or(|joint| joint == i));
+        let found = self.joints.get(place).filter(|_| agree && self.joints.len() == among.len())?;
         let why = format!("both list {} joints, and this is number {}", among.len(), place + 1);
         Some((found, why))
     }
@@ -121,6 +133,44 @@ impl Beliefs {
     pub(super) fn names(&self) -> Vec<&str> {
         self.joints.iter().map(|belief| belief.joint.name.as_str()).collect()
     }
+}
+
+fn plain(name: &str) -> String {
+    name.to_lowercase().replace(['_', '-', ' '], "")
+}
+
+/// For each name of the log, the joint of the model that has its name or shares words with it and with no
+/// other name as many.
+fn by_names(logged: &[String], joints: &[&str]) -> Vec<Option<usize>> {
+    let equal = |name: &String| joints.iter().position(|joint| plain(joint) == plain(name));
+    let mut found: Vec<Option<usize>> = logged.iter().map(equal).collect();
+    // Pairs that are both open, and the words that they share.
+    let open = |found: &[Option<usize>]| -> Vec<([usize; 2], usize, usize)> {
+        let names = (0..logged.len()).filter(|i| found[*i].is_none());
+        let pairs = names.flat_map(|i| (0..joints.len()).map(move |j| (i, j)));
+        let pairs = pairs.filter(|(_, j)| !found.contains(&Some(*j)));
+        pairs.map(|(i, j)| (shared_words(&logged[i], joints[j]), i, j)).filter(|of| of.0[0] > 0).collect()
+    };
+    loop {
+        let pairs = open(&found);
+        let is_best = |(words, i, j): &&([usize; 2], usize, usize)| {
+            let rivals = pairs.iter().filter(|(_, k, l)| (k == i) != (l == j));
+            rivals.map(|(other, ..)| other).all(|other| other < words)
+        };
+        let Some((_, i, j)) = pairs.iter().filter(is_best).max_by_key(|(words, ..)| *words) else {
+            return found;
+        };
+        found[*i] = Some(*j);
+    }
+}
+
+/// Number of words that two names of joints share, then of numbers.
+fn shared_words(a: &str, b: &str) -> [usize; 2] {
+    let others = words(b);
+    let is_number = |word: &String| word.chars().all(|c| c.is_ascii_digit());
+    let shared = words(a).into_iter().filter(|word| others.contains(word) && !PLAIN.contains(&word.as_str()));
+    let (numbers, texts): (Vec<String>, Vec<String>) = shared.partition(is_number);
+    [texts.len(), numbers.len()]
 }
 
 /// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
@@ -156,6 +206,26 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
         short(1e3 * lag_s)
     );
     (share, why)
+}
+
+/// Gains of a servo, and where they come from.
+fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> ([f64; 2], String) {
+    if let Some(kp) = joint.kp {
+        let (share, why) = believed_share(kp, joint, seen);
+        let (kp, kd) = (share * kp, share * joint.kd);
+        return ([kp, kd], format!("kp {} and kd {}{why}", short(kp), short(kd)));
+    }
+    let lag = seen.lag_s.filter(|lag| *lag > 0.0).unwrap_or(USUAL_LAG_S);
+    let omega = LAG_OMEGA / lag;
+    let (kp, kd) = (inertia * omega.powi(2), (2.0 * inertia * omega - joint.damping).max(0.0));
+    let why = format!(
+        "kp {} and kd {} are guesses: a critically damped loop that lags by {} ms{}",
+        short(kp),
+        short(kd),
+        short(1e3 * lag),
+        if seen.lag_s.is_some() { ", as the position does" } else { "" }
+    );
+    ([kp, kd], why)
 }
 
 /// What the log shows of a joint.
@@ -198,15 +268,37 @@ impl Held {
     }
 }
 
+/// A model whose first element is `root`.
 fn parsed<T>(
     path: &Path,
+    root: &str,
     parse: impl Fn(&str) -> Result<T, feeler_arm::ArmError>,
 ) -> Result<T, DiagnosisError> {
-    let text = fs::read_to_string(path).map_err(|error| DiagnosisError::Unreadable {
-        file: path.to_owned(),
-        reason: error.to_string(),
-        remedy: "check the name of the model file",
+    let refuse =
+        |reason: String, remedy| DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy };
+    let bytes =
+        fs::read(path).map_err(|error| refuse(error.to_string(), "check the name of the model file"))?;
+    if let Some(sort) = sort_of(&bytes) {
+        return Err(refuse(sort.what.into(), "name a URDF or an MJCF model, or leave it out"));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..at].split(|byte| *byte == b'\n').count();
+        refuse(format!("line {line}: byte {at} is not UTF-8"), "save the model as UTF-8")
     })?;
+    let xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    for (other, what, remedy) in [
+        ("<robot", "this is a URDF, and no MJCF model", "name it by --urdf"),
+        ("<mujoco", "this is an MJCF model, and no URDF", "name it by --mjcf"),
+    ] {
+        if xml && other != root && text.contains(other) && !text.contains(root) {
+            return Err(refuse(what.into(), remedy));
+        }
+    }
+    if !xml {
+        let remedy = "name a URDF by --urdf, an MJCF model by --mjcf, a machine file by --machine";
+        return Err(refuse("this is no XML, and so neither URDF nor MJCF".into(), remedy));
+    }
     parse(&text).map_err(|error| wrong(path, &error))
 }
 
@@ -261,10 +353,11 @@ impl First {
         })
     }
 
-    /// A first machine of one joint with a position servo. `middle` is the inertia of the links where each
+    /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
+    /// `middle` is the inertia of the links where each
     /// joint stands at the middle of the first run, of an arm whose other joints and weight load this one.
-    pub(super) fn servo(belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
-        let lag_s = seen.lag_s;
+    pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
+        let is_force = input == Role::Command;
         let mut assumptions = Vec::new();
         let given = belief.cloned().unwrap_or_default();
         let joint = &given.joint;
@@ -295,23 +388,14 @@ impl First {
             assumptions
                 .push(format!("the model moves no mass here: the inertia is set to {LEAST_INERTIA} {unit}"));
         }
-        let (kp, kd) = if let Some(kp) = joint.kp {
-            let (share, why) = believed_share(kp, joint, seen);
-            let (kp, kd) = (share * kp, share * joint.kd);
-            assumptions.push(format!("kp {} and kd {}{why}", short(kp), short(kd)));
-            (kp, kd)
+        let name = if is_force { DRIVE } else { SERVO };
+        let kind = if is_force {
+            assumptions.push("the command is the force of the drive".into());
+            "kind = \"force\"".to_owned()
         } else {
-            let lag = lag_s.filter(|lag| *lag > 0.0).unwrap_or(USUAL_LAG_S);
-            let omega = LAG_OMEGA / lag;
-            let (kp, kd) = (inertia * omega.powi(2), (2.0 * inertia * omega - joint.damping).max(0.0));
-            assumptions.push(format!(
-                "kp {} and kd {} are guesses: a critically damped loop that lags by {} ms{}",
-                short(kp),
-                short(kd),
-                short(1e3 * lag),
-                if lag_s.is_some() { ", as the position does" } else { "" }
-            ));
-            (kp, kd)
+            let ([kp, kd], why) = gains(joint, inertia, seen);
+            assumptions.push(why);
+            format!("kind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}")
         };
         let mut machine = Machine::new(if joint.name.is_empty() { BODY } else { &joint.name });
         machine.axis = if given.is_straight { Axis::Translational } else { Axis::Rotational };
@@ -321,11 +405,8 @@ impl First {
         }
         let machine = machine.with_body(BODY, Body::new(inertia)).with_spring(BEARING, bearing);
         let mut text = machine_to_toml(&machine);
-        let _ = writeln!(
-            text,
-            "\n[actuators.{SERVO}]\non = \"{BODY}\"\nkind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}"
-        );
-        if joint.delay_s > 0.0 {
+        let _ = writeln!(text, "\n[actuators.{name}]\non = \"{BODY}\"\n{kind}");
+        if joint.delay_s > 0.0 && !is_force {
             let _ = writeln!(text, "delay = {:?}", joint.delay_s);
         }
         if let Some(limit) = joint.effort_limit {
@@ -346,7 +427,7 @@ impl First {
         }
         Self {
             text,
-            input: format!("{SERVO}.target"),
+            input: format!("{name}.{}", if is_force { "command" } else { "target" }),
             position: format!("{ENCODER}.reading"),
             assumptions,
             load: middle.map(|_| format!("{LOAD}.command")),

@@ -82,6 +82,15 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
             take(&mut survey, &mut writer, &run, options)?;
         }
     }
+    let tables = survey.runs.iter().flat_map(|run| &run.tables);
+    let has_numbers = tables.flat_map(|table| &table.columns).any(|column| column.present > 1);
+    if let (Some(path), false) = (paths.first(), has_numbers) {
+        return Err(DiagnosisError::Unreadable {
+            file: path.to_path_buf(),
+            reason: "it holds no rows of numbers".into(),
+            remedy: "name a log: MCAP, a ROS 2 bag, Parquet, npz, npy or CSV",
+        });
+    }
     if let Some(writer) = writer {
         writer.finish(&mut survey)?;
     } else if options.out.is_some() {

@@ -142,7 +142,7 @@ const OTHERS: [&str; 15] = [
     "reward",
 ];
 /// Words that do not identify a joint.
-const PLAIN: [&str; 22] = [
+pub(super) const PLAIN: [&str; 22] = [
     "data",
     "motor",
     "joints",
@@ -168,7 +168,7 @@ const PLAIN: [&str; 22] = [
 ];
 
 /// Words of a name in lower case; numbers are separate words.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     let mut last = ' ';
     for c in name.chars() {
@@ -275,7 +275,9 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
             let chosen =
                 Chosen { column: name, why: format!("`{word}` in its name"), unit: unit(role, column) };
             // The first of several counts, unless a later one has more readings.
-            let guess = found.entry(joint).or_default();
+            // `j0_target`, `position[j0]` and `j_0` are of one joint.
+            let same = found.keys().find(|other| words(other) == words(&joint)).cloned();
+            let guess = found.entry(same.unwrap_or(joint)).or_default();
             let is_better = guess.columns.get(&role).is_none_or(|other| {
                 run.find(&other.column).is_some_and(|(_, other)| 2 * other.present() < column.present())
             });

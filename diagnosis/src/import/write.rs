@@ -10,7 +10,7 @@ use feeler_problem::short;
 
 use super::axis::{AxisBelief, Beliefs, First, Model, Seen};
 use super::load::Arm;
-use super::roles::{Chosen, Guess, Role, UnitGuess};
+use super::roles::{Chosen, Guess, Role, UnitGuess, words};
 use super::{Options, Survey, Written};
 use crate::dataset::quantum;
 use crate::error::DiagnosisError;
@@ -59,7 +59,8 @@ impl Writer {
         for (name, guess) in &pairs {
             let belief = beliefs.as_ref().and_then(|beliefs| beliefs.find(name, &names));
             let is_wanted = options.joint.as_ref().is_none_or(|wanted| {
-                wanted == *name || belief.as_ref().is_some_and(|(belief, _)| belief.joint.name == *wanted)
+                words(wanted) == words(name)
+                    || belief.as_ref().is_some_and(|(belief, _)| belief.joint.name == *wanted)
             });
             if !is_wanted {
                 continue;
@@ -134,7 +135,9 @@ impl Writer {
             }
             let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
             let first = joint.given.clone();
-            let first = first.unwrap_or_else(|| First::servo(joint.belief.as_ref(), middle, &joint.seen));
+            let input =
+                if joint.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command };
+            let first = first.unwrap_or_else(|| First::of(input, joint.belief.as_ref(), middle, &joint.seen));
             save(&joint.folder.join("dataset.toml"), &joint.dataset(&first))?;
             let assumptions = [joint.assumptions, first.assumptions].concat();
             let mut machine =

@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
-use feeler_catalogue::Bound;
-use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter, find};
+use feeler_catalogue::{Bound, Dimension};
+use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter, Trait, find};
 use feeler_plant::names::{did_you_mean, nearest};
 
 use super::{Builder, Item};
@@ -14,6 +14,16 @@ use crate::tree::{Entry, Node, Table, Value};
 impl Builder<'_> {
     /// The effects of an element with the library's kind `host`.
     pub(super) fn effects(&mut self, item: Item<'_>, host: HostKind) -> Vec<EffectUse> {
+        self.effects_on(item, host, Dimension::FORCE)
+    }
+
+    /// The same for an actuator with this dimension of its command.
+    pub(super) fn effects_on(
+        &mut self,
+        item: Item<'_>,
+        host: HostKind,
+        command: Dimension,
+    ) -> Vec<EffectUse> {
         let Some(entry) = item.table.get(EFFECTS) else { return Vec::new() };
         let path = item.key(EFFECTS);
         let Value::Table(effects) = &entry.node.value else {
@@ -23,16 +33,16 @@ impl Builder<'_> {
         };
         effects
             .iter()
-            .filter_map(|(kind, entry)| self.effect(kind, entry, host, &join(&path, kind)))
+            .filter_map(|(kind, entry)| self.effect(kind, entry, (host, command), &join(&path, kind)))
             .collect()
     }
 
-    /// One effect on an element with the library's kind `host`.
+    /// One effect on an element with the library's kind `host`; `command` is that of an actuator.
     pub(crate) fn effect(
         &mut self,
         kind: &str,
         entry: &Entry,
-        host: HostKind,
+        (host, command): (HostKind, Dimension),
         path: &str,
     ) -> Option<EffectUse> {
         let Some(definition) = find(kind) else {
@@ -66,11 +76,18 @@ impl Builder<'_> {
             let message = format!("`{kind}` has no parameter `{name}`");
             self.problems.add(&entry.key, join(path, name), message, did_you_mean(name, names()));
         }
-        let values: Vec<Option<f64>> = definition
-            .parameters
-            .iter()
-            .map(|parameter| self.parameter(parameter, table, &entry.node, path))
-            .collect();
+        let mut values: Vec<Option<f64>> = Vec::new();
+        for parameter in definition.parameters {
+            let mut parameter = *parameter;
+            if definition.has(Trait::OfCommand) {
+                parameter.dimension = parameter.dimension * command / Dimension::FORCE;
+            }
+            // In a law `k d^n` the exponent stands first.
+            if let (true, Some(Some(exponent))) = (parameter.dimension.any_length, values.first()) {
+                parameter.dimension = Dimension::power_stiffness(*exponent);
+            }
+            values.push(self.parameter(&parameter, table, &entry.node, path));
+        }
         let values = values.into_iter().collect::<Option<Vec<f64>>>()?;
         Some(EffectUse { definition, values })
     }

@@ -104,7 +104,8 @@ impl Builder<'_> {
             let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
             self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
         }
-        Some(Actuator { effects: self.effects(item, HostKind::Actuator), ..actuator })
+        let command = actuator.kind.command();
+        Some(Actuator { effects: self.effects_on(item, HostKind::Actuator, command), ..actuator })
     }
 
     fn sensor(&mut self, item: Item<'_>) -> Option<Sensor> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_arm::{Arm, Collision, CollisionShape, JointKind};
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Contents, Dimension};
 use feeler_geometry::Shape;
 use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects, link_capsules};
 use feeler_plant::description::Axis;
@@ -132,7 +132,7 @@ fn effects(
             found = None;
             continue;
         };
-        let read = Builder::new(draft, problems, axis).effect(kind, entry, host, &path);
+        let read = Builder::new(draft, problems, axis).effect(kind, entry, (host, Dimension::FORCE), &path);
         match (read, &mut found) {
             (Some(effect), Some(effects)) => effects.push(effect),
             _ => found = None,

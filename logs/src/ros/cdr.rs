@@ -216,3 +216,101 @@ impl<'a> Reader<'a> {
         self.take(count.saturating_mul(size)).map(drop)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::definition::{Field, Struct};
+    use super::*;
+
+    const BASES: [Base; 12] = [
+        Base::Bool,
+        Base::U8,
+        Base::I8,
+        Base::U16,
+        Base::I16,
+        Base::U32,
+        Base::I32,
+        Base::U64,
+        Base::I64,
+        Base::F32,
+        Base::F64,
+        Base::Text,
+    ];
+
+    /// Messages of up to three structures, each of which may hold the next; the second is a header by name.
+    fn definitions() -> impl Strategy<Value = Definition> {
+        let field = (0..BASES.len() + 3, 0..4, 0_usize..5, any::<bool>());
+        let structs = prop::collection::vec(prop::collection::vec(field, 0..5), 1..4);
+        structs.prop_map(|structs| {
+            let count = structs.len();
+            let of = |(own, fields): (usize, Vec<(usize, i32, usize, bool)>)| Struct {
+                name: if own == 1 { "std_msgs/Header".into() } else { format!("demo/S{own}") },
+                fields: fields
+                    .into_iter()
+                    .map(|(base, many, length, is_name)| Field {
+                        name: if is_name { "name" } else { "value" }.into(),
+                        base: BASES.get(base).copied().unwrap_or(if own + 1 < count {
+                            Base::Struct(own + 1)
+                        } else {
+                            Base::U8
+                        }),
+                        many: match many {
+                            0 | 1 => Many::One,
+                            2 => Many::Fixed(length),
+                            _ => Many::Sequence,
+                        },
+                    })
+                    .collect(),
+            };
+            Definition { structs: structs.into_iter().enumerate().map(of).collect(), root: 0 }
+        })
+    }
+
+    /// Bytes after a header of one of the four plain representations. Small numbers are plausible lengths.
+    fn messages() -> impl Strategy<Value = Vec<u8>> {
+        let byte = prop_oneof![3 => Just(0_u8), 2 => 0..6_u8, 1 => any::<u8>()];
+        let kind = prop::sample::select(vec![0_u8, 1, 6, 7]);
+        (kind, prop::collection::vec(byte, 0..120)).prop_map(|(kind, body)| {
+            let mut message = vec![0, kind, 0, 0];
+            message.extend(body);
+            message
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn prop_any_message_of_any_definition_gives_numbers_or_the_byte_of_the_mistake(
+            definition in definitions().prop_filter_map("it is sound", |found| found.checked().ok()),
+            message in messages(),
+        ) {
+            let mut numbers = Numbers::default();
+            match decode(&definition, &message, &mut numbers) {
+                // Each number takes a byte at least, and padding is short.
+                Ok(()) => prop_assert!(numbers.values.len() <= message.len() - HEADER),
+                Err(error) => prop_assert!(
+                    error.byte <= message.len() && !error.what.is_empty(),
+                    "{:?} in {} bytes", error, message.len()
+                ),
+            }
+            // What remains of a message that is cut off inside its header is no message either.
+            for end in 0..HEADER {
+                let error = decode(&definition, &message[..end], &mut numbers);
+                prop_assert!(error.is_err_and(|error| error.byte == end));
+            }
+        }
+
+        #[test]
+        fn prop_bytes_of_no_plain_representation_are_refused_at_their_start(message: Vec<u8>) {
+            let plain = [[0, 0], [0, 1], [0, 6], [0, 7]];
+            let is_plain = message.len() >= HEADER && plain.iter().any(|kind| message.starts_with(kind));
+            let definition = Definition { structs: vec![Struct::default()], root: 0 };
+            if !is_plain {
+                let error = decode(&definition, &message, &mut Numbers::default()).err();
+                let place = if message.len() < HEADER { message.len() } else { 0 };
+                prop_assert_eq!(error.map(|error| error.byte), Some(place));
+            }
+        }
+    }
+}

@@ -10,7 +10,7 @@ const LINE: &str = "============================================================
 /// Fields of a type, and the types that these require.
 type Known = (&'static str, &'static str, &'static [&'static str]);
 
-const KNOWN: [Known; 16] = [
+const KNOWN: [Known; 19] = [
     (
         "sensor_msgs/JointState",
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
@@ -33,6 +33,39 @@ const KNOWN: [Known; 16] = [
         "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n\
          builtin_interfaces/Duration time_from_start",
         &[],
+    ),
+    // As in ROS 2 Humble, the last release whose bags hold no definitions.
+    (
+        "control_msgs/JointTrajectoryControllerState",
+        "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint reference\n\
+         trajectory_msgs/JointTrajectoryPoint feedback\ntrajectory_msgs/JointTrajectoryPoint error\n\
+         trajectory_msgs/JointTrajectoryPoint output\ntrajectory_msgs/JointTrajectoryPoint desired\n\
+         trajectory_msgs/JointTrajectoryPoint actual\nstring[] multi_dof_joint_names\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_reference\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_feedback\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_error\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_output\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_desired\n\
+         trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_actual",
+        &[
+            "trajectory_msgs/JointTrajectoryPoint",
+            "trajectory_msgs/MultiDOFJointTrajectoryPoint",
+            "geometry_msgs/Transform",
+            "geometry_msgs/Quaternion",
+            "geometry_msgs/Twist",
+            VECTOR,
+        ],
+    ),
+    (
+        "trajectory_msgs/MultiDOFJointTrajectoryPoint",
+        "geometry_msgs/Transform[] transforms\ngeometry_msgs/Twist[] velocities\n\
+         geometry_msgs/Twist[] accelerations\nbuiltin_interfaces/Duration time_from_start",
+        &["geometry_msgs/Transform", "geometry_msgs/Quaternion", "geometry_msgs/Twist", VECTOR],
+    ),
+    (
+        "geometry_msgs/Transform",
+        "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation",
+        &["geometry_msgs/Quaternion", VECTOR],
     ),
     (
         "geometry_msgs/WrenchStamped",

@@ -37,6 +37,7 @@
 pub mod contract;
 mod problem;
 mod remedy;
+pub mod sort;
 
 pub use problem::{Problem, in_lines, short};
 pub use remedy::Remedy;

@@ -1,11 +1,14 @@
 //! Experiments on the simulated machine.
 
-use feeler_analysis::LinearMachine;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
+use feeler_analysis::{AnalysisError, LinearMachine};
 use feeler_engine::{ControllerUse, Scenario};
+use feeler_lti::eigenvalues;
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::{ActuatorKind, Engagement, Machine, MotorInput, Quantity, SignalName};
+use feeler_plant::description::{
+    ActuatorKind, Engagement, Machine, MotorInput, PositionServo, Quantity, SignalName,
+};
 
 use super::between::{between, require_path, sensed};
 use super::distortion::Separated;
@@ -163,6 +166,7 @@ fn experiment(
         .hold_s
         .or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s))
         .unwrap_or(HOLD_S);
+    let hold_s = whole_samples(&machine, &actuator, hold_s, request.hold_s.is_some())?;
     require(
         hold_s > 0.0 && hold_s.is_finite(),
         || format!("--hold must be above zero (got {hold_s} s)"),
@@ -188,6 +192,26 @@ fn experiment(
         offset,
         seed: request.seed.unwrap_or(scenario.run.seed),
     })
+}
+
+/// The hold of a target of a sampled servo: a whole number of its samples. Otherwise the response of the
+/// servo differs from one target to the next.
+fn whole_samples(machine: &Machine, actuator: &str, hold_s: f64, is_stated: bool) -> Result<f64, FrfError> {
+    let kind = machine.actuators.get(actuator).map(|actuator| &actuator.kind);
+    let Some(ActuatorKind::PositionServo(PositionServo { period_s: Some(period_s), .. })) = kind else {
+        return Ok(hold_s);
+    };
+    let samples = hold_s / period_s;
+    let is_whole = samples.round() >= 1.0 && (samples - samples.round()).abs() < 1e-6 * samples;
+    require(
+        is_whole || !is_stated,
+        || {
+            let (hold, period) = (with_unit(hold_s, "s"), with_unit(*period_s, "s"));
+            format!("a target held for {hold} is no whole number of samples of `{actuator}`, every {period}")
+        },
+        "choose --hold as a multiple of the servo's period",
+    )?;
+    Ok(if is_whole { hold_s } else { (samples * (1.0 - 1e-6)).ceil() * period_s })
 }
 
 /// The requested output. The default is the reading of the controller, else the contact force, else any
@@ -248,12 +272,15 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 }
 
 /// Time in which transients decay, s; zero if no motion decays.
-fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
+fn dies_in_s(experiment: &Experiment) -> Result<f64, AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
-    let channel =
-        plant.channel(&SignalName::new(&experiment.actuator, Quantity::Command), &experiment.output)?;
-    let slowest =
-        channel.poles()?.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
+    let input = SignalName::new(&experiment.actuator, Quantity::Command);
+    let poles = match plant.channel(&input, &experiment.output) {
+        // An output that differentiates an imposed motion has the poles of the machine.
+        Err(AnalysisError::Improper { .. }) => eigenvalues(plant.a()).map_err(AnalysisError::from)?,
+        channel => channel?.poles().map_err(AnalysisError::from)?,
+    };
+    let slowest = poles.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
     Ok(TIME_CONSTANTS / slowest)
 }
 

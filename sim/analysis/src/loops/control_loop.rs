@@ -30,6 +30,9 @@ pub struct LoopController {
     pub motion_is_velocity: bool,
     /// Drive that it commands.
     pub drive: usize,
+    /// The loop of a sampled servo whose target it gives, by its number. Its output then reaches the drive
+    /// through that loop only.
+    pub aims_at: Option<usize>,
 }
 
 impl LoopController {
@@ -75,8 +78,6 @@ pub(crate) struct LoopPlant {
     /// Per controller: its reading and its motion sensor, over the reduced states.
     pub(crate) reading: Vec<Option<OutputRow>>,
     pub(crate) motion: Vec<Option<OutputRow>>,
-    /// Delay of each drive, s.
-    pub(crate) drive_delay_s: Vec<f64>,
 }
 
 /// The output of a broken loop.
@@ -94,6 +95,15 @@ impl ControlLoop {
     /// # Errors
     /// The mistakes of the scenario; [`AnalysisError::NoEquilibrium`].
     pub fn new(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
+        Self::build(scenario, view, false)
+    }
+
+    /// The same with the open-loop commands of sampled servos: they are targets of the servos' loops.
+    pub(crate) fn with_targets(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
+        Self::build(scenario, view, true)
+    }
+
+    fn build(scenario: &Scenario, view: &View, with_targets: bool) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
         let assembly = program.motion().assembly().clone();
         // A command for the target of a sampled servo acts on the servo's loop and not on the drive.
@@ -103,7 +113,9 @@ impl ControlLoop {
             let servo = assembly.drives[outer.drive].name.clone();
             return Err(AnalysisError::Cascade { name: outer.name.into(), servo });
         }
-        let controllers = program.loops().filter(|wiring| !aims(wiring)).map(|wiring| LoopController {
+        let kept: Vec<_> = program.loops().filter(|wiring| with_targets || !aims(wiring)).collect();
+        let loop_of = |drive: usize| kept.iter().position(|other| other.is_servo && other.drive == drive);
+        let controllers = kept.iter().map(|wiring| LoopController {
             name: wiring.name.into(),
             is_servo: wiring.is_servo,
             spec: wiring.spec.clone(),
@@ -111,6 +123,7 @@ impl ControlLoop {
             motion: wiring.motion,
             motion_is_velocity: wiring.motion_is_velocity,
             drive: wiring.drive,
+            aims_at: if aims(wiring) { loop_of(wiring.drive) } else { None },
         });
         let controllers = controllers.collect();
         let plant = LinearMachine::of_assembly(&scenario.machine, &assembly, view)?;
@@ -233,6 +246,13 @@ impl ControlLoop {
         Ok(specs)
     }
 
+    /// Delay from the output of a controller to what it acts on, the drive or the loop of a servo, s.
+    pub(crate) fn output_delay_s(&self, controller: &LoopController) -> f64 {
+        let drive = &self.assembly.drives[controller.drive];
+        let late_s = if controller.aims_at.is_some() { drive.received_late() } else { drive.delay };
+        controller.spec.delay_s + late_s
+    }
+
     /// The plant between drives and sensors. `outputs` may replace the readings of controllers.
     pub(crate) fn loop_plant(
         &self,
@@ -263,7 +283,6 @@ impl ControlLoop {
         for (i, row) in rows.into_iter().enumerate() {
             row.c = reduced.c.row(i).into_owned();
         }
-        let drive_delay_s = self.assembly.drives.iter().map(|drive| drive.delay).collect();
-        Ok(LoopPlant { reduced, reading, motion, drive_delay_s })
+        Ok(LoopPlant { reduced, reading, motion })
     }
 }

@@ -125,14 +125,16 @@ impl ControlLoop {
         let others = || {
             self.controllers().iter().enumerate().filter(|(i, _)| *i != controller).map(|(_, other)| other)
         };
-        let own_drive = others().all(|other| other.drive != drive);
+        // A target reaches the drive through the servo's loop, whose delay is another one.
+        let aims = own.aims_at.is_some();
+        let own_drive = aims || others().all(|other| other.drive != drive);
         // If the law also uses a second sensor, this sensor's delay is not a factor of the loop.
         let alone = |sensor: &usize| {
             with_sensor
                 && others().all(|other| other.reading != Some(*sensor) && other.motion != Some(*sensor))
         };
         let sensor = own.reading.xor(own.motion).filter(alone);
-        let of_drive = if own_drive { self.assembly().drives[drive].delay } else { 0.0 };
+        let of_drive = if own_drive { self.output_delay_s(own) - own.spec.delay_s } else { 0.0 };
         let of_sensor = sensor.map_or(0.0, |sensor| self.assembly().sensors[sensor].delay);
         let count: usize = [own.spec.delay_s, of_drive, of_sensor]
             .map(|delay_s| whole_samples(delay_s, period_s))
@@ -145,7 +147,10 @@ impl ControlLoop {
         let short = self.altered(|assembly, controllers| {
             samples += cut(&mut controllers[controller].spec.delay_s, period_s);
             if own_drive {
-                samples += cut(&mut assembly.drives[drive].delay, period_s);
+                let drive = &mut assembly.drives[drive];
+                let sampling = drive.servo.as_mut().and_then(|servo| servo.sampling.as_mut());
+                let target = sampling.filter(|_| aims).map(|sampling| &mut sampling.target.delay);
+                samples += cut(target.unwrap_or(&mut drive.delay), period_s);
             }
             if let Some(sensor) = sensor {
                 samples += cut(&mut assembly.sensors[sensor].delay, period_s);

@@ -13,7 +13,7 @@ use feeler_lti::{C64, Discrete, DiscreteStateSpace, StateSpace, eigenvalues, exp
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::error::AnalysisError;
-use crate::loops::control_loop::{ControlLoop, LoopPlant, Probe};
+use crate::loops::control_loop::{ControlLoop, LoopController, LoopPlant, Probe};
 use crate::loops::schedule::{Action, Schedule, Timing};
 use crate::machine::linearise::OutputRow;
 
@@ -63,9 +63,10 @@ impl<'a> SampledLoop<'a> {
             .map(|(i, c)| Timing {
                 period_s: c.spec.period_s,
                 offset_s: c.spec.offset_s,
-                output_delay_s: c.spec.delay_s + plant.drive_delay_s[c.drive],
+                output_delay_s: whole.output_delay_s(c),
                 sensor_delay_s: [&plant.reading[i], &plant.motion[i]]
                     .map(|row| row.as_ref().map(|row| row.delay_s)),
+                is_servo: c.is_servo,
             })
             .collect();
         let schedule = Schedule::new(&timings)?;
@@ -269,11 +270,11 @@ impl<'a> SampledLoop<'a> {
                                 .or_else(|| signals[i][which].clone())
                                 .unwrap_or_else(|| RowDVector::zeros(walk.width))
                         };
-                        let inputs = [now(0, &mut walk), now(1, &mut walk)];
+                        let inputs = [self.target(i, &walk), now(0, &mut walk), now(1, &mut walk)];
                         let output = step(&laws[i], &mut walk.states[i], &inputs);
                         let entering = match broken {
                             Some((controller, probe)) if controller == i => {
-                                answer = if probe == Probe::Law { output } else { inputs[0].clone() };
+                                answer = if probe == Probe::Law { output } else { inputs[1].clone() };
                                 let mut unit = RowDVector::zeros(walk.width);
                                 unit[walk.width - 1] = 1.0;
                                 unit
@@ -318,7 +319,7 @@ impl<'a> SampledLoop<'a> {
     /// Advances the plant with its inputs held.
     fn advance(&self, walk: &mut Walk, (transition, step): &Span) {
         walk.x = transition * &walk.x;
-        for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
+        for (controller, held) in self.acting(&walk.held) {
             walk.x.ger(1.0, &step.column(controller.drive), &held.transpose(), 1.0);
         }
     }
@@ -326,10 +327,30 @@ impl<'a> SampledLoop<'a> {
     fn signal(&self, walk: &Walk, row: Option<&OutputRow>) -> Option<RowDVector<f64>> {
         let row = row?;
         let mut signal = &row.c * &walk.x;
-        for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
+        for (controller, held) in self.acting(&walk.held) {
             signal += held * row.d[controller.drive];
         }
         Some(signal)
+    }
+
+    /// Controllers that act on their drives, with what each holds.
+    fn acting<'h>(
+        &'h self,
+        held: &'h [RowDVector<f64>],
+    ) -> impl Iterator<Item = (&'h LoopController, &'h RowDVector<f64>)> {
+        self.whole.controllers().iter().zip(held).filter(|(controller, _)| controller.aims_at.is_none())
+    }
+
+    /// The reference of controller `i`: the target that others give it, else rest.
+    fn target(&self, i: usize, walk: &Walk) -> RowDVector<f64> {
+        let mut target = RowDVector::zeros(walk.width);
+        for (other, held) in self.whole.controllers().iter().zip(&walk.held) {
+            let sampling = self.whole.assembly().drives[other.drive].sampling();
+            if let Some(sampling) = sampling.filter(|_| other.aims_at == Some(i)) {
+                target += held * sampling.target.gain;
+            }
+        }
+        target
     }
 }
 
@@ -344,11 +365,10 @@ impl Walk {
     }
 }
 
-/// One sample of a law: advances its states and returns its output for reading and motion, with the reference
-/// at rest.
-fn step(law: &LinearLaw, states: &mut [RowDVector<f64>], inputs: &[RowDVector<f64>; 2]) -> RowDVector<f64> {
+/// One sample of a law: advances its states and returns its output for reference, reading and motion.
+fn step(law: &LinearLaw, states: &mut [RowDVector<f64>], inputs: &[RowDVector<f64>; 3]) -> RowDVector<f64> {
     let mix = |of_state: &[f64], of_input: &[f64; 3], states: &[RowDVector<f64>]| {
-        let mut sum = &inputs[0] * of_input[1] + &inputs[1] * of_input[2];
+        let mut sum = &inputs[0] * of_input[0] + &inputs[1] * of_input[1] + &inputs[2] * of_input[2];
         for (factor, state) in of_state.iter().zip(states) {
             sum += state * *factor;
         }

@@ -20,9 +20,12 @@ pub(crate) struct Timing {
     pub(crate) output_delay_s: f64,
     /// Delays of the two sensors, absent if there is none.
     pub(crate) sensor_delay_s: [Option<f64>; 2],
+    /// Whether it is the loop of a sampled servo. It samples after all others of its instant, with the
+    /// targets that they give.
+    pub(crate) is_servo: bool,
 }
 
-/// An action at an instant, in order of execution.
+/// An action at an instant, in order of execution; loops of servos act after all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Action {
     /// The signal of a delayed sensor (0: reading, 1: motion) of a controller is taken.
@@ -31,6 +34,14 @@ pub(crate) enum Action {
     Sample(usize),
     /// The oldest output in transit of a controller takes effect.
     Arrive(usize),
+}
+
+impl Action {
+    fn controller(self) -> usize {
+        match self {
+            Self::Take(i, _) | Self::Sample(i) | Self::Arrive(i) => i,
+        }
+    }
 }
 
 /// All instants of one common period, and what is in transit when it begins.
@@ -87,7 +98,7 @@ impl Schedule {
             }
         }
         for (_, actions) in &mut instants {
-            actions.sort();
+            actions.sort_by_key(|&action| (timings[action.controller()].is_servo, action));
         }
         Ok(Self { common_s, instants, pending, taken })
     }
@@ -114,7 +125,8 @@ mod tests {
     use super::*;
 
     fn timing(period_s: f64, output_delay_s: f64, sensor_delay_s: f64) -> Timing {
-        Timing { period_s, offset_s: 0.0, output_delay_s, sensor_delay_s: [Some(sensor_delay_s), None] }
+        let sensor_delay_s = [Some(sensor_delay_s), None];
+        Timing { period_s, offset_s: 0.0, output_delay_s, sensor_delay_s, is_servo: false }
     }
 
     #[test]

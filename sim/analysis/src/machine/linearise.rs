@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, RowDVector};
 use crate::error::AnalysisError;
 use crate::machine::channel::{Channel, reduce};
 use crate::machine::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_gradients};
+use crate::machine::imposed;
 use crate::machine::prepare::{View, without_switches};
 
 /// Small motions of a machine about an operating point: `x' = A x + B u`, with the command of each drive as
@@ -161,6 +162,14 @@ impl LinearMachine {
         }
     }
 
+    /// The input of drive `drive` by name. For a sampled servo it is the force, since its loop is not part of
+    /// the machine.
+    pub fn input(&self, drive: usize) -> SignalName {
+        let part = &self.motion.assembly().drives[drive];
+        let is_force = part.sampling().is_some();
+        SignalName::new(&part.name, if is_force { Quantity::Force } else { Quantity::Command })
+    }
+
     /// From the command of an actuator to a signal, with only the states that matter and the delays of both
     /// ends.
     ///
@@ -183,8 +192,12 @@ impl LinearMachine {
     /// From the command of drive `drive` to an output.
     ///
     /// # Errors
-    /// [`AnalysisError::Lti`] where a number is not finite.
+    /// [`AnalysisError::Improper`] if the output differentiates an imposed motion; [`AnalysisError::Lti`]
+    /// where a number is not finite.
     pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
+        if let Some(channel) = imposed::channel(self, drive, output) {
+            return channel;
+        }
         let c = DMatrix::from_fn(1, self.a.ncols(), |_, j| output.c[j]);
         let d = DMatrix::from_element(1, 1, output.d[drive]);
         let part =

@@ -16,9 +16,12 @@ use feeler_lti::spectral::{
     smoothed_spectra, stepped_sine,
 };
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
+use feeler_plant::motion::dot;
 
 use crate::error::AnalysisError;
 use crate::loops::control_loop::ControlLoop;
+use crate::machine::imposed::ImposedResponse;
+use crate::machine::linearise::LinearMachine;
 use crate::machine::prepare::{HeldCommand, View};
 
 /// Number of segments that give the coherence for a local polynomial estimate.
@@ -260,11 +263,37 @@ impl Experiment {
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`]; [`AnalysisError::NotLinear`].
     pub fn linear_response(&self, frequencies_hz: &[f64]) -> Result<Vec<C64>, AnalysisError> {
+        let point = |f: &f64| C64::cis(TAU * f * self.hold_s);
+        let drive = self.machine.actuators.get_index_of(&self.actuator);
+        let kind = self.machine.actuators.get(&self.actuator).map(|actuator| &actuator.kind);
+        if let (Some(drive), Some(ActuatorKind::Imposed)) = (drive, kind) {
+            let plant = LinearMachine::new(&self.machine, &self.view())?;
+            let output = plant.output(plant.source(&self.output)?)?;
+            if let Some(imposed) = ImposedResponse::new(&plant, drive, &output, self.hold_s) {
+                let imposed = imposed?;
+                return frequencies_hz.iter().map(|f| imposed.at(point(f))).collect();
+            }
+        }
         let scenario = self.scenario(ReferenceSpec::Constant(self.offset), self.seed, self.hold_s);
-        let whole = ControlLoop::new(&scenario, &self.view())?;
+        let whole = ControlLoop::with_targets(&scenario, &self.loop_view()?)?;
         let output = whole.plant().output(whole.plant().source(&self.output)?)?;
         let sampled = whole.response_to(0, output)?.evaluator();
-        frequencies_hz.iter().map(|f| sampled.at(C64::cis(TAU * f * self.hold_s))).collect()
+        frequencies_hz.iter().map(|f| sampled.at(point(f))).collect()
+    }
+
+    /// The view for the sampled loop. A sampled servo holds the machine by its force, which follows from the
+    /// rest of the continuous one.
+    fn loop_view(&self) -> Result<View, AnalysisError> {
+        let mut view = self.view();
+        let held = view.held.as_mut();
+        let kind = self.machine.actuators.get(&self.actuator).map(|actuator| &actuator.kind);
+        if let (Some(held), Some(ActuatorKind::PositionServo(servo))) = (held, kind)
+            && servo.period_s.is_some()
+        {
+            let rest = LinearMachine::new(&self.machine, &self.view())?;
+            held.command = dot(&rest.equations().drive_force[held.drive], &rest.operating_point().xi);
+        }
+        Ok(view)
     }
 
     /// Command and output, one sample per hold.

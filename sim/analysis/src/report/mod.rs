@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use feeler_engine::Scenario;
 use feeler_lti::{Continuous, frequencies_hz};
-use feeler_plant::description::{Engagement, SignalName};
+use feeler_plant::description::{Engagement, Quantity, SignalName};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -208,7 +208,8 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     let (input, output) = request.signals(asked, scenario, &whole)?;
     let channel = plant.channel(&input, &output)?;
     let own = modes(plant)?;
-    let classified = classify(plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
+    let drive = plant.drive(&input)?;
+    let classified = classify(plant, &own, drive, plant.source(&output)?, &channel)?;
     let looped = (request.gain.clone().or_else(|| whole.default_gain_key()))
         .map(|key| LoopReport::new(&scenario.machine, &whole, &key, &own, &classified, request))
         .transpose()?;
@@ -223,7 +224,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         None => (channel.poles()?, Vec::new(), None),
     };
     let pairs = |points: &[feeler_lti::C64]| points.iter().map(|p| [p.re, p.im]).collect::<Vec<_>>();
-    let named = request.input.as_ref().unwrap_or(&input);
+    let own_input = plant.input(drive);
+    let is_servo = own_input.quantity == Quantity::Force;
+    let named = request.input.as_ref().filter(|_| !is_servo).unwrap_or(&own_input);
     Ok(Report {
         input: named.to_string(),
         output: output.to_string(),

@@ -7,3 +7,4 @@ mod common;
 mod frf;
 mod linearise;
 mod loops;
+mod servos;

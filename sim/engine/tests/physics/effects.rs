@@ -1,11 +1,12 @@
 //! Properties of a run that every effect of the library must keep.
 
+use feeler_control::ReferenceSpec;
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
-use feeler_plant::description::{Body, GROUND, Spring};
+use feeler_plant::description::{Axis, Body, GROUND, Machine, Spring};
 use feeler_plant::effects::{Definition, EffectUse, HostKind, Kind, LIBRARY, Trait};
 use feeler_plant::motion::MeterKind;
 
-use crate::common::{axis, largest_difference, run, spring};
+use crate::common::{axis, body, command, drive, effect, largest_difference, run, scenario, spring};
 
 /// Puts an effect on every element of the axis that accepts it, one variant each.
 fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) -> Vec<Scenario> {
@@ -196,4 +197,40 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
         let balance = simulation.energy(0).unwrap();
         assert!(balance.residual().abs() < 1e-9 * balance.exchanged(), "{kind}");
     }
+}
+
+/// An arm of 10 N m, held by its drive, on a base of 1000 N m/rad: the weight turns the base, whether it is a
+/// body of its own or an effect of the guide.
+#[test]
+fn regress_the_weight_of_an_arm_loads_the_base_that_an_effect_makes() {
+    let (torque, stiffness) = (10.0, 1000.0);
+    let arm = |on_base: bool| {
+        let mut machine = Machine { axis: Axis::Rotational, ..Machine::default() };
+        let half_pi = std::f64::consts::FRAC_PI_2;
+        let pulled = Body { gravity_n: torque, gravity_phase_rad: half_pi, ..body(0.5, 0.0) };
+        machine.bodies.insert("arm".into(), pulled);
+        let mut guide = spring(GROUND, "arm", 0.0, 50.0);
+        let mut actuator = drive("arm", GROUND);
+        if on_base {
+            machine.bodies.insert("base".into(), body(2.0, 0.0));
+            machine.springs.insert("mount".into(), spring(GROUND, "base", stiffness, 50.0));
+            guide.between[0] = "base".into();
+            actuator.reacts_on = "base".into();
+        } else {
+            guide.effects.push(effect("base-flexibility", &[2.0, stiffness, 50.0]));
+        }
+        machine.springs.insert("guide".into(), guide);
+        machine.actuators.insert("drive".into(), actuator);
+        let mut scenario = scenario(machine, 0.5, &["arm.position", "arm.velocity"]);
+        command(&mut scenario, "hold", ReferenceSpec::Constant(torque), 1e-3);
+        run(&scenario).0
+    };
+    let (own, made) = (arm(true), arm(false));
+    for (own, made) in own.columns.iter().zip(&made.columns) {
+        // The order of two sums differs: their roundings, over 500 steps of motions of 0.01 rad.
+        assert!(largest_difference(own, made) < 1e-12);
+    }
+    // The drive holds the weight against the base, which turns by the torque over its stiffness.
+    let sag = *made.columns[0].last().unwrap();
+    assert!((sag + torque / stiffness).abs() < 1e-3, "{sag}");
 }

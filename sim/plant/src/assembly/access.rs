@@ -68,6 +68,19 @@ impl Assembly {
         }
     }
 
+    /// The drive with an effect on its force.
+    ///
+    /// # Errors
+    /// [`EffectError::WrongHost`] if the host is not an actuator, [`EffectError::WrongSite`] if its motion is
+    /// imposed, whatever force that takes.
+    pub fn force_drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
+        let drive = self.drive_mut(host, effect)?;
+        if drive.imposed.is_some() {
+            return Err(EffectError::WrongSite { kind: effect.kind, needs: effect.site });
+        }
+        Ok(drive)
+    }
+
     /// The sensor with an effect.
     ///
     /// # Errors
@@ -124,12 +137,14 @@ impl Assembly {
         }
     }
 
-    /// Moves links, contacts, drives and weights from one node to another; sensors stay.
+    /// Moves links, contacts, drives and weights from one node to another. Sensors stay, and so does what the
+    /// earth pulls.
     pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
         let drives = self.drives.iter_mut().flat_map(|drive| [&mut drive.on, &mut drive.reacts_on]);
-        let weights = self.weights.iter_mut().flat_map(|weight| [&mut weight.on, &mut weight.reacts_on]);
+        let weights = self.weights.iter_mut().filter(|weight| !weight.is_of_earth);
+        let weights = weights.flat_map(|weight| [&mut weight.on, &mut weight.reacts_on]);
         for end in links.chain(drives).chain(weights) {
             if *end == from {
                 *end = to;

@@ -108,6 +108,7 @@ impl<'a> Build<'a> {
                 name: name.clone(),
                 on: i + 1,
                 reacts_on: GROUND_NODE,
+                is_of_earth: true,
                 pull: Pull {
                     amplitude: body.gravity_n,
                     period: std::f64::consts::TAU,

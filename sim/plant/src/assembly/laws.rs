@@ -24,6 +24,8 @@ pub struct Weight {
     pub on: NodeId,
     /// Node that carries the reaction.
     pub reacts_on: NodeId,
+    /// Whether the earth pulls a body: its reaction stays on ground, whatever the machine stands on.
+    pub is_of_earth: bool,
     /// The force.
     pub pull: Pull,
 }

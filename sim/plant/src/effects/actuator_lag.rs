@@ -15,7 +15,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "actuator-lag",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "",
+    site: "a drive that gives a force",
     parameters: ActuatorLag::PARAMETERS,
     summary: "first-order lag between command and drive force",
     documentation: "\
@@ -66,7 +66,7 @@ Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
 impl ChangesPlant for ActuatorLag {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { time_constant } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         if time_constant > 0.0 {
             drive.lags.push(time_constant);
         }

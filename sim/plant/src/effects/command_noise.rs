@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -15,7 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "command-noise",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "a force drive",
+    site: "a drive that gives a force, and no velocity source",
     parameters: CommandNoise::PARAMETERS,
     summary: "noise on the commands of a drive",
     documentation: "\
@@ -29,7 +31,8 @@ sigma = \"2 N\"
 ## Model
 Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,
 deadband, gain and limit. The drive holds it until the next command. The record holds the command without
-this error. On a motor with a current, `sigma` is a current; write it as a plain SI number.
+this error. `sigma` has the unit of the command: a length under a position servo, a current on a motor that a
+current commands.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was
@@ -60,13 +63,13 @@ H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on ana
         })],
         without: &[Curve::Function(|t| 0.6 * (TAU * t).sin())],
     },
-    traits: &[],
+    traits: &[Trait::OfCommand],
     change: Change::plant::<CommandNoise>(),
 };
 
 impl ChangesPlant for CommandNoise {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
-        let drive = machine.drive_mut(host, &DEFINITION)?;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         if drive.velocity_source.is_some() {
             return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
         }

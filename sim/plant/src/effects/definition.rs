@@ -278,6 +278,8 @@ pub enum Trait {
     DriveFlaw,
     /// It makes a rigid connection of the ideal machine flexible.
     Compliance,
+    /// Its parameters have the unit of the drive's command where their dimension says force.
+    OfCommand,
 }
 
 /// The complete definition of one effect.

@@ -29,8 +29,7 @@ width = \"4 N\"
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise, before its gain. `width` has
 the unit of the command: a speed on a velocity source; a voltage, a duty cycle or a current on a motor. Under
-a position servo it is a deadband of the error for `kp` and `ki`, and the width a length. Write these as
-plain SI numbers: a text must have a unit of force.
+a position servo it is a deadband of the error for `kp` and `ki`, and the width a length.
 
 ## Where it comes from
 Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set
@@ -59,7 +58,7 @@ G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
         without: &[Curve::UNCHANGED],
     },
-    traits: &[Trait::DriveFlaw],
+    traits: &[Trait::DriveFlaw, Trait::OfCommand],
     change: Change::plant::<DriveDeadband>(),
 };
 

@@ -16,7 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "force-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "",
+    site: "a drive that gives a force",
     parameters: ForceLimit::PARAMETERS,
     summary: "the drive force is clipped",
     documentation: "\
@@ -65,7 +65,7 @@ K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limi
 impl ChangesPlant for ForceLimit {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { limit } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         drive.limit = drive.limit.min(limit);
         Ok(())
     }

@@ -23,7 +23,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "force-ripple",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "",
+    site: "a drive that gives a force",
     parameters: ForceRipple::PARAMETERS,
     summary: "cogging: a force periodic in position",
     documentation: "\
@@ -76,7 +76,7 @@ ripple.
 impl ChangesPlant for ForceRipple {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { amplitude, pitch, phase, harmonic } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         if amplitude > 0.0 {
             drive.ripples.push(Ripple { amplitude, pitch: pitch / harmonic, phase });
         }

@@ -81,7 +81,8 @@ impl ChangesPlant for Gravity {
         let link = machine.link_mut(host, &DEFINITION)?;
         let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
         if amplitude > 0.0 {
-            machine.weights.push(Weight { name, on, reacts_on, pull: Pull { amplitude, period, phase } });
+            let pull = Pull { amplitude, period, phase };
+            machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, pull });
         }
         Ok(())
     }

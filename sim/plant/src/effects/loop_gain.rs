@@ -69,10 +69,7 @@ Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 impl ChangesPlant for LoopGain {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { gain } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
-        if drive.imposed.is_some() {
-            return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
-        }
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         if let Some(servo) = &mut drive.servo {
             servo.kp *= gain;
             servo.ki *= gain;

@@ -16,7 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "slew-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "",
+    site: "a drive that gives a force",
     parameters: SlewLimit::PARAMETERS,
     summary: "the drive force cannot change faster",
     documentation: "\
@@ -30,8 +30,7 @@ rate = \"1 kN/s\"
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
 Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a motor the
-voltage or duty cycle. Under a position servo it is the target. Write these rates as plain SI numbers: a text
-must have a unit of force over time.
+voltage or duty cycle. Under a position servo it is the target. The unit is that of the command over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.
@@ -59,14 +58,14 @@ P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): 
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],
         without: &[Curve::STEP],
     },
-    traits: &[Trait::Saturation],
+    traits: &[Trait::Saturation, Trait::OfCommand],
     change: Change::plant::<SlewLimit>(),
 };
 
 impl ChangesPlant for SlewLimit {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { rate } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
         drive.rate_limit = drive.rate_limit.min(rate);
         Ok(())
     }

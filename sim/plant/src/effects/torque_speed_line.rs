@@ -71,8 +71,8 @@ voltage.
 impl ChangesPlant for TorqueSpeedLine {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { force, speed } = self;
-        let drive = machine.drive_mut(host, &DEFINITION)?;
-        if drive.line.is_some() || drive.velocity_source.is_some() || drive.imposed.is_some() {
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
+        if drive.line.is_some() || drive.velocity_source.is_some() {
             return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
         }
         if force.is_finite() {

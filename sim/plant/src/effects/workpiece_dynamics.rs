@@ -18,8 +18,8 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "workpiece-dynamics",
     place: Place::Workpiece,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
-    site: "a rigid spring must be the fixture that holds the body which a contact names second; that body \
-           becomes the workpiece",
+    site: "a rigid spring must be a fixture: its workpiece is the end that a contact names second, or else \
+           its second end; ground is none",
     parameters: WorkpieceDynamics::PARAMETERS,
     summary: "the workpiece yields",
     documentation: "\
@@ -136,6 +136,17 @@ mod tests {
             ideal.nodes[workpiece].mass_kg = 3.0;
             ideal.links[2].set_flexible(1.5e6, 150.0);
             assert_eq!(machine, ideal);
+        }
+    }
+
+    #[test]
+    fn truth_of_a_fixture_that_nothing_touches_the_second_end_is_the_workpiece() {
+        for (a, b, expected) in [(GROUND_NODE, 3, 3), (3, GROUND_NODE, 3), (1, 3, 3), (3, 1, 1)] {
+            let mut machine = fixture::flexible();
+            machine.add_node("workpiece".into(), 1.0, GROUND_NODE);
+            machine.links.push(Link { rigid: true, ..Link::between("fixture".into(), a, b) });
+            DEFINITION.apply(&mut machine, Host::Spring(2), &PARAMETERS).unwrap();
+            assert!((machine.nodes[expected].mass_kg - 3.0).abs() < f64::EPSILON, "{a} {b}");
         }
     }
 }

@@ -1,0 +1,141 @@
+//! Records of a servo, of a motor and of an imposed motion, from the folder to the answer: what was hidden
+//! behind each drive is found, with its size.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write as _;
+use std::fs;
+
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::report::Verdict;
+use feeler_diagnosis::{Diagnosis, diagnose};
+use feeler_engine::{Program, Simulation, Trace};
+use feeler_files::Document;
+use feeler_plant::effects::Kind;
+
+const SPACING_S: f64 = 2e-3;
+const ROWS: usize = 400;
+/// Sines of a command.
+const LINES: u32 = 12;
+/// Some ten times what noise of 2 um leaves open in these records of 20 mm.
+const RECOVERY: f64 = 0.03;
+
+/// One body on a guide; the actuator's table follows.
+const AXIS: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\n\
+    damping = 20.0\n[sensors.encoder]\nreads = \"axis.position\"\nnoise = 2e-6\n\
+    [actuators.drive]\non = \"axis\"\n";
+const SERVO: &str = "kind = \"position-servo\"\nkp = 3000.0\nkd = 60.0\n";
+const FRICTION: &str = "[springs.guide.effects.coulomb-friction]\nlevel = 3.0\n";
+
+/// How a drive is commanded: its largest command, the highest frequency, and the rows for which each command
+/// holds.
+#[derive(Clone, Copy)]
+struct Commanded {
+    peak: f64,
+    high_hz: f64,
+    held: usize,
+}
+
+/// Sines from 0.8 Hz on, their phases by Schroeder's rule and turned by `turn` from line to line.
+fn multisine(command: Commanded, turn: f64) -> Vec<f64> {
+    let last = f64::from(LINES - 1);
+    let sines = |t: f64| -> f64 {
+        (0..LINES)
+            .map(f64::from)
+            .map(|i| {
+                let hz = 0.8 * (command.high_hz / 0.8).powf(i / last);
+                (TAU * hz * t - PI * i * i / f64::from(LINES) + turn * i).sin()
+            })
+            .sum()
+    };
+    let raw: Vec<f64> =
+        (0..ROWS).map(|k| sines((k / command.held * command.held) as f64 * SPACING_S)).collect();
+    let largest = raw.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    raw.iter().map(|x| command.peak * x / largest).collect()
+}
+
+/// Two records to fit and one to check of `believed` with `effect`, diagnosed with the machine `believed`.
+fn diagnosed(believed: &str, effect: &str, signal: &str, command: Commanded) -> Diagnosis {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut dataset = format!(
+        "machine = \"machine.toml\"\n[columns.u]\nsignal = \"{signal}\"\nhold = {SPACING_S}\n\
+         [columns.y]\nsignal = \"encoder.reading\"\n"
+    );
+    for (i, (share, turn, role)) in
+        [(1.0, 0.0, "fit"), (0.4, 0.7, "fit"), (0.8, 1.9, "check")].into_iter().enumerate()
+    {
+        let peak = share * command.peak;
+        let values = multisine(Commanded { peak, ..command }, turn);
+        let points = values.iter().enumerate().map(|(k, u)| format!("[{}, {u:e}]", k as f64 * SPACING_S));
+        let text = format!(
+            "{believed}{effect}[controllers.aim]\nlaw = \"open-loop\"\ndrives = \"drive\"\n\
+             period = {SPACING_S}\nreference = [{}]\n\
+             [run]\nduration = {}\nseed = {i}\nrecord = [\"drive.command\", \"encoder.reading\"]\n\
+             record_rate = {}\n",
+            points.collect::<Vec<_>>().join(", "),
+            (ROWS - 1) as f64 * SPACING_S,
+            1.0 / SPACING_S
+        );
+        let scenario = Document::parse(&text, "real.toml").expect("a scenario").scenario;
+        let program = Program::new(&scenario).expect("it is sound");
+        let mut trace = Trace::new(program.record_names());
+        Simulation::<f64>::new(vec![program]).expect("it moves").run(&mut trace).expect("it runs");
+        let mut rows = "t_s,u,y\n".to_owned();
+        for (k, t) in trace.t_s.iter().enumerate() {
+            let _ = writeln!(rows, "{t:e},{:e},{:e}", trace.columns[0][k], trace.columns[1][k]);
+        }
+        fs::write(folder.path().join(format!("r{i}.csv")), rows).expect("written");
+        let _ = write!(dataset, "[[experiments]]\nfile = \"r{i}.csv\"\nrole = \"{role}\"\n");
+    }
+    fs::write(folder.path().join("machine.toml"), believed).expect("written");
+    fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
+    let dataset = Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{error}"));
+    diagnose(&dataset, &|_| {}).expect("a diagnosis")
+}
+
+/// The first effect is this one, of this size, and it explains the gap.
+fn is_found(answer: &Diagnosis, kind: Kind, value: f64) {
+    let effect = answer.effects.first().expect("an effect is named");
+    assert_eq!(effect.kind, kind, "{:?}", answer.attempts);
+    let found = effect.parameters[0].value;
+    assert!((found / value - 1.0).abs() < RECOVERY, "{found}");
+    assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
+}
+
+#[test]
+fn truth_friction_behind_a_servo_is_found_from_target_and_encoder() {
+    let command = Commanded { peak: 0.02, high_hz: 12.0, held: 2 };
+    let answer = diagnosed(&format!("{AXIS}{SERVO}"), FRICTION, "drive.target", command);
+    is_found(&answer, Kind::CoulombFriction, 3.0);
+}
+
+#[test]
+fn truth_friction_behind_a_motor_is_found_from_voltage_and_encoder() {
+    let motor = "kind = \"dc-motor\"\nresistance = 1.5\ntorque_constant = 0.05\ngear_ratio = 20.0\n";
+    let command = Commanded { peak: 12.0, high_hz: 12.0, held: 2 };
+    let answer = diagnosed(&format!("{AXIS}{motor}"), FRICTION, "drive.voltage", command);
+    is_found(&answer, Kind::CoulombFriction, 3.0);
+}
+
+#[test]
+fn truth_a_mass_behind_an_imposed_motion_is_found_from_both_positions() {
+    let rig = "[bodies.rig]\nmass = 1.0\n[bodies.load]\nmass = 0.5\n\
+        [springs.mount]\nbetween = [\"rig\", \"load\"]\nstiffness = 500.0\ndamping = 3.0\n\
+        [sensors.encoder]\nreads = \"load.position\"\nnoise = 2e-6\n\
+        [actuators.drive]\non = \"rig\"\nkind = \"imposed\"\n";
+    let command = Commanded { peak: 5e-3, high_hz: 12.0, held: 1 };
+    let hidden = "[bodies.load.effects.added-mass]\nmass = 0.15\n";
+    let answer = diagnosed(rig, hidden, "bodies.rig.position", command);
+    is_found(&answer, Kind::AddedMass, 0.15);
+}
+
+#[test]
+fn truth_a_resonance_behind_a_servo_is_flexibility_and_not_delay() {
+    let joint =
+        "[bodies.tip]\nmass = 1.5\n[springs.transmission]\nbetween = [\"axis\", \"tip\"]\nrigid = true\n";
+    let hidden = "[springs.transmission.effects.transmission-flexibility]\nstiffness = 1.2e4\ndamping = 8.0\n\
+        tip_mass = 1.5\n";
+    let command = Commanded { peak: 0.02, high_hz: 40.0, held: 2 };
+    let answer = diagnosed(&format!("{joint}{AXIS}{SERVO}"), hidden, "drive.target", command);
+    is_found(&answer, Kind::TransmissionFlexibility, 1.2e4);
+    assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
+}

@@ -1,0 +1,116 @@
+//! Every input that a dataset may name leads the machine as it led the run: the folder is written, loaded,
+//! and predicted. Tolerance as in `one_machine.rs`.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::predict::Predictor;
+use feeler_engine::{Program, Simulation, Trace};
+use feeler_files::Document;
+use feeler_plant::assembly::assemble;
+
+/// Largest difference between engine and predictor over the largest value of a signal.
+const AGREEMENT: f64 = 1e-9;
+const ROWS_PER_S: f64 = 1e4;
+/// A record that ends does not tell the curvature of its last piece.
+const LAST_ROWS: usize = 10;
+
+/// Runs an axis of 1.5 kg under an actuator, and predicts it from a dataset that holds the signal `recorded`
+/// under the name `named`.
+fn replayed(actuator: &str, controller: &str, recorded: &str, named: &str) {
+    let text = format!(
+        "[bodies.rig]\nmass = 3.0\n[bodies.axis]\nmass = 1.5\n\
+         [springs.guide]\nbetween = [\"ground\", \"rig\"]\ndamping = 2.0\n\
+         [springs.rope]\nbetween = [\"rig\", \"axis\"]\nstiffness = 400.0\ndamping = 1.0\n\
+         [sensors.encoder]\nreads = \"rig.position\"\n\
+         [actuators.drive]\non = \"rig\"\n{actuator}\n\
+         [controllers.aim]\ndrives = \"drive\"\n{controller}\n\
+         [run]\nduration = 0.3\nstep = 1e-4\n"
+    );
+    let mut scenario = Document::parse(&text, "machine.toml").expect("a machine").scenario;
+    let names = [recorded, "axis.position", "axis.velocity"];
+    scenario.run.record = names.map(|name| name.parse().expect("a signal")).to_vec();
+    scenario.run.record_rate_hz = Some(ROWS_PER_S);
+    let program = Program::new(&scenario).expect("it is sound");
+    let mut trace = Trace::new(program.record_names());
+    Simulation::<f64>::new(vec![program]).expect("it moves").run(&mut trace).expect("it runs");
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = "t_s,u,x,v\n".to_owned();
+    for (k, t) in trace.t_s.iter().enumerate() {
+        let [u, x, v] = [0, 1, 2].map(|column| trace.columns[column][k]);
+        let _ = writeln!(rows, "{t:?},{u:?},{x:?},{v:?}");
+    }
+    fs::write(folder.path().join("run.csv"), rows).expect("written");
+    fs::write(folder.path().join("machine.toml"), text).expect("written");
+    let dataset = format!(
+        "machine = \"machine.toml\"\n[columns.u]\nsignal = \"{named}\"\nhold = 1e-4\n\
+         [columns.x]\nsignal = \"axis.position\"\n[columns.v]\nsignal = \"axis.velocity\"\n\
+         [[experiments]]\nfile = \"run.csv\"\n"
+    );
+    fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
+    let dataset = Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{named}: {error}"));
+    assert_eq!(dataset.drives.len(), 1, "{named}");
+    let assembly = assemble(&dataset.machine).expect("it assembles");
+    let predicted = Predictor::new(assembly, &dataset, &dataset.records[0])
+        .and_then(|mut own| own.free())
+        .expect("it moves")
+        .series;
+    for (c, (own, run)) in predicted.iter().zip(&dataset.records[0].series).enumerate() {
+        let size = run.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        assert!(size > 1e-4, "{named}: nothing moves");
+        for (k, (own, run)) in own.iter().zip(run).enumerate().take(run.len() - LAST_ROWS) {
+            assert!((own - run).abs() < AGREEMENT * size, "{named}, column {c}, row {k}: {own:e} {run:e}");
+        }
+    }
+}
+
+/// An open-loop controller that gives `[0, 0]`, then two levels.
+fn steps(levels: [f64; 2]) -> String {
+    let [a, b] = levels;
+    format!("law = \"open-loop\"\nperiod = 0.01\nreference = [[0.0, 0.0], [0.02, {a}], [0.15, {b}]]")
+}
+
+const MOTOR: &str = "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ngear_ratio = 4.0\n\
+    supply_voltage = 24.0\ninput = ";
+
+#[test]
+fn truth_a_target_leads_as_it_led_the_run() {
+    let servo = "kind = \"position-servo\"\nkp = 900.0\nkd = 14.0";
+    replayed(servo, &steps([0.05, -0.03]), "drive.target", "drive.target");
+}
+
+#[test]
+fn truth_a_voltage_leads_as_it_led_the_run() {
+    let motor = format!("{MOTOR}\"voltage\"");
+    replayed(&motor, &steps([6.0, -8.0]), "drive.voltage", "drive.voltage");
+}
+
+#[test]
+fn truth_a_duty_cycle_leads_as_it_led_the_run() {
+    let motor = format!("{MOTOR}\"duty\"");
+    replayed(&motor, &steps([0.3, -0.4]), "drive.command", "drive.command");
+}
+
+#[test]
+fn regress_a_current_leads_as_it_led_the_run() {
+    let motor = format!("{MOTOR}\"current\"");
+    replayed(&motor, &steps([1.0, -2.0]), "drive.command", "drive.current");
+}
+
+#[test]
+fn truth_the_reference_of_a_controller_leads_as_it_led_the_run() {
+    let law = "law = \"position\"\nreads = \"encoder\"\nperiod = 0.001\nkp = 900.0\ndamping = 14.0\n\
+        reference = [[0.0, 0.0], [0.02, 0.05], [0.15, -0.03]]";
+    replayed("kind = \"force\"", law, "aim.reference", "controllers.aim.reference");
+}
+
+#[test]
+fn regress_an_imposed_position_leads_as_it_led_the_run() {
+    let law = "law = \"open-loop\"\nperiod = 1e-4\n\
+        reference = { kind = \"chirp\", amplitude = 0.02, start = 1.0, end = 6.0, duration = 0.8 }";
+    for named in ["bodies.rig.position", "rig.position"] {
+        replayed("kind = \"imposed\"", law, "drive.command", named);
+    }
+}

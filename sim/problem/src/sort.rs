@@ -1,0 +1,80 @@
+//! Files of a known sort by their first bytes, so that a wrong one is named alike wherever it is given.
+
+/// A sort of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sort {
+    /// Its first bytes.
+    pub begins: &'static [u8],
+    /// What it is, in a sentence.
+    pub what: &'static str,
+    /// How it becomes a file that is read; empty for a log, which `feeler import` takes.
+    pub remedy: &'static str,
+}
+
+const fn log(begins: &'static [u8], what: &'static str) -> Sort {
+    Sort { begins, what, remedy: "" }
+}
+
+const fn other(begins: &'static [u8], what: &'static str, remedy: &'static str) -> Sort {
+    Sort { begins, what, remedy }
+}
+
+/// An MCAP log.
+pub const MCAP: Sort = log(b"\x89MCAP0\r\n", "this is an MCAP log");
+/// A ROS 2 bag.
+pub const SQLITE: Sort = log(b"SQLite format 3\0", "this is a database, as ROS 2 bags are (.db3)");
+/// A Parquet table.
+pub const PARQUET: Sort = log(b"PAR1", "this is a Parquet table");
+/// One array of NumPy.
+pub const NPY: Sort = log(b"\x93NUMPY", "this is a NumPy array (.npy)");
+/// An archive; of arrays if its name says so.
+pub const ZIP: Sort = other(
+    b"PK\x03\x04",
+    "this is a zip archive",
+    "unpack it, and name the file in it; an .npz goes to `feeler import` as it is",
+);
+
+const TO_NPZ: &str = "write its arrays with numpy.savez, and give that to `feeler import`";
+const PICTURE: &str = "this is a picture";
+const DRAWN: &str = "name the file that it was drawn from";
+
+/// Every sort with first bytes of its own.
+pub const ALL: [Sort; 20] = [
+    MCAP,
+    SQLITE,
+    PARQUET,
+    NPY,
+    ZIP,
+    other(
+        b"#ROSBAG",
+        "this is a ROS 1 bag",
+        "convert it: `pip install rosbags`, then `rosbags-convert --src FILE --dst bag`",
+    ),
+    other(b"\x89HDF\r\n", "this is an HDF5 file (or a MATLAB 7.3 one)", TO_NPZ),
+    other(b"MATLAB 5.0", "this is a MATLAB file", TO_NPZ),
+    other(
+        b"MDF     ",
+        "this is an MDF measurement (.mf4)",
+        "convert it to CSV or Parquet, as with the Python package asammdf",
+    ),
+    other(b"ULog\x01", "this is a PX4 ULog", "convert it to CSV: `pip install pyulog`, then `ulog2csv FILE`"),
+    other(
+        b"ARROW1",
+        "this is an Arrow or Feather file",
+        "write it as Parquet: pyarrow.parquet.write_table(pyarrow.feather.read_table(FILE), NAME)",
+    ),
+    other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`"),
+    other(b"\x1f\x8b", "this is compressed by gzip", "unpack it: `gunzip FILE`"),
+    other(b"BZh", "this is compressed by bzip2", "unpack it: `bunzip2 FILE`"),
+    other(b"\xfd7zXZ", "this is compressed by xz", "unpack it: `unxz FILE`"),
+    other(b"%PDF", "this is a PDF", DRAWN),
+    other(b"\x89PNG", PICTURE, DRAWN),
+    other(b"\xff\xd8\xff", PICTURE, DRAWN),
+    other(b"GIF8", PICTURE, DRAWN),
+    other(b"\x7fELF", "this is a program", "name a file that it wrote"),
+];
+
+/// The sort of a file that begins with these bytes.
+pub fn sort_of(bytes: &[u8]) -> Option<Sort> {
+    ALL.into_iter().find(|sort| bytes.starts_with(sort.begins))
+}

@@ -1,12 +1,17 @@
 //! Linear theory of the loop: its distance from the limit, and its bandwidth.
 
-use feeler_analysis::{Band, ControlLoop, SampledLoop, modes};
+use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, gain_names, modes};
+use feeler_control::Law;
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
 use super::change::sampled_faster;
+use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
+
+/// The gain on the reference, which closes no loop.
+const FEED_FORWARD: &str = "feed_forward";
 
 /// Smallest relevant factor of the loop's gain; the largest is its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
@@ -38,6 +43,31 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let first = first.filter(|band| lower(band) < SMALLEST_FACTOR.recip());
     let within = |factor: f64| if factor > SMALLEST_FACTOR.recip() { f64::INFINITY } else { factor };
     Some(first.map_or(0.0, |band| within(upper(band))))
+}
+
+/// By how much a loop's gain is above its limit in contact, as its margin below one tells; with the gain and
+/// its limit where there is but one.
+pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
+    let over = plain(two_digits(100.0 * (margin.recip() - 1.0)));
+    only_gain(scenario).map_or_else(
+        || format!("the loop's gain is {over} % above its limit in contact"),
+        |(name, value)| {
+            let [value, limit] = [value, margin * value].map(plain);
+            format!("{name} = {value} is {over} % above the limit of {limit} in contact")
+        },
+    )
+}
+
+/// The gain of the only loop, if it has but one: a factor on the loop is then one on this gain.
+fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
+    let mut closing = scenario.controllers.values().filter(|used| !matches!(used.spec.law, Law::OpenLoop));
+    let (spec, None) = (&closing.next()?.spec, closing.next()) else { return None };
+    if !matches!(spec.law, Law::ExplicitForce(_) | Law::Position(_)) {
+        return None;
+    }
+    let set = |name: &'static str| Some((name, gain(spec, name).ok().filter(|value| *value != 0.0)?));
+    let mut gains = gain_names(&spec.law).into_iter().filter(|name| *name != FEED_FORWARD).filter_map(set);
+    gains.next().filter(|_| gains.next().is_none())
 }
 
 /// Growth within a period that may be rounding.

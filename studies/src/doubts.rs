@@ -72,7 +72,7 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
         return Some(Problem::new(
             format!("controllers.{}.reference", found.name),
             format!(
-                "the reference asks `{touched}` for {}, and it only pushes: the force of a push is above zero",
+                "the reference asks `{touched}` for {}, and it only pushes: a push is above zero",
                 with_unit(least_n, unit[0])
             ),
             "turn the sign of the reference",
@@ -80,8 +80,8 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
     }
     let sinks = most_n / contact.stiffness;
     // A law of its own takes the place of the stiffness.
-    let is_soft =
-        sinks > SOFT_M && contact.effects.is_empty() && scenario.machine.axis == Axis::Translational;
+    let is_linear = contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty();
+    let is_soft = sinks > SOFT_M && is_linear && scenario.machine.axis == Axis::Translational;
     is_soft.then(|| {
         Problem::new(
             format!("contacts.{touched}.stiffness"),

@@ -143,8 +143,8 @@ fn truth_remedies_are_settings_that_cure() {
     }
 }
 
-/// Half a second shows that the loop chatters; with a lower gain it comes to rest only later. So the remedy makes
-/// the run longer, and the text says how long.
+/// Half a second shows that the loop chatters; with a lower gain it comes to rest only later. So the remedy
+/// makes the run longer, and the text says how long.
 #[test]
 fn truth_a_remedy_that_rests_later_brings_a_longer_run() {
     let text = with_sensor("delay = 0.006", 0.001, 1.2).replace("duration = 3.0", "duration = 0.5");

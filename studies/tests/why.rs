@@ -201,8 +201,7 @@ fn regress_a_virtual_wall_that_grows_is_explained() {
     assert!(!found.remedies.is_empty());
 }
 
-/// The loop of a sampled servo, and the same loop as a controller, in contact: 2 ms from sample to sample, and
-/// 2 ms until the output acts.
+/// The loop of a sampled servo in contact: 2 ms from sample to sample, and 2 ms until the output acts.
 const SERVO: &str = r#"
 [bodies.m]
 mass = 2.0

@@ -2,8 +2,8 @@
 //!
 //! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full
 //! simulation confirms, best proposal first, on every machine that the uncertainty allows: it comes to rest,
-//! and so do its neighbours and every share of its gains on the way to it. Where machines are many, the search
-//! looks at a few of them, and at each that a proposal fails on from then on.
+//! and so do its neighbours and every share of its gains on the way to it. Where machines are many, the
+//! search looks at a few of them, and at each that a proposal fails on from then on.
 
 mod code;
 mod draws;
@@ -227,7 +227,7 @@ impl Tuning<'_> {
         }
     }
 
-    /// The best of a ranking that the simulation confirms on the machines in use, with the runs of its shares.
+    /// The best of a ranking that the simulation confirms on the machines in use, and the runs of its shares.
     fn confirmed(
         &self,
         ranked: &[Scored],

@@ -1,4 +1,4 @@
-//! Controllers beside a proposal. One run at the edge of chatter proves nothing: its neighbours must rest too.
+//! Controllers beside a proposal. One run at the edge of chatter proves nothing: neighbours must rest too.
 
 use feeler_control::{ControllerSpec, Law};
 

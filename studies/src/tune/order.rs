@@ -9,7 +9,7 @@ use super::spec::{Measure, Spec};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, which a loop with a gain
-/// margin of two bears from any stable step, then smaller ones. A controller is tuned only if all come to rest.
+/// margin of two bears from any stable step, then smaller ones. All come to rest, or nothing is proposed.
 const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// A force this much above the largest that any run shows is none that the model knows: a quarter, the half
 /// of what a gain margin of 6 dB leaves in amplitude.
@@ -49,7 +49,7 @@ pub(super) fn on_the_way(tuned: &ControllerSpec) -> Vec<(String, ControllerSpec)
     below.map(|share| (format!("{share} of the gains"), Knobs::with_share(tuned, share))).collect()
 }
 
-/// The steps to a tuned controller. `expected` is what the runs of each share come to, that of the whole last;
+/// The steps to a tuned controller. `expected` is what the runs of each share come to, the whole last;
 /// `settings` gives what `--set` takes for each of some controllers.
 pub(super) fn steps(
     plants: &[LinearPlant],

@@ -95,7 +95,7 @@ fn remedy(
     }
 }
 
-/// A change with as much of the gain as linear theory allows; `None` if nothing changes or it does not settle.
+/// A change with as much of the gain as linear theory allows; `None` if nothing changes or settles.
 fn lowered(
     written: &Written,
     what: &str,

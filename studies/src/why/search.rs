@@ -226,7 +226,7 @@ fn ended(outcome: Outcome) -> &'static str {
         Outcome::BouncesThenSettles => "the tool bounced, and then the force settled",
         Outcome::Driven => "the force followed its moving reference to the end",
         Outcome::FollowsSurface => "the force followed the moving surface to the end",
-        Outcome::NoContact => "the tool did not touch, or left for good",
+        Outcome::NoContact => "the tool did not touch, or left and did not return",
         _ => "the force comes to rest",
     }
 }

@@ -107,6 +107,13 @@ pub(super) fn at_rest(written: &Written, change: impl Fn(&mut Scenario)) -> Opti
     longer.settles().then_some(longer)
 }
 
+fn in_digits(setting: Setting) -> Setting {
+    match setting {
+        Setting::Number(value) => Setting::Number(rounded(value, DIGITS)),
+        other => other,
+    }
+}
+
 /// The mildest of a family of changes after which the force settles within the run, with its size; `sizes` go
 /// from mild to strong. If none does, the first that does in a longer run.
 pub(super) fn mildest(

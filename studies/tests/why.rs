@@ -255,13 +255,3 @@ fn regress_a_sampled_servo_is_explained_as_the_same_loop_of_a_controller() {
     let [a, b] = [servo.gain_margin.unwrap(), controller.gain_margin.unwrap()];
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
 }
-
-/// Closed form of analysis: the limit of `kp` is 0.9027, so that 1.2 is 33 % above it.
-#[test]
-fn truth_the_limit_is_told_as_a_value_of_the_gain() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join("chatter/sustained.toml");
-    let document = Document::load(&path).unwrap();
-    let document = document.with([("run.duration", Setting::Number(1.0))]).unwrap();
-    let verdict = explain(&document.scenario, &|_| {}).unwrap().verdict;
-    assert!(verdict.contains("kp = 1.2 is 33 % above the limit of 0.9027"), "{verdict}");
-}

@@ -122,13 +122,20 @@ pub(super) fn mildest(
     change: impl Fn(&mut Scenario, f64) + Sync,
 ) -> Option<(f64, Changed)> {
     let at = |size: f64| written.with(|scenario| change(scenario, size));
-    let tried: Vec<Option<Changed>> =
-        sizes.par_iter().map(|&size| at(size).filter(Changed::settles)).collect();
-    let Some(first) = tried.iter().position(Option::is_some) else {
-        let in_longer_run = |&size: &f64| Some((size, at_rest(written, |s| change(s, size))?));
-        return sizes.iter().find_map(in_longer_run);
+    let tried: Vec<Option<(Changed, f64)>> = (sizes.par_iter())
+        .map(|&size| {
+            let changed = at(size)?;
+            let seen_s = changed.rest_seen_s()?;
+            Some((changed, seen_s))
+        })
+        .collect();
+    let within = |(changed, seen_s): &(Changed, f64)| changed.is_within_run(*seen_s);
+    let Some(first) = tried.iter().position(|found| found.as_ref().is_some_and(within)) else {
+        let mut resting =
+            sizes.iter().zip(&tried).filter(|(_, found)| found.is_some()).map(|(size, _)| *size);
+        return resting.find_map(|size| Some((size, at_rest(written, |s| change(s, size))?)));
     };
-    let (mut strong, mut found) = (sizes[first], tried.into_iter().flatten().next()?);
+    let (mut strong, mut found) = (sizes[first], tried.into_iter().nth(first)??.0);
     let mut mild = first.checked_sub(1).map_or(1.0, |before| sizes[before]);
     for _ in 0..HALVINGS {
         let middle = (mild * strong).sqrt();

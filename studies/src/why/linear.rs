@@ -1,17 +1,15 @@
 //! Linear theory of the loop: its distance from the limit, and its bandwidth.
 
-use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, gain_names, modes};
+use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, leading_gain, modes, with_gain};
 use feeler_control::Law;
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
 use super::change::sampled_faster;
+use super::remedy::scale_errors;
 use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
-
-/// The gain on the reference, which closes no loop.
-const FEED_FORWARD: &str = "feed_forward";
 
 /// Smallest relevant factor of the loop's gain; the largest is its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
@@ -62,12 +60,17 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
 fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
     let mut closing = scenario.controllers.values().filter(|used| !matches!(used.spec.law, Law::OpenLoop));
     let (spec, None) = (&closing.next()?.spec, closing.next()) else { return None };
-    if !matches!(spec.law, Law::ExplicitForce(_) | Law::Position(_)) {
-        return None;
-    }
-    let set = |name: &'static str| Some((name, gain(spec, name).ok().filter(|value| *value != 0.0)?));
-    let mut gains = gain_names(&spec.law).into_iter().filter(|name| *name != FEED_FORWARD).filter_map(set);
-    gains.next().filter(|_| gains.next().is_none())
+    let damping = match &spec.law {
+        Law::ExplicitForce(gains) => gains.damping,
+        Law::Position(gains) => gains.damping,
+        _ => return None,
+    };
+    let leading = leading_gain(spec)?;
+    let value = gain(spec, leading).ok().filter(|value| *value != 0.0)?;
+    let mut open = spec.law.clone();
+    scale_errors(&mut open, 0.0);
+    let is_only = damping == 0.0 && with_gain(spec, leading, 0.0).is_ok_and(|without| without.law == open);
+    is_only.then_some((leading, value))
 }
 
 /// Growth within a period that may be rounding.

@@ -1,12 +1,13 @@
 //! Doubtful values in a file without mistakes.
 
 use feeler_analysis::{ControlLoop, gain, gain_names, modes};
-use feeler_control::{ControllerSpec, Law};
+use feeler_control::{ControllerSpec, Law, Reference};
 use feeler_engine::Scenario;
 use feeler_plant::assembly::Source;
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Axis, ContactLaw, Engagement, Quantity};
 use feeler_problem::Problem;
 
+use crate::numbers::with_unit;
 use crate::operating_point::contact_view;
 use crate::run::ForceLoop;
 
@@ -15,10 +16,16 @@ const LEAST_SAMPLES: f64 = 2.0;
 /// Largest damping ratio of the modes that are checked; others hardly oscillate.
 const HARDLY_SWINGS: f64 = 0.5;
 
+/// Instants of a run at which a reference is looked at.
+const INSTANTS: u32 = 200;
+/// Farthest that a tool plausibly sinks into what it presses on, m: a thick foam gives way by this.
+const SOFT_M: f64 = 0.02;
+
 /// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it
 /// applies.
 pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     let mut found = without_gains(scenario);
+    found.extend(of_reference(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
         found.extend(slow_samples(scenario, &whole));
         found.extend(pushed_away(scenario, &whole));
@@ -42,6 +49,50 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
         )
     })
     .collect()
+}
+
+/// A contact that only pushes and is asked for a pull, or sinks in by centimetres under the force asked for.
+fn of_reference(scenario: &Scenario) -> Option<Problem> {
+    let found = ForceLoop::find(scenario)?;
+    let spec = &scenario.controllers[found.controller].spec;
+    let (touched, contact) = scenario.machine.contacts.get_index(found.contact)?;
+    let sensor = &scenario.machine.sensors[found.sensor];
+    if sensor.reads.element != *touched || contact.engagement != Engagement::Unilateral || sensor.gain == 0.0
+    {
+        return None;
+    }
+    let reference = Reference::new(&spec.reference, scenario.run.seed, &found.name).ok()?;
+    let wanted = (0..=INSTANTS).map(|i| {
+        let t_s = scenario.run.duration_s * f64::from(i) / f64::from(INSTANTS);
+        reference.value(t_s) / sensor.gain
+    });
+    let [least_n, most_n] = wanted.fold([0.0_f64; 2], |[least, most], n| [least.min(n), most.max(n)]);
+    let unit = if scenario.machine.axis == Axis::Translational { ["N", "m"] } else { ["N m", "rad"] };
+    if least_n < 0.0 && most_n <= 0.0 {
+        return Some(Problem::new(
+            format!("controllers.{}.reference", found.name),
+            format!(
+                "the reference asks `{touched}` for {}, and it only pushes: a push is above zero",
+                with_unit(least_n, unit[0])
+            ),
+            "turn the sign of the reference",
+        ));
+    }
+    let sinks = most_n / contact.stiffness;
+    // A law of its own takes the place of the stiffness.
+    let is_linear = contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty();
+    let is_soft = sinks > SOFT_M && is_linear && scenario.machine.axis == Axis::Translational;
+    is_soft.then(|| {
+        Problem::new(
+            format!("contacts.{touched}.stiffness"),
+            format!(
+                "under the {} asked for, the tool sinks in by {}",
+                with_unit(most_n, unit[0]),
+                with_unit(sinks, unit[1])
+            ),
+            "stiffness is in N/m unless a unit is given: write \"kN/m\" if that is meant",
+        )
+    })
 }
 
 /// Controllers with less than two samples per cycle of a motion of the machine in contact.
@@ -140,5 +191,24 @@ reference = 20.0
         let reversed =
             AXIS.replace("between = [\"m\", \"ground\"]\nstiff", "between = [\"ground\", \"m\"]\nstiff");
         assert_eq!(keys(&reversed), ["contacts.tool.between"]);
+    }
+
+    /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.
+    #[test]
+    fn truth_a_pull_and_a_wall_of_foam_are_doubted() {
+        let pulls = AXIS.replace("reference = 20.0", "reference = -20.0");
+        assert_eq!(keys(&pulls), ["controllers.f.reference"]);
+        assert_eq!(
+            keys(&pulls.replace("stiffness", "engagement = \"clamped\"\nstiffness")),
+            Vec::<String>::new()
+        );
+        // A sensor whose reading falls as the tool pushes.
+        let turned = pulls.replace("spring_force\"", "spring_force\"\ngain = -1.0");
+        assert!(!keys(&turned).contains(&"controllers.f.reference".to_owned()));
+        let of = |stiffness: &str| {
+            keys(&AXIS.replace("stiffness = 100000.0", &format!("stiffness = {stiffness}")))
+        };
+        assert_eq!(of("200.0"), ["contacts.tool.stiffness"]);
+        assert_eq!(of("2000.0"), Vec::<String>::new());
     }
 }

@@ -1,10 +1,11 @@
 //! Outcomes of machines whose behaviour is known by construction. Runs are extended until they are decided,
 //! as in a sweep.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use feeler_files::Document;
-use feeler_studies::run::{Candidate, Outcome, Summary};
+use feeler_files::{CellFile, Document, Draft};
+use feeler_studies::run::{Candidate, Outcome, Summary, run_cell};
 
 /// Summary of an axis of 20 kg on a wall of 100 kN/m.
 fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration_s: f64) -> Summary {
@@ -268,4 +269,39 @@ fn prop_no_scenario_of_the_project_ends_undecided() {
         }
     }
     assert!(undecided.is_empty(), "{}", undecided.join("\n"));
+}
+
+/// The settling band: 2 % of 20 N.
+const SETTLED_N: f64 = 0.4;
+
+/// The same of every whole arm; at low gain it settles at 20 N, at high gain it chatters, and thrown at the
+/// workpiece with idle drives it does not return.
+#[test]
+fn prop_no_scenario_of_an_arm_ends_undecided() {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/arms"));
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let is_of_arm = |text: String| text.lines().any(|line| line.starts_with("arm "));
+        if path.extension().is_some_and(|extension| extension == "toml")
+            && is_of_arm(std::fs::read_to_string(&path).unwrap())
+        {
+            let file = Draft::load(&path).and_then(CellFile::build).unwrap_or_else(|error| panic!("{error}"));
+            found.insert(file.name.clone(), run_cell(&file, &mut |_| {}).unwrap().summary);
+        }
+    }
+    for (name, summary) in &found {
+        assert_ne!(summary.figures.outcome, Outcome::Undecided, "{name}: {:?}", summary.figures.verdict);
+    }
+    let [low, high, impact] = ["press-low-gain", "press-high-gain", "impact"].map(|name| &found[name]);
+    assert_eq!(low.figures.outcome, Outcome::Settled);
+    assert!((low.final_force_n - 20.0).abs() < SETTLED_N, "{}", low.final_force_n);
+    assert_eq!(high.figures.outcome, Outcome::Chatter);
+    assert!(
+        high.figures.bounces > 10 && high.figures.contact_share < 0.9,
+        "{} {}",
+        high.figures.bounces,
+        high.figures.contact_share
+    );
+    assert_eq!((impact.figures.outcome, impact.figures.bounces), (Outcome::NoContact, 1));
 }

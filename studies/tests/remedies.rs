@@ -4,7 +4,6 @@
 
 use feeler_analysis::{ControlLoop, View};
 use feeler_files::{Document, with_settings};
-use feeler_studies::run::Outcome;
 use feeler_studies::why::{Cause, Change, Explanation, explain};
 
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
@@ -120,18 +119,49 @@ fn regress_why_and_analyze_agree_on_the_limit() {
     assert!((0.4 * factor - limit).abs() < SAME * limit, "{} {limit}", 0.4 * factor);
 }
 
-/// The written remedy equals the tried one.
+/// The written remedy equals the tried one, and comes to rest within the run of the written file. The verdict
+/// tells the limit as a value of the gain: 0.9027, as `feeler analyze` does.
 #[test]
 fn truth_remedies_are_settings_that_cure() {
-    let text = with_sensor("delay = 0.006", 0.001, 1.2);
-    let found = explained(&text);
-    assert!(!found.remedies.is_empty());
-    for remedy in found.remedies.iter().take(3) {
-        assert!(!remedy.settings.is_empty(), "{remedy:?}");
-        let written = with_settings(&text, &remedy.settings, None).unwrap();
-        assert!(written.contains("# as bought"));
-        let result = feeler_studies::run::run(&document(&written).scenario, &mut |_| {}).unwrap();
-        let outcome = result.summary.outcome;
-        assert!(outcome.is_stable() || outcome == Outcome::Undecided, "{remedy:?}: {outcome:?}");
+    let delayed = with_sensor("delay = 0.006", 0.001, 1.2);
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+    let chatters = std::fs::read_to_string(folder.join("chatter/sustained.toml")).unwrap();
+    for (text, comment, told) in [
+        (delayed, "# as bought", "kp = 1.2 is"),
+        (chatters, "# no stiffness: a viscous guide", "kp = 1.2 is 33 % above the limit of 0.9027"),
+    ] {
+        let found = explained(&text);
+        assert!(found.verdict.contains(told), "{}", found.verdict);
+        assert!(found.remedies.len() > 2, "{found:?}");
+        for remedy in &found.remedies {
+            assert!(remedy.settles && !remedy.settings.is_empty(), "{remedy:?}");
+            let written = with_settings(&text, &remedy.settings, None).unwrap();
+            assert!(written.contains(comment));
+            let result = feeler_studies::run::run(&document(&written).scenario, &mut |_| {}).unwrap();
+            let verdict = result.summary.verdict;
+            assert!(verdict.outcome.is_stable(), "{remedy:?}: {verdict:?}");
+        }
+        let lead = found.remedies.iter().find(|remedy| remedy.what.starts_with("a lead with its zero at "));
+        let frequencies = lead.map(|lead| lead.what.matches(" Hz").count());
+        assert_eq!(frequencies, Some(2), "{:?}", found.remedies);
     }
+}
+
+/// Half a second shows that the loop chatters; with a lower gain it comes to rest only later. So the remedy
+/// makes the run longer, and the text says how long.
+#[test]
+fn truth_a_remedy_that_rests_later_brings_a_longer_run() {
+    let text = with_sensor("delay = 0.006", 0.001, 1.2).replace("duration = 3.0", "duration = 0.5");
+    let found = explained(&text);
+    assert!(!found.remedies.is_empty(), "{}", found.verdict);
+    let mut longer = 0;
+    for remedy in &found.remedies {
+        let written = with_settings(&text, &remedy.settings, None).unwrap();
+        let result = feeler_studies::run::run(&document(&written).scenario, &mut |_| {}).unwrap();
+        assert!(result.summary.outcome.is_stable(), "{remedy:?}: {:?}", result.summary.verdict);
+        let lengthens = remedy.settings.iter().any(|set| set.starts_with("run.duration="));
+        assert_eq!(lengthens, remedy.what.contains(", over "), "{remedy:?}");
+        longer += usize::from(lengthens);
+    }
+    assert!(longer > 0, "{:?}", found.remedies);
 }

@@ -200,3 +200,58 @@ fn regress_a_virtual_wall_that_grows_is_explained() {
     assert!((margin - 0.8).abs() < 0.008, "{margin}");
     assert!(!found.remedies.is_empty());
 }
+
+/// The loop of a sampled servo in contact: 2 ms from sample to sample, and 2 ms until the output acts.
+const SERVO: &str = r#"
+[bodies.m]
+mass = 2.0
+[springs.guide]
+between = ["ground", "m"]
+damping = 5.0
+[contacts.tool]
+between = ["m", "ground"]
+stiffness = 20000.0
+damping = 20.0
+gap = 0.002
+[actuators.servo]
+on = "m"
+kind = "position-servo"
+kp = 40000.0
+kd = 100.0
+period = 0.002
+compute_delay = 0.002
+[controllers.target]
+law = "open-loop"
+drives = "servo"
+period = 0.001
+reference = 0.003
+[run]
+duration = 1.0
+"#;
+
+#[test]
+fn regress_a_sampled_servo_is_explained_as_the_same_loop_of_a_controller() {
+    let controller = SERVO
+        .replace(
+            "kind = \"position-servo\"\nkp = 40000.0\nkd = 100.0\nperiod = 0.002\ncompute_delay = 0.002",
+            "[sensors.encoder]\nreads = \"m.position\"",
+        )
+        .replace(
+            "law = \"open-loop\"\ndrives = \"servo\"\nperiod = 0.001",
+            "law = \"position\"\nreads = \"encoder\"\nmotion = \"encoder\"\ndrives = \"servo\"\n\
+             kp = 40000.0\ndamping = 100.0\nperiod = 0.002\ndelay = 0.002",
+        );
+    let [servo, controller] = [SERVO, &controller].map(|text| {
+        let document = Document::parse(text, "servo.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"));
+        explain(&document.scenario, &|_| {}).unwrap()
+    });
+    let of = |found: &feeler_studies::why::Explanation| {
+        found.causes.iter().map(|cause| cause.words()).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&controller), ["sampling and delay"], "{}", controller.verdict);
+    assert_eq!(of(&servo), of(&controller), "{}", servo.verdict);
+    assert!(!servo.remedies.is_empty() && servo.remedies.iter().all(|remedy| !remedy.settings.is_empty()));
+    // One loop, so one limit; edges are exact to 1e-12.
+    let [a, b] = [servo.gain_margin.unwrap(), controller.gain_margin.unwrap()];
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+}

@@ -111,7 +111,7 @@ fn details(found: &Explanation, units: Units) -> String {
         let settings = table(&["remedy", "applied by"], &[], setting_rows(found));
         let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
         let costs =
-            table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies);
+            table(&["remedies, cheapest first", "gain kept", "bandwidth", "than now"], &[1, 2, 3], remedies);
         format!("{costs}\n\n{settings}\n {about}")
     };
     format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")

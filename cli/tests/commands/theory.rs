@@ -77,6 +77,20 @@ fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
     }
 }
 
+/// The first sentence answers for the loop as set: its margins, its limit and what sets it.
+#[test]
+fn truth_an_analysis_begins_with_the_loop_as_set() {
+    let text = printed(&["analyze", "paper/flexible-contact.toml"]);
+    let first = text.lines().next().unwrap();
+    assert!(
+        first.starts_with("kp = 0.75 is stable but fragile (phase margin 5.791°, gain margin 2.009, "),
+        "{first}"
+    );
+    let limit = "up to the limit of 1.507, set by sampling and delay, where it swings at 32.52 Hz.";
+    assert!(first.ends_with(limit), "{first}");
+    assert!(!first.contains(". "), "{first}");
+}
+
 #[test]
 fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);

@@ -102,7 +102,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     if finished.end == Some(RunEnd::Completed) {
         simulation.finish();
     }
-    let standing = Standing::of_arm(&simulation);
+    let standing = Standing::of_arm(&simulation, cell);
     let (assembly, step_s) = (simulation.assembly().clone(), simulation.step_s());
     let found = simulation.into_record();
     let mut record = found.measures;

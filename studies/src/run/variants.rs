@@ -10,7 +10,7 @@ use crate::run::measure::strobe::Strobe;
 use crate::run::record::lanes::Lanes;
 use crate::run::record::recording::Recording;
 use crate::run::verdict::MOST_EXTENSION;
-use crate::run::{Ended, Judged, Summary, engine};
+use crate::run::{Ended, Judged, Outcome, Summary, engine};
 
 /// Number of variants side by side.
 pub const LANES: usize = 8;
@@ -32,7 +32,7 @@ pub struct Measured {
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
     /// touch-down (the maximum of each cycle if the tool stays in contact). One value if every cycle repeats
-    /// the last, two after a period doubling.
+    /// the last, two after a period doubling; none of a motion that grows, or whose end is not known.
     pub strobe_n: Vec<f64>,
 }
 
@@ -89,6 +89,9 @@ impl Candidate {
 
     fn strobe_n(&self, contact: &ContactRun, record: &Trace, summary: &Summary, tail: usize) -> Vec<f64> {
         let Some(force_n) = record.column(&contact.force_signal()) else { return Vec::new() };
+        if matches!(summary.outcome, Outcome::Undecided | Outcome::Unstable) {
+            return Vec::new();
+        }
         if summary.oscillation.is_none() {
             return force_n.last().copied().into_iter().collect();
         }
@@ -170,7 +173,7 @@ fn measure_lanes<L: Lane>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{Outcome, Undecided};
+    use crate::run::Undecided;
     use feeler_files::{Document, Setting};
 
     fn file(name: &str) -> Document {
@@ -274,6 +277,21 @@ mod tests {
         let far = of(&[("run.duration", 0.1), ("contacts.tool.gap", 1.0)]);
         assert_eq!(far.outcome, Outcome::NoContact);
         assert!((far.simulated_s - 0.1 * MOST_EXTENSION).abs() < 1e-9, "{}", far.simulated_s);
+    }
+
+    /// At rest it is the force of rest; a force at which a run happens to end is no point of any map.
+    #[test]
+    fn regress_a_run_that_is_undecided_has_no_strobe() {
+        let of = |duration: f64| {
+            let settings = [number("controllers.force.kp", 0.3), number("run.duration", duration)];
+            let document = file("chatter/sustained.toml").with(settings).unwrap();
+            Candidate::new(document.scenario).unwrap().measure(16).unwrap()
+        };
+        let (rests, ends) = (of(2.0), of(0.05));
+        assert!(rests.summary.outcome.is_stable() && rests.strobe_n.len() == 1, "{:?}", rests.strobe_n);
+        assert!((rests.strobe_n[0] - 20.0).abs() < 0.4, "{:?}", rests.strobe_n);
+        assert_eq!(ends.summary.outcome, Outcome::Undecided);
+        assert_eq!(ends.strobe_n, Vec::<f64>::new());
     }
 
     /// A virtual wall is passive up to 2 b / T = 120 kN/m.

@@ -1,14 +1,16 @@
 //! Chooses gains, and a filter, lead or notch, for the largest bandwidth under limits.
 //!
 //! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full
-//! simulation confirms, best proposal first, on every machine that the uncertainty allows. Where machines are
-//! many, the search looks at a few of them, and at each that a proposal fails on from then on.
+//! simulation confirms, best proposal first, on every machine that the uncertainty allows: it comes to rest,
+//! and so do its neighbours and every share of its gains on the way to it. Where machines are many, the
+//! search looks at a few of them, and at each that a proposal fails on from then on.
 
 mod code;
 mod draws;
 mod equation;
 mod error;
 mod knobs;
+mod neighbours;
 mod order;
 mod search;
 mod simulated;
@@ -33,11 +35,12 @@ pub use simulated::Runs;
 pub use spec::{Limit, Measure, Part, Spec};
 pub use theory::Figures;
 
-use crate::run::ForceLoop;
+use crate::run::{ForceLoop, Outcome};
 use error::refused;
 use knobs::Knobs;
+use neighbours::neighbours;
 use search::{FINEST, Point, Scored, Search};
-use simulated::Trouble;
+use simulated::{Ran, Trouble};
 use theory::LinearPlant;
 
 /// Proposals that are simulated beside each other.
@@ -108,9 +111,8 @@ pub fn tune(
     };
     let found = tuning.best()?;
     let tuned = knobs.spec(&Search::sizes(&found.point));
-    let all: Vec<&Scenario> = machines.iter().collect();
-    progress("order of steps");
-    let steps = order::steps(&all, &plants, &name, &tuned, spec, &|to| changes(&name, base, to));
+    let runs = found.runs.last().cloned().unwrap_or_default();
+    let steps = order::steps(&plants, &tuned, found.runs, spec, &|to| changes(&name, base, to));
     let settings = changes(&name, base, std::slice::from_ref(&tuned)).concat();
     let written = document.with(
         settings.iter().filter_map(|words| words.split_once('=')).map(|(key, value)| (key, setting(value))),
@@ -125,7 +127,7 @@ pub fn tune(
         before,
         after,
         bandwidth_hz: found.score,
-        runs: found.runs,
+        runs,
         settings,
         steps,
         equation,
@@ -157,10 +159,14 @@ fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
 struct Found {
     point: Point,
     score: f64,
-    runs: Runs,
+    /// Of each share of the gains, the whole last.
+    runs: Vec<Runs>,
     simulated: usize,
     theory_alone_hz: Option<f64>,
 }
+
+/// What the runs of each share of the gains come to, or the first machine with a trouble.
+type Confirmed = Result<Vec<Runs>, (usize, Trouble)>;
 
 struct Tuning<'a> {
     spec: &'a Spec,
@@ -189,12 +195,12 @@ impl Tuning<'_> {
             };
             let theory_hz = best.score;
             (self.progress)("simulation");
-            let found = self.confirmed(&ranked, step, &active, &mut simulated)?;
-            let failing = self.failing(&found.point, &active, &mut simulated);
+            let (found, known) = self.confirmed(&ranked, step, &active, &mut simulated)?;
+            let failing = self.failing(&found.point, &active, known, &mut simulated);
             match failing {
                 Ok(runs) => {
                     let asks = self.spec.limits.iter().any(|limit| limit.of == Measure::Overshoot);
-                    if asks && runs.overshoot.is_none() {
+                    if asks && runs.last().is_none_or(|runs| runs.overshoot.is_none()) {
                         return Err(refused(
                             "--spec: there is no overshoot: no force has a reference above zero that rests",
                             "leave `overshoot` out, or limit `step overshoot`",
@@ -221,48 +227,104 @@ impl Tuning<'_> {
         }
     }
 
-    /// The best of a ranking that the simulation confirms on the machines in use.
+    /// The best of a ranking that the simulation confirms on the machines in use, and the runs of its shares.
     fn confirmed(
         &self,
         ranked: &[Scored],
         step: f64,
         active: &[usize],
         simulated: &mut usize,
-    ) -> Result<Scored, TuneError> {
+    ) -> Result<(Scored, Vec<Runs>), TuneError> {
         let meeting: Vec<&Scored> = ranked.iter().filter(|scored| scored.score > 0.0).collect();
         let mut first_trouble = None;
         // The best alone first: most often it passes.
         let (best, others) = meeting.split_at(1.min(meeting.len()));
         for some in std::iter::once(best).chain(others.chunks(BESIDE)) {
             *simulated += some.len();
-            let troubles: Vec<Option<Trouble>> = (some.par_iter())
-                .map(|scored| self.simulate(&scored.point, active).1.map(|(_, trouble)| trouble))
-                .collect();
-            let passed = some.iter().zip(&troubles).find(|(_, trouble)| trouble.is_none());
-            if let Some((found, _)) = passed {
-                if best.contains(found) {
-                    return Ok((*found).clone());
+            let alone: Vec<Ran> = some.par_iter().map(|scored| self.run(&scored.point, active)).collect();
+            for (&scored, ran) in some.iter().zip(alone) {
+                match self.with_those_around(&scored.point, ran, active, simulated) {
+                    Ok(runs) if best.contains(&scored) => return Ok((scored.clone(), runs)),
+                    Ok(mut runs) => {
+                        let mut rests = |scored: &Scored| {
+                            let found = self.at_rest(&scored.point, active, simulated);
+                            found.map(|found| runs = found).is_ok()
+                        };
+                        let found = self.search.climb(scored.clone(), step.max(FINEST), active, &mut rests);
+                        return Ok((found, runs));
+                    }
+                    Err((_, trouble)) => first_trouble = first_trouble.or(Some(trouble)),
                 }
-                let mut passes = |scored: &Scored| {
-                    *simulated += 1;
-                    self.simulate(&scored.point, active).1.is_none()
-                };
-                return Ok(self.search.climb((*found).clone(), step.max(FINEST), active, &mut passes));
             }
-            first_trouble = first_trouble.or(troubles.into_iter().flatten().next());
         }
         Err(nothing_settles(first_trouble))
     }
 
-    fn simulate(&self, point: &[f64], machines: &[usize]) -> (Runs, Option<(usize, Trouble)>) {
-        let machines: Vec<&Scenario> = machines.iter().map(|&i| &self.machines[i]).collect();
-        Runs::of(&machines, self.name, &self.knobs.spec(&Search::sizes(point)), self.spec)
+    fn run(&self, point: &[f64], machines: &[usize]) -> Ran {
+        self.run_with(&self.knobs.spec(&Search::sizes(point)), self.spec, machines)
     }
 
-    /// What all runs come to, or machines not in use yet on which a point fails: those that miss limits of
-    /// theory by most, else the first whose run does not pass.
-    fn failing(&self, point: &[f64], active: &[usize], simulated: &mut usize) -> Result<Runs, Vec<usize>> {
+    fn run_with(&self, controller: &ControllerSpec, asked: &Spec, machines: &[usize]) -> Ran {
+        let machines: Vec<&Scenario> = machines.iter().map(|&i| &self.machines[i]).collect();
+        Runs::of(&machines, self.name, controller, asked)
+    }
+
+    /// What the runs of each share of the gains come to, the whole last, or the first machine on which a
+    /// point, a share or a neighbour fails.
+    fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
+        *simulated += 1;
+        self.with_those_around(point, self.run(point, machines), machines, simulated)
+    }
+
+    /// The same of a point that has been run. Limits bind the point alone: of shares and neighbours, rest is
+    /// all that is asked for.
+    fn with_those_around(
+        &self,
+        point: &[f64],
+        (alone, trouble): Ran,
+        machines: &[usize],
+        simulated: &mut usize,
+    ) -> Confirmed {
+        if let Some(failing) = trouble {
+            return Err(failing);
+        }
+        let asked = Spec { limits: Vec::new(), ..Spec::default() };
+        let tuned = self.knobs.spec(&Search::sizes(point));
+        let near = |what: &str, trouble| Trouble::Near(what.into(), Box::new(trouble));
+        let mut runs = Vec::new();
+        let shares = order::on_the_way(&tuned);
+        for (what, spec) in &shares {
+            if let Some(i) = machines.iter().position(|&machine| !self.search.is_stable(spec, machine)) {
+                return Err((i, near(what, Trouble::Ends(Outcome::Unstable))));
+            }
+        }
+        let steps = shares.len();
+        for (what, spec) in shares.into_iter().chain(neighbours(&tuned)) {
+            *simulated += 1;
+            let (of_this, trouble) = self.run_with(&spec, &asked, machines);
+            if let Some((machine, trouble)) = trouble {
+                return Err((machine, near(&what, trouble)));
+            }
+            runs.push(of_this);
+        }
+        runs.truncate(steps);
+        runs.push(alone);
+        Ok(runs)
+    }
+
+    /// What all runs come to, `known` if all machines are in use, or machines not in use yet on which a point
+    /// fails: those that miss limits of theory by most, else the first whose runs do not pass.
+    fn failing(
+        &self,
+        point: &[f64],
+        active: &[usize],
+        known: Vec<Runs>,
+        simulated: &mut usize,
+    ) -> Result<Vec<Runs>, Vec<usize>> {
         let others: Vec<usize> = (0..self.machines.len()).filter(|i| !active.contains(i)).collect();
+        if others.is_empty() {
+            return Ok(known);
+        }
         let mut missed: Vec<(usize, f64)> = others
             .par_iter()
             .map(|&i| (i, self.search.score(point, &[i])))
@@ -272,12 +334,8 @@ impl Tuning<'_> {
         if !missed.is_empty() {
             return Err(missed.into_iter().take(JOINING).map(|(i, _)| i).collect());
         }
-        *simulated += 1;
         let all: Vec<usize> = (0..self.machines.len()).collect();
-        match self.simulate(point, &all) {
-            (runs, None) => Ok(runs),
-            (_, Some((machine, _))) => Err(vec![machine]),
-        }
+        self.at_rest(point, &all, simulated).map_err(|(machine, _)| vec![machine])
     }
 }
 
@@ -318,6 +376,16 @@ fn nothing_settles(trouble: Option<Trouble>) -> TuneError {
             ),
             "see `feeler why FILE` for the cause and its remedy",
         ),
+        Some(Trouble::Near(what, trouble)) => {
+            let ends = match *trouble {
+                Trouble::Ends(outcome) => format!("ends as {}", outcome.name()),
+                _ => "fails".to_owned(),
+            };
+            refused(
+                format!("no gains that theory allows rest safely in simulation: with {what} the best {ends}"),
+                "ask for more margin, or see `feeler why FILE` for what chatters",
+            )
+        }
         Some(Trouble::Fails(why)) => refused(format!("no run succeeds: {why}"), "see `feeler run FILE`"),
         None => refused("no gains were tried", "widen the limits on gains"),
     }

@@ -1,7 +1,6 @@
 //! In which order to try gains on the robot, and what tells to stop.
 
 use feeler_control::ControllerSpec;
-use feeler_engine::Scenario;
 use serde::Serialize;
 
 use super::knobs::Knobs;
@@ -10,7 +9,7 @@ use super::spec::{Measure, Spec};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, which a loop with a gain
-/// margin of two bears from any stable step, then smaller ones.
+/// margin of two bears from any stable step, then smaller ones. All come to rest, or nothing is proposed.
 const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// A force this much above the largest that any run shows is none that the model knows: a quarter, the half
 /// of what a gain margin of 6 dB leaves in amplitude.
@@ -44,30 +43,28 @@ pub struct Step {
     pub wait_s: Option<f64>,
 }
 
-/// The steps to a tuned controller of which theory calls every machine stable and every run ends at rest; a
-/// share at which one is not is left out. `settings` gives what `--set` takes for each of some controllers.
+/// The tuned gains at each share but the whole, with its name.
+pub(super) fn on_the_way(tuned: &ControllerSpec) -> Vec<(String, ControllerSpec)> {
+    let below = SHARES.into_iter().filter(|share| *share < 1.0);
+    below.map(|share| (format!("{share} of the gains"), Knobs::with_share(tuned, share))).collect()
+}
+
+/// The steps to a tuned controller. `expected` is what the runs of each share come to, the whole last;
+/// `settings` gives what `--set` takes for each of some controllers.
 pub(super) fn steps(
-    machines: &[&Scenario],
     plants: &[LinearPlant],
-    name: &str,
     tuned: &ControllerSpec,
+    expected: Vec<Runs>,
     spec: &Spec,
     settings: &dyn Fn(&[ControllerSpec]) -> Vec<Vec<String>>,
 ) -> Vec<Step> {
-    // Limits bind the tuned gains; on the way there, rest is all that is asked for.
-    let asked = Spec { limits: Vec::new(), ..Spec::default() };
     let forces = spec.limits.iter().filter(|limit| limit.of == Measure::PeakForce);
     let most_n = forces.map(|limit| limit.bound).fold(f64::INFINITY, f64::min);
-    let specs: Vec<ControllerSpec> = (SHARES.iter())
-        .map(|&share| if share < 1.0 { Knobs::with_share(tuned, share) } else { tuned.clone() })
-        .collect();
-    let step = |((share, spec), settings): ((f64, &ControllerSpec), Vec<String>)| {
+    let mut specs: Vec<ControllerSpec> = on_the_way(tuned).into_iter().map(|(_, spec)| spec).collect();
+    specs.push(tuned.clone());
+    let step = |(((share, spec), settings), expected): (((f64, &ControllerSpec), Vec<String>), Runs)| {
         let figures: Option<Vec<_>> = plants.iter().map(|plant| plant.figures(spec).ok().flatten()).collect();
         let figures = figures?;
-        let (expected, trouble) = Runs::of(machines, name, spec, &asked);
-        if trouble.is_some() {
-            return None;
-        }
         let nearest = figures.iter().max_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity))?;
         Some(Step {
             share,
@@ -81,5 +78,5 @@ pub(super) fn steps(
             expected,
         })
     };
-    SHARES.into_iter().zip(&specs).zip(settings(&specs)).filter_map(step).collect()
+    SHARES.into_iter().zip(&specs).zip(settings(&specs)).zip(expected).filter_map(step).collect()
 }

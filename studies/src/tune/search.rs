@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use feeler_control::ControllerSpec;
 use rayon::prelude::*;
 
 use super::knobs::{Knob, Knobs};
@@ -57,6 +58,11 @@ impl<'a> Search<'a> {
     /// answer.
     pub(super) fn figures(&self, point: &[f64], machine: usize) -> Option<Figures> {
         self.plants[machine].figures(&self.knobs.spec(&Self::sizes(point))).ok().flatten()
+    }
+
+    /// Whether a loop is stable on a machine by linear theory.
+    pub(super) fn is_stable(&self, spec: &ControllerSpec, machine: usize) -> bool {
+        self.plants[machine].figures(spec).is_ok_and(|figures| figures.is_some())
     }
 
     fn score_on(&self, point: &[f64], machine: usize) -> f64 {

@@ -36,16 +36,16 @@ pub(super) enum Trouble {
     Misses(Limit<Measure>, Option<f64>),
     /// The run failed.
     Fails(String),
+    /// This of a controller near it, or on the way to it, which is named.
+    Near(String, Box<Self>),
 }
+
+/// What runs came to, and the first machine with a trouble.
+pub(super) type Ran = (Runs, Option<(usize, Trouble)>);
 
 impl Runs {
     /// Of the same controller on several machines: what came of them, and the first machine with a trouble.
-    pub(super) fn of(
-        machines: &[&Scenario],
-        name: &str,
-        spec: &ControllerSpec,
-        asked: &Spec,
-    ) -> (Self, Option<(usize, Trouble)>) {
+    pub(super) fn of(machines: &[&Scenario], name: &str, spec: &ControllerSpec, asked: &Spec) -> Ran {
         let found = measured(machines, name, spec);
         let mut runs = Self::default();
         let mut trouble = None;

@@ -1,7 +1,7 @@
 //! One thing about a scenario made ideal.
 
 use feeler_engine::{Integrator, Scenario};
-use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
+use feeler_plant::description::{ActuatorKind, Engagement, MotorInput, PositionServo, Quantity};
 use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Kind, Place, Trait};
 use serde::Serialize;
 
@@ -182,6 +182,7 @@ impl Change {
             Self::NoSaturation => {
                 for actuator in changed.machine.actuators.values_mut() {
                     (actuator.limit_n, actuator.rate_limit_per_s) = (None, None);
+                    drop_limits(&mut actuator.kind);
                 }
                 changed.controllers.values_mut().for_each(|used| used.spec.output_limit = None);
                 drop_effects(&mut changed, |effect| effect.has(Trait::Saturation));
@@ -189,6 +190,8 @@ impl Change {
             Self::NoQuantiser => {
                 changed.machine.sensors.values_mut().for_each(|sensor| sensor.resolution = None);
                 changed.controllers.values_mut().for_each(|used| used.spec.output_resolution = None);
+                servos(&mut changed)
+                    .for_each(|servo| (servo.resolution_m, servo.output_resolution_n) = (None, None));
                 drop_effects(&mut changed, |effect| effect.has(Trait::Quantisation));
             }
             Self::NoFriction => drop_effects(&mut changed, |effect| effect.has(Trait::DryFriction)),
@@ -216,8 +219,37 @@ pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
 /// The scenario with its controllers at a multiple of their rate.
 pub(super) fn sampled_faster(scenario: &Scenario, times: f64) -> Scenario {
     let mut faster = scenario.clone();
-    faster.controllers.values_mut().for_each(|used| used.spec.period_s /= times);
+    sample_faster(&mut faster, times);
     faster
+}
+
+/// Shortens the periods of controllers and sampled servos.
+pub(super) fn sample_faster(scenario: &mut Scenario, times: f64) {
+    scenario.controllers.values_mut().for_each(|used| used.spec.period_s /= times);
+    servos(scenario).for_each(|servo| servo.period_s = servo.period_s.map(|period_s| period_s / times));
+}
+
+/// The loops of position servos, whose numbers are those of a controller in the drive.
+pub(super) fn servos(scenario: &mut Scenario) -> impl Iterator<Item = &mut PositionServo> {
+    scenario.machine.actuators.values_mut().filter_map(|actuator| match &mut actuator.kind {
+        ActuatorKind::PositionServo(servo) => Some(servo),
+        _ => None,
+    })
+}
+
+/// Takes the limits of a drive's own speed, current and voltage away; a duty cycle is a share of a voltage,
+/// which stays.
+fn drop_limits(kind: &mut ActuatorKind) {
+    match kind {
+        ActuatorKind::PositionServo(servo) => servo.velocity_limit_m_per_s = None,
+        ActuatorKind::DcMotor(motor) => {
+            motor.current_limit_a = None;
+            if motor.input != MotorInput::Duty {
+                motor.supply_voltage_v = None;
+            }
+        }
+        _ => {}
+    }
 }
 
 fn continuous(scenario: &mut Scenario) {
@@ -226,6 +258,10 @@ fn continuous(scenario: &mut Scenario) {
     for used in scenario.controllers.values_mut() {
         used.spec.period_s /= CONTINUOUS;
         used.spec.jitter_s = 0.0;
+    }
+    for servo in servos(scenario) {
+        (servo.period_s, servo.compute_delay_s) = (None, 0.0);
+        (servo.resolution_m, servo.output_resolution_n) = (None, None);
     }
     // Differences of quantisation steps over so short a period would be noise.
     for (name, sensor) in &mut scenario.machine.sensors {
@@ -245,6 +281,7 @@ fn without_delay(scenario: &mut Scenario) {
     for sensor in scenario.machine.sensors.values_mut() {
         (sensor.delay_s, sensor.low_pass) = (0.0, None);
     }
+    servos(scenario).for_each(|servo| (servo.delay_s, servo.compute_delay_s) = (0.0, 0.0));
     drop_effects(scenario, |effect| effect.has(Trait::Delay));
 }
 

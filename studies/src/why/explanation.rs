@@ -94,15 +94,19 @@ pub struct Remedy {
     pub bandwidth_hz: Option<f64>,
     /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth.
     pub cost: Option<f64>,
-    /// Whether the force then settles in simulation.
+    /// Whether the force then settles in simulation, within the run of the file with its settings.
     pub settles: bool,
+}
+
+/// Whether a run of a scenario has come to rest.
+pub(super) fn is_at_rest(scenario: &Scenario, measured: &Measured) -> bool {
+    let outcome = measured.summary.outcome;
+    outcome.is_stable() || (outcome == Outcome::NoContact && nothing_can_touch(scenario))
 }
 
 /// Whether a run of a scenario has come to rest, or is about to.
 pub(super) fn is_cured(scenario: &Scenario, measured: &Measured) -> bool {
-    let verdict = &measured.summary.verdict;
-    let rests_away = verdict.outcome == Outcome::NoContact && nothing_can_touch(scenario);
-    rests_away || verdict.outcome.is_stable() || verdict.undecided == Some(Undecided::StillDecaying)
+    is_at_rest(scenario, measured) || measured.summary.verdict.undecided == Some(Undecided::StillDecaying)
 }
 
 /// Whether a run has something to explain.

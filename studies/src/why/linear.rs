@@ -1,10 +1,13 @@
 //! Linear theory of the loop: its distance from the limit, and its bandwidth.
 
-use feeler_analysis::{Band, ControlLoop, SampledLoop, modes};
+use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, leading_gain, modes, with_gain};
+use feeler_control::Law;
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
 use super::change::sampled_faster;
+use super::remedy::scale_errors;
+use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
 
@@ -38,6 +41,36 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let first = first.filter(|band| lower(band) < SMALLEST_FACTOR.recip());
     let within = |factor: f64| if factor > SMALLEST_FACTOR.recip() { f64::INFINITY } else { factor };
     Some(first.map_or(0.0, |band| within(upper(band))))
+}
+
+/// By how much a loop's gain is above its limit in contact, as its margin below one tells; with the gain and
+/// its limit where there is but one.
+pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
+    let over = plain(two_digits(100.0 * (margin.recip() - 1.0)));
+    only_gain(scenario).map_or_else(
+        || format!("the loop's gain is {over} % above its limit in contact"),
+        |(name, value)| {
+            let [value, limit] = [value, margin * value].map(plain);
+            format!("{name} = {value} is {over} % above the limit of {limit} in contact")
+        },
+    )
+}
+
+/// The gain of the only loop, if it has but one: a factor on the loop is then one on this gain.
+fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
+    let mut closing = scenario.controllers.values().filter(|used| !matches!(used.spec.law, Law::OpenLoop));
+    let (spec, None) = (&closing.next()?.spec, closing.next()) else { return None };
+    let damping = match &spec.law {
+        Law::ExplicitForce(gains) => gains.damping,
+        Law::Position(gains) => gains.damping,
+        _ => return None,
+    };
+    let leading = leading_gain(spec)?;
+    let value = gain(spec, leading).ok().filter(|value| *value != 0.0)?;
+    let mut open = spec.law.clone();
+    scale_errors(&mut open, 0.0);
+    let is_only = damping == 0.0 && with_gain(spec, leading, 0.0).is_ok_and(|without| without.law == open);
+    is_only.then_some((leading, value))
 }
 
 /// Growth within a period that may be rounding.

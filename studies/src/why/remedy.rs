@@ -2,16 +2,17 @@
 
 use feeler_control::{AdmittanceGains, GainPart, Law, LeadSpec};
 use feeler_engine::Scenario;
-use feeler_plant::description::{ActuatorKind, LowPass};
+use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
 
-use super::change::{Cause, Change, slow_down};
-use super::explanation::{Explanation, Remedy, is_cured};
+use super::change::{Cause, Change, sample_faster, servos, slow_down};
+use super::explanation::{Explanation, Remedy};
 use super::linear::{bandwidth_hz, gain_margin};
 use super::roles::Roles;
 use super::search::arriving_later;
-use super::size::{Changed, Size, Written, mildest};
-use crate::run::{Candidate, Measured};
+use super::size::{Changed, Size, Written, at_rest, mildest};
+use crate::numbers::with_unit;
+use crate::run::Measured;
 
 /// Share of the largest stable gain that a loop uses.
 const GAIN_SHARE: f64 = 0.5;
@@ -53,7 +54,7 @@ pub(super) fn remedies(
             sizes.push(Size { of, what: (way.what)(*times), times: *times, settings: changed.words() });
         }
         if let Some((times, changed)) = enough {
-            remedies.push(kept(&(way.what)(times), &changed, wanted_hz));
+            remedies.push(remedy(&written, &(way.what)(times), &changed, 1.0, wanted_hz));
         } else {
             let size = way.sizes.iter().copied().find(|size| *size >= MORE);
             let size = size.unwrap_or(way.sizes[way.sizes.len() - 1]);
@@ -61,7 +62,6 @@ pub(super) fn remedies(
         }
     }
     remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
-    remedies.retain(|remedy| remedy.settles);
     remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
     (remedies, sizes)
 }
@@ -70,20 +70,32 @@ fn cost(wanted_hz: Option<f64>, bandwidth_hz: Option<f64>) -> Option<f64> {
     wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted)
 }
 
-/// A change that settles with the gain as it is.
-fn kept(what: &str, changed: &Changed, wanted_hz: Option<f64>) -> Remedy {
+/// A change that settles, with a factor on the gain.
+fn remedy(
+    written: &Written,
+    what: &str,
+    changed: &Changed,
+    gain_factor: f64,
+    wanted_hz: Option<f64>,
+) -> Remedy {
+    let run_s = changed.scenario.run.duration_s;
+    let over = if run_s > written.scenario.run.duration_s {
+        format!(", over {}", with_unit(run_s, "s"))
+    } else {
+        String::new()
+    };
     let bandwidth_hz = bandwidth_hz(&changed.scenario);
     Remedy {
-        what: what.into(),
+        what: format!("{what}{over}"),
         settings: changed.words(),
-        gain_factor: 1.0,
+        gain_factor,
         bandwidth_hz,
         cost: cost(wanted_hz, bandwidth_hz),
         settles: true,
     }
 }
 
-/// A change with as much of the gain as linear theory allows; `None` if nothing changes.
+/// A change with as much of the gain as linear theory allows; `None` if nothing changes or settles.
 fn lowered(
     written: &Written,
     what: &str,
@@ -93,28 +105,21 @@ fn lowered(
     let mut changed = written.scenario.clone();
     change(&mut changed);
     let gain_factor = gain_margin(&changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
-    let scaled = written.with(|scenario| {
+    let scaled = at_rest(written, |scenario| {
         change(scenario);
         *scenario = with_gain(scenario, gain_factor);
     })?;
-    let settles = Candidate::new(scaled.scenario.clone())
-        .and_then(|candidate| candidate.measure(0))
-        .is_ok_and(|measured| is_cured(&scaled.scenario, &measured));
-    let bandwidth_hz = bandwidth_hz(&scaled.scenario);
-    Some(Remedy {
-        what: what.into(),
-        settings: scaled.words(),
-        gain_factor,
-        bandwidth_hz,
-        cost: cost(wanted_hz, bandwidth_hz),
-        settles,
-    })
+    Some(remedy(written, what, &scaled, gain_factor, wanted_hz))
 }
 
 /// The scenario with the gains on errors scaled; damping stays.
 fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
     let mut scaled = scenario.clone();
     scaled.controllers.values_mut().for_each(|used| scale_errors(&mut used.spec.law, factor));
+    // The loop of a sampled servo is one of those; that of a continuous one belongs to the machine.
+    for servo in servos(&mut scaled).filter(|servo| servo.period_s.is_some()) {
+        (servo.kp, servo.ki) = (factor * servo.kp, factor * servo.ki);
+    }
     scaled
 }
 
@@ -171,7 +176,7 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
             Some(Change::ContinuousController),
             &TIMES,
             |times| format!("sampling {times:.3} times as fast"),
-            Box::new(|s, times| s.controllers.values_mut().for_each(|used| used.spec.period_s /= times)),
+            Box::new(sample_faster),
         );
     }
     let roles = Roles::of(&scenario.machine);
@@ -258,20 +263,22 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         |share| format!("joint damping of {:.0} % of critical", 100.0 * share),
         Box::new(add_damping),
     );
-    if let Some(bandwidth) = bandwidth_hz(scenario) {
-        add(
-            None,
-            &[MORE],
-            |_| "a lead from the loop's own bandwidth on".into(),
-            Box::new(move |s, times| add_lead(s, bandwidth, times)),
-        );
-    }
     add(
         None,
         &TIMES,
         |times| format!("a pad on the tool, {times:.3} times as soft"),
         Box::new(|s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times)),
     );
+    // From the loop's own bandwidth on.
+    ways.extend(bandwidth_hz(scenario).map(|zero_hz| Way {
+        what: Box::new(move |times| {
+            let [zero, pole] = [zero_hz, times * zero_hz].map(|frequency_hz| with_unit(frequency_hz, "Hz"));
+            format!("a lead with its zero at {zero} and its pole at {pole}")
+        }),
+        apply: Box::new(move |s, times| add_lead(s, zero_hz, times)),
+        sizes: &[MORE],
+        of: None,
+    }));
     ways
 }
 
@@ -291,6 +298,9 @@ fn shorten_delays(scenario: &mut Scenario, times: f64) {
             *corner_hz *= times;
         }
     }
+    for servo in servos(scenario) {
+        (servo.delay_s, servo.compute_delay_s) = (servo.delay_s / times, servo.compute_delay_s / times);
+    }
     fade(scenario, times, |effect| effect.has(Trait::Delay));
 }
 
@@ -302,7 +312,11 @@ fn quicken_drives(scenario: &mut Scenario, times: f64) {
             }
             ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= times,
             ActuatorKind::DcMotor(motor) => motor.inductance_h /= times,
-            ActuatorKind::PositionServo(_) | ActuatorKind::Imposed => {}
+            ActuatorKind::PositionServo(servo) => {
+                (servo.delay_s, servo.error_deadband_m) =
+                    (servo.delay_s / times, servo.error_deadband_m / times);
+            }
+            ActuatorKind::Imposed => {}
         }
         for effect in &mut actuator.effects {
             if let Some(ActuatorLag { time_constant }) = effect.parameters() {
@@ -316,6 +330,17 @@ fn raise_limits(scenario: &mut Scenario, times: f64) {
     for actuator in scenario.machine.actuators.values_mut() {
         let limits = [&mut actuator.limit_n, &mut actuator.rate_limit_per_s];
         limits.into_iter().flatten().for_each(|limit| *limit *= times);
+        let own = match &mut actuator.kind {
+            ActuatorKind::PositionServo(servo) => vec![&mut servo.velocity_limit_m_per_s],
+            ActuatorKind::DcMotor(motor) if motor.input == MotorInput::Duty => {
+                vec![&mut motor.current_limit_a]
+            }
+            ActuatorKind::DcMotor(motor) => {
+                vec![&mut motor.current_limit_a, &mut motor.supply_voltage_v]
+            }
+            _ => Vec::new(),
+        };
+        own.into_iter().flatten().for_each(|limit| *limit *= times);
     }
     for used in scenario.controllers.values_mut() {
         used.spec.output_limit = used.spec.output_limit.map(|limit| limit * times);
@@ -329,6 +354,11 @@ fn refine_steps(scenario: &mut Scenario, times: f64) {
     }
     for used in scenario.controllers.values_mut() {
         used.spec.output_resolution = used.spec.output_resolution.map(|step| step / times);
+    }
+    for servo in servos(scenario) {
+        for step in [&mut servo.resolution_m, &mut servo.output_resolution_n].into_iter().flatten() {
+            *step /= times;
+        }
     }
     fade(scenario, times, |effect| effect.has(Trait::Quantisation));
 }

@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
         explanation.lift = lift(&explanation);
         let (remedies, sizes) = remedy::remedies(&self.scenario, &explanation, &self.baseline);
         (explanation.remedies, explanation.sizes) = (remedies, sizes);
-        explanation.verdict = sentence(&explanation) + &beside(&explanation);
+        explanation.verdict = sentence(&explanation, &self.scenario) + &beside(&explanation);
         explanation
     }
 
@@ -215,7 +215,19 @@ fn nothing_to_explain(baseline: &Measured) -> String {
             "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may decide.",
             why.name()
         ),
-        None => format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name()),
+        None => format!("There is no chatter to explain: {}.", ended(verdict.outcome)),
+    }
+}
+
+/// How a run ended, in words.
+fn ended(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Settled => "the force settled, and the tool stayed on the workpiece",
+        Outcome::BouncesThenSettles => "the tool bounced, and then the force settled",
+        Outcome::Driven => "the force followed its moving reference to the end",
+        Outcome::FollowsSurface => "the force followed the moving surface to the end",
+        Outcome::NoContact => "the tool did not touch, or left and did not return",
+        _ => "the force comes to rest",
     }
 }
 
@@ -324,7 +336,7 @@ fn beside(found: &Explanation) -> String {
 }
 
 /// The verdict if no set of changes removes the chatter.
-fn unexplained(found: &Explanation) -> String {
+fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
     if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
         return "The tool is pushed away from the workpiece: the force feedback has the wrong sign, so \
                 contact drives the tool away; reverse the sign of the gain or of the drive."
@@ -347,10 +359,8 @@ fn unexplained(found: &Explanation) -> String {
     }
     match (found.linear_stable, found.gain_margin) {
         (Some(false), Some(margin)) if margin > 0.0 => {
-            format!(
-                "{tried}: the gain itself is too high; by linear theory the loop in contact is stable only \
-                 up to {margin:.2} of it."
-            )
+            let above = linear::above_limit(scenario, margin);
+            format!("{tried}: the gain itself is too high; by linear theory {above}.")
         }
         (Some(false), Some(_)) => {
             format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too.")
@@ -359,13 +369,13 @@ fn unexplained(found: &Explanation) -> String {
     }
 }
 
-fn sentence(found: &Explanation) -> String {
+fn sentence(found: &Explanation, scenario: &Scenario) -> String {
     let list = |words: Vec<&str>| match words.as_slice() {
         [] => String::new(),
         [one] => (*one).to_owned(),
         [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
     };
-    let Some(chosen) = found.smallest.first() else { return unexplained(found) };
+    let Some(chosen) = found.smallest.first() else { return unexplained(found, scenario) };
     let causes = list(found.causes.iter().map(|cause| cause.words()).collect());
     let changes = list(chosen.iter().map(|change| change.words()).collect());
     let theory = match (found.linear_stable, found.gain_margin) {
@@ -374,7 +384,7 @@ fn sentence(found: &Explanation) -> String {
         }
         (Some(true), None) => "; by linear theory the loop in contact is stable".into(),
         (Some(false), Some(margin)) if margin > 0.0 => {
-            format!("; by linear theory the loop in contact is stable only up to {margin:.2} of its gain")
+            format!("; by linear theory {}", linear::above_limit(scenario, margin))
         }
         (Some(false), Some(_)) => {
             "; by linear theory the sampled loop in contact is unstable at every gain".into()

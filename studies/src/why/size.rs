@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::change::Change;
-use super::explanation::is_cured;
+use super::explanation::is_at_rest;
 use crate::run::Candidate;
 
 /// Digits that are enough for any remedy.
@@ -75,11 +75,36 @@ impl Changed {
         self.settings.iter().map(|(key, setting)| assignment(key, setting)).collect()
     }
 
-    /// Whether the force comes to rest.
-    pub(super) fn settles(&self) -> bool {
-        let measured = Candidate::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0));
-        measured.is_ok_and(|measured| is_cured(&self.scenario, &measured))
+    /// How long a run shows that the force comes to rest, s; `None` if none tried does.
+    fn rest_seen_s(&self) -> Option<f64> {
+        let measured =
+            Candidate::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0)).ok()?;
+        is_at_rest(&self.scenario, &measured).then_some(measured.summary.simulated_s)
     }
+
+    /// Whether its own run, and no longer one, shows that the force comes to rest.
+    fn settles(&self) -> bool {
+        self.rest_seen_s().is_some_and(|seen_s| self.is_within_run(seen_s))
+    }
+
+    fn is_within_run(&self, seen_s: f64) -> bool {
+        // Runs grow by doubling.
+        seen_s < 1.5 * self.scenario.run.duration_s
+    }
+}
+
+/// A change after which the force comes to rest; if that takes longer than the run, the run becomes longer.
+pub(super) fn at_rest(written: &Written, change: impl Fn(&mut Scenario)) -> Option<Changed> {
+    let changed = written.with(&change)?;
+    let seen_s = changed.rest_seen_s()?;
+    if changed.is_within_run(seen_s) {
+        return Some(changed);
+    }
+    let longer = written.with(|scenario| {
+        change(scenario);
+        scenario.run.duration_s = seen_s;
+    })?;
+    longer.settles().then_some(longer)
 }
 
 fn in_digits(setting: Setting) -> Setting {
@@ -89,18 +114,28 @@ fn in_digits(setting: Setting) -> Setting {
     }
 }
 
-/// The mildest of a family of changes after which the force settles, with its size; `sizes` go from mild to
-/// strong.
+/// The mildest of a family of changes after which the force settles within the run, with its size; `sizes` go
+/// from mild to strong. If none does, the first that does in a longer run.
 pub(super) fn mildest(
     written: &Written,
     sizes: &[f64],
     change: impl Fn(&mut Scenario, f64) + Sync,
 ) -> Option<(f64, Changed)> {
     let at = |size: f64| written.with(|scenario| change(scenario, size));
-    let tried: Vec<Option<Changed>> =
-        sizes.par_iter().map(|&size| at(size).filter(Changed::settles)).collect();
-    let first = tried.iter().position(Option::is_some)?;
-    let (mut strong, mut found) = (sizes[first], tried.into_iter().flatten().next()?);
+    let tried: Vec<Option<(Changed, f64)>> = (sizes.par_iter())
+        .map(|&size| {
+            let changed = at(size)?;
+            let seen_s = changed.rest_seen_s()?;
+            Some((changed, seen_s))
+        })
+        .collect();
+    let within = |(changed, seen_s): &(Changed, f64)| changed.is_within_run(*seen_s);
+    let Some(first) = tried.iter().position(|found| found.as_ref().is_some_and(within)) else {
+        let mut resting =
+            sizes.iter().zip(&tried).filter(|(_, found)| found.is_some()).map(|(size, _)| *size);
+        return resting.find_map(|size| Some((size, at_rest(written, |s| change(s, size))?)));
+    };
+    let (mut strong, mut found) = (sizes[first], tried.into_iter().nth(first)??.0);
     let mut mild = first.checked_sub(1).map_or(1.0, |before| sizes[before]);
     for _ in 0..HALVINGS {
         let middle = (mild * strong).sqrt();

@@ -36,11 +36,13 @@ pub(crate) fn achieved_name(report: &Report) -> &'static str {
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
-/// State of the loop with the gain of the file; `None` if no loop is closed.
+/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence;
+/// `None` if no loop is closed.
 pub(crate) fn as_set(report: &Report) -> Option<String> {
     let gain = report.gain()?;
     let key = gain.key.rsplit('.').next().unwrap_or(&gain.key);
     let set = format!("{key} = {}", plain(gain.present));
+    let by = report.limit().and_then(sets).map_or_else(String::new, |what| format!(", set by {what}"));
     let swings = gain
         .sampled
         .edge_hz
@@ -49,26 +51,41 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     if gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0) {
         let beyond = limit.filter(|limit| gain.present > *limit).map_or_else(String::new, |limit| {
             let over = 100.0 * (gain.present / limit - 1.0);
-            format!(": {} % above the limit of {}{swings}", plain(over), plain(limit))
+            format!(": {} % above the limit of {}{by}{swings}", plain(over), plain(limit))
         });
         return Some(format!("{set} is unstable{beyond}."));
     }
     let top = limit.map_or_else(
-        || " No larger gain is unstable.".to_owned(),
-        |limit| format!(" The limit is {key} = {}{swings}.", plain(limit)),
+        || ", and no larger gain is unstable".to_owned(),
+        |limit| format!(", up to the limit of {}{by}{swings}", plain(limit)),
     );
-    let Some(margins) = report.margins() else { return Some(format!("{set} is stable.{top}")) };
-    let phase = margins.phase_deg;
-    let is_fragile =
-        phase.is_some_and(|deg| deg < FRAGILE_DEG) || margins.sensitivity_peak > FRAGILE_SENSITIVITY;
+    let margins = report.margins();
+    let phase = margins.and_then(|margins| margins.phase_deg);
+    let is_fragile = phase.is_some_and(|deg| deg < FRAGILE_DEG)
+        || margins.is_some_and(|margins| margins.sensitivity_peak > FRAGILE_SENSITIVITY);
     let mut figures = Vec::new();
     figures.extend(phase.map(|deg| format!("phase margin {}°", plain(deg))));
-    figures.extend(margins.gain.map(|factor| format!("gain margin {}", plain(factor))));
+    figures.extend(
+        margins.and_then(|margins| margins.gain).map(|factor| format!("gain margin {}", plain(factor))),
+    );
     let bandwidth = report.looped.as_ref().and_then(|looped| looped.bandwidth_hz);
-    figures.extend(bandwidth.map(|hz| format!("bandwidth {}", with_unit(hz, "Hz"))));
-    let figures = if figures.is_empty() { String::new() } else { format!(": {}", figures.join(", ")) };
+    figures.extend(
+        bandwidth.filter(|_| margins.is_some()).map(|hz| format!("bandwidth {}", with_unit(hz, "Hz"))),
+    );
+    let figures = if figures.is_empty() { String::new() } else { format!(" ({})", figures.join(", ")) };
     let how = if is_fragile { " but fragile" } else { "" };
-    Some(format!("{set} is stable{how}{figures}.{top}"))
+    Some(format!("{set} is stable{how}{figures}{top}."))
+}
+
+/// What sets the largest stable gain, if it is a part of the loop.
+fn sets(limit: Limit) -> Option<&'static str> {
+    match limit {
+        Limit::RigidBody => Some("the rigid body and its actuator"),
+        Limit::NoncolocatedMode => Some("a noncolocated mode"),
+        Limit::ColocatedMode => Some("a colocated mode"),
+        Limit::Sampling => Some("sampling and delay"),
+        Limit::Saturation | Limit::Nothing | Limit::UndampedMode => None,
+    }
 }
 
 /// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.

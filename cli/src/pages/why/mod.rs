@@ -43,7 +43,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
                 "Remedies that settle in simulation, the cheapest in bandwidth first. Each keeps the gain, \
                  or reduces it to half of its stability limit.",
             );
-            page.table(&["remedy", "gain kept", "bandwidth", "cost in bandwidth"], &[1, 2, 3], &rows);
+            page.table(&["remedy", "gain kept", "bandwidth", "than now"], &[1, 2, 3], &rows);
             page.paragraph(
                 "To apply one: these settings of `feeler run`, or `feeler why FILE --try N --out FILE`.",
             );

@@ -77,10 +77,15 @@ pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
             format!("{} {}", i + 1, remedy.what),
             format!("{} %", percent(remedy.gain_factor)),
             remedy.bandwidth_hz.map_or_else(|| "-".into(), |hz| with_unit(hz, "Hz")),
-            remedy.cost.map_or_else(|| "-".into(), |cost| format!("{} %", percent(cost))),
+            remedy.cost.map_or_else(|| "-".into(), than_now),
         ]
     };
     found.remedies.iter().enumerate().map(row).collect()
+}
+
+/// A cost in bandwidth, as what is lost or gained.
+fn than_now(cost: f64) -> String {
+    format!("{} % {}", percent(cost.abs()), if cost > 0.0 { "less" } else { "more" })
 }
 
 /// A row per remedy with settings: its number, and the command line arguments.

@@ -1,7 +1,9 @@
 //! Motion that has not ended at the end of a run.
 
-use feeler_engine::{Scenario, Simulation};
+use feeler_control::{Law, ReferenceSpec};
+use feeler_engine::{ControllerUse, Scenario, Simulation};
 use feeler_lanes::Lane;
+use feeler_manipulator::Cell;
 use feeler_plant::description::Engagement;
 
 use crate::run::measure::contact::ContactRun;
@@ -21,11 +23,12 @@ impl Standing {
     }
 
     /// Of a whole arm with its one contact; beyond the measurable distance only an approach can close the
-    /// gap.
-    pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::Simulation) -> Self {
+    /// gap. Where nothing holds or drives the arm, drag slows a tool that leaves, and does not bring it back.
+    pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::Simulation, cell: &Cell) -> Self {
+        let leaves = |[_, rate, _]: &[f64; 3]| *rate < 0.0 && !is_driven(cell);
         Self {
             is_approaching: simulation.is_approaching() && simulation.has_a_way(),
-            compressions: simulation.compression().into_iter().collect(),
+            compressions: simulation.compression().filter(|state| !leaves(state)).into_iter().collect(),
         }
     }
 
@@ -37,6 +40,15 @@ impl Standing {
         (self.is_approaching && contacts.iter().any(can_touch))
             || contacts.iter().zip(&self.compressions).any(arrives)
     }
+}
+
+/// Whether anything moves the motors of an arm: its position control, or a controller with a law or a
+/// reference.
+fn is_driven(cell: &Cell) -> bool {
+    let drives = |used: &ControllerUse| {
+        !matches!(used.spec.law, Law::OpenLoop) || used.spec.reference != ReferenceSpec::Constant(0.0)
+    };
+    cell.hold.bandwidth_hz > 0.0 || cell.scenario.controllers.values().any(drives)
 }
 
 /// Whether a negative compression becomes positive within `horizon_s`.

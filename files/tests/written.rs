@@ -363,12 +363,7 @@ fn truth_the_written_reference_is_that_of_the_declarations() {
 
 #[test]
 fn truth_schemas_describe_every_key() {
-    fn undescribed(
-        root: &serde_json::Value,
-        at: &str,
-        value: &serde_json::Value,
-        found: &mut Vec<String>,
-    ) {
+    fn undescribed(root: &serde_json::Value, at: &str, value: &serde_json::Value, found: &mut Vec<String>) {
         match value {
             serde_json::Value::Object(object) => {
                 for (name, property) in

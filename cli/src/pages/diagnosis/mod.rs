@@ -13,6 +13,7 @@ use feeler_files::machine_to_toml;
 
 use crate::numbers::{count, fine_percent, percent, plain, two_digits, with_unit};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, Tile, by_extremes};
+use crate::repaired::with_rounded;
 use crate::units::Units;
 
 /// Rungs of the ladder that are listed.
@@ -52,7 +53,8 @@ pub(crate) fn page(answer: &Examination) -> String {
         }
     }
     page.heading("The repaired machine");
-    page.verbatim("machine.toml, without its excitation", &machine_to_toml(&diagnosis.machine));
+    let machine = with_rounded(machine_to_toml(&diagnosis.machine), answer);
+    page.verbatim("machine.toml, without its excitation", &machine);
     page.render()
 }
 

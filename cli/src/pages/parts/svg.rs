@@ -105,9 +105,7 @@ pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32
 
 /// The colour of an entry of a legend. Its edge shows on any page.
 pub(crate) fn swatch(colour: &str) -> String {
-    format!(
-        "<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"{SOFT}\" stroke-width=\"0.5\"/>"
-    )
+    format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"{SOFT}\" stroke-width=\"0.5\"/>")
 }
 
 /// Draws a legend in rows below its upper left corner. Returns its height.

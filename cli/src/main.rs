@@ -9,6 +9,7 @@ mod arguments;
 mod commands;
 mod live;
 mod pages;
+mod repaired;
 mod terminal;
 mod units;
 mod words;

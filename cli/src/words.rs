@@ -1,6 +1,8 @@
 //! The outcome of a run in plain words.
 
-use feeler_plant::description::SignalName;
+use feeler_engine::Scenario;
+use feeler_plant::description::{Engagement, SignalName};
+use feeler_problem::Problem;
 use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
 
 use crate::numbers::{count, plain, with_unit};
@@ -88,6 +90,28 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
         _ => undecided(summary.verdict.undecided),
     }
+}
+
+/// Why a run ends without contact, as far as its file says; `doubts` are those about the file.
+pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
+    if summary.outcome != Outcome::NoContact || summary.contacts.is_empty() {
+        return None;
+    }
+    let contacts = &scenario.machine.contacts;
+    let reference = summary.response.and_then(|response| response.final_reference_n);
+    if contacts.values().all(|contact| contact.engagement == Engagement::Free) {
+        return Some("Every contact of the file is set free.".to_owned());
+    }
+    if let Some(doubt) = doubts.first() {
+        return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
+    }
+    if reference.is_some_and(|reference| reference <= 0.0) {
+        return Some("Reason: the reference does not end above zero, and a contact only pushes.".to_owned());
+    }
+    scenario
+        .controllers
+        .is_empty()
+        .then(|| "Reason: the file has no controller, so that no drive is commanded.".to_owned())
 }
 
 /// The unit of the judged signal of a run: a force, or a motion without contact.

@@ -58,7 +58,7 @@ pub use followed::followed_by;
 pub use keys::dataset::{Column, Experiment, LogClock, Role};
 pub use keys::sweep::{Keep, Sampling};
 pub use located::Located;
-pub use numbers::{Edit, Number, rounded};
+pub use numbers::{Edit, Number, rounded, with_numbers};
 pub use problem::FormatError;
 pub use reference::{effects_markdown, reference_markdown};
 pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};

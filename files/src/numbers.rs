@@ -80,7 +80,7 @@ impl Document {
     /// # Errors
     /// A path that leads through something other than tables.
     pub fn edited(&self, edits: &[Edit]) -> Result<String, FormatError> {
-        edited(self.text(), edits).map_err(|(key, message)| {
+        with_numbers(self.text(), edits).map_err(|(key, message)| {
             let mut problems = Problems::default();
             let remedy = "change it in the file by hand";
             problems.add(&Origin { source: self.draft().main, span: 0..0 }, &key, message, remedy);
@@ -90,7 +90,10 @@ impl Document {
 }
 
 /// The text of a file with some numbers changed.
-fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
+///
+/// # Errors
+/// The key and the reason, if the text is no TOML or the key leads through something other than tables.
+pub fn with_numbers(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
     let mut document: DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))?;
     for edit in edits {
@@ -154,16 +157,16 @@ coulomb-friction = { level = 3.0 } # guessed
             .replace("500 g", "700 g")
             .replace("2e4\n", "31234.6\ndamping = 12.0\n")
             .replace("3.0", "4.25");
-        assert_eq!(edited(TEXT, &edits).unwrap(), expected);
-        assert_eq!(edited(TEXT, &[]).unwrap(), TEXT);
+        assert_eq!(with_numbers(TEXT, &edits).unwrap(), expected);
+        assert_eq!(with_numbers(TEXT, &[]).unwrap(), TEXT);
     }
 
     #[test]
     fn truth_a_key_of_another_file_is_written_over_here() {
         let text = "machine = \"axis.toml\"\n";
-        let found = edited(text, &[edit("controllers.force.kp", 0.8)]).unwrap();
+        let found = with_numbers(text, &[edit("controllers.force.kp", 0.8)]).unwrap();
         assert_eq!(found, "machine = \"axis.toml\"\n\n[controllers.force]\nkp = 0.8\n");
-        assert!(edited(text, &[edit("machine.x.y", 1.0)]).is_err());
+        assert!(with_numbers(text, &[edit("machine.x.y", 1.0)]).is_err());
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! JSON Schemas of the files, in draft 07, which TOML plugins of editors read.
 
+mod shared;
+
 use crate::keys::Element;
 use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
@@ -45,7 +47,7 @@ pub fn schema() -> Value {
         });
         json!({ "properties": tables.collect::<Map<_, _>>() })
     };
-    json!({
+    shared::defined_once(&json!({
         "$schema": DIALECT,
         "title": "feeler machine and scenario",
         "type": "object",
@@ -54,7 +56,7 @@ pub fn schema() -> Value {
         "if": { "required": ["machine"] },
         "then": elements(Part::Changes),
         "else": elements(Part::Whole),
-    })
+    }))
 }
 
 /// Schema of scenarios of a whole arm: machine files with `arm = "..."`.
@@ -84,7 +86,7 @@ pub fn cell_schema() -> Value {
         .iter()
         .map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new())))
         .collect();
-    json!({
+    shared::defined_once(&json!({
         "$schema": DIALECT,
         "title": "feeler scenario of a whole arm",
         "type": "object",
@@ -96,7 +98,7 @@ pub fn cell_schema() -> Value {
             "properties": whole,
             "required": ["arm", "start", "tip", "workpiece", "contacts", "controllers"],
         },
-    })
+    }))
 }
 
 /// Schema of sweep files.
@@ -112,10 +114,10 @@ pub fn sweep_schema() -> Value {
         described(of_shape(&REFINE, &Map::new()), "refines a grid along boundaries"),
     );
     let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
-    json!({
+    shared::defined_once(&json!({
         "$schema": DIALECT, "title": "feeler sweep", "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,
-    })
+    }))
 }
 
 /// Schema of dataset files.
@@ -134,10 +136,10 @@ pub fn dataset_schema() -> Value {
         }),
     );
     let required = required(DATASET.keys).into_iter().chain(["columns", "experiments"]).collect::<Vec<_>>();
-    json!({
+    shared::defined_once(&json!({
         "$schema": DIALECT, "title": "feeler dataset", "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,
-    })
+    }))
 }
 
 /// A table of named entries with the same schema.

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use feeler_files::{TEMPLATES, cell_schema, dataset_schema, schema, sweep_schema};
+use feeler_files::{FOLDERS, TEMPLATES, cell_schema, dataset_schema, schema, sweep_schema};
 use serde_json::{Value, json};
 
 /// Whether a text matches one of the schemas' patterns.
@@ -36,6 +36,12 @@ fn of_type(name: &str, value: &Value) -> bool {
 
 /// Whether a value meets a schema, by the keywords of JSON Schema draft 07 that the schemas use.
 fn admits(schema: &Value, value: &Value) -> bool {
+    meets(schema, schema, value)
+}
+
+/// The same for a part of the schema `root`, which holds the definitions.
+fn meets(root: &Value, schema: &Value, value: &Value) -> bool {
+    let admits = |schema: &Value, value: &Value| meets(root, schema, value);
     let Some(rules) = schema.as_object() else { return schema.as_bool().unwrap() };
     let list = |rule: &Value| rule.as_array().unwrap().clone();
     let number = |compare: fn(f64, f64) -> bool, rule: &Value| {
@@ -46,7 +52,8 @@ fn admits(schema: &Value, value: &Value) -> bool {
     };
     let properties = rules.get("properties").and_then(Value::as_object);
     rules.iter().all(|(keyword, rule)| match keyword.as_str() {
-        "$schema" | "title" | "description" | "default" | "then" | "else" => true,
+        "$schema" | "title" | "description" | "default" | "definitions" | "then" | "else" => true,
+        "$ref" => admits(root.pointer(rule.as_str().unwrap().trim_start_matches('#')).unwrap(), value),
         "type" => match rule {
             Value::Array(names) => names.iter().any(|name| of_type(name.as_str().unwrap(), value)),
             name => of_type(name.as_str().unwrap(), value),
@@ -159,4 +166,34 @@ fn truth_the_schema_refuses_what_the_reader_refuses() {
         "a gain is a number"
     );
     assert!(!admits(&schema, &overlay(json!({ "controllers": { "c": { "law": "none" } } }))), "no such law");
+}
+
+/// Once each was written in full wherever it held: a megabyte without a reference.
+#[test]
+fn regress_what_a_schema_repeats_is_defined_once() {
+    for (schema, most) in [(schema(), 250_000), (cell_schema(), 150_000)] {
+        let text = schema.to_string();
+        assert!(text.len() < most, "{} bytes", text.len());
+        for (name, definition) in schema["definitions"].as_object().unwrap() {
+            let uses = text.matches(&format!("\"#/definitions/{name}\"")).count();
+            assert!(uses > 1, "{name} is used {uses} times");
+            let copies = text.matches(&definition.to_string()).count();
+            assert!(copies == 1, "{name} is written {copies} times");
+        }
+    }
+}
+
+#[test]
+fn truth_every_template_names_its_schema() {
+    let folders = FOLDERS.iter().flat_map(|folder| folder.files.iter().copied());
+    for (name, text) in TEMPLATES.iter().map(|template| (template.name, template.text)).chain(folders) {
+        let kind = if name.starts_with("sweep") {
+            "sweep"
+        } else if name.starts_with("dataset") {
+            "dataset"
+        } else {
+            "machine"
+        };
+        assert!(text.starts_with(&format!("#:schema ./{kind}.schema.json\n")), "{name}");
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::{Dataset, Fault, in_words};
+use feeler_diagnosis::dataset::{Dataset, Fault, FaultKind, in_words};
 use feeler_engine::{EngineError, Program};
 use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use feeler_problem::{Problem, Remedy};
@@ -17,6 +17,8 @@ use crate::terminal::failure::Failure;
 
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";
+/// Two readings of one motion that differ by this factor or more have different units: no machine does that.
+const CERTAIN_FACTOR: f64 = 100.0;
 
 enum Mistakes {
     Format(FormatError),
@@ -43,6 +45,13 @@ struct Sound {
     doubts: Vec<Problem>,
 }
 
+impl Sound {
+    /// Whether a column certainly has another unit than its file states.
+    fn has_wrong_unit(&self) -> bool {
+        self.warnings.iter().any(is_wrong_unit)
+    }
+}
+
 impl From<String> for Sound {
     fn from(about: String) -> Self {
         Self { about, warnings: Vec::new(), doubts: Vec::new() }
@@ -50,18 +59,20 @@ impl From<String> for Sound {
 }
 
 pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
-    let mut sound = true;
+    let (mut sound, mut consistent) = (true, true);
     let mut results = Vec::new();
     for path in &arguments.files {
         let result = check(path);
         sound &= result.is_ok();
+        consistent &= !result.as_ref().is_ok_and(Sound::has_wrong_unit);
         if arguments.json {
             results.push(as_json(path, &result));
             continue;
         }
         match result {
             Ok(sound) => {
-                terminal::print(&format!("ok  {}: {}", path.display(), sound.about))?;
+                let head = if sound.has_wrong_unit() { "wrong unit" } else { "ok" };
+                terminal::print(&format!("{head}  {}: {}", path.display(), sound.about))?;
                 in_words(&sound.warnings)
                     .iter()
                     .try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
@@ -78,7 +89,32 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
     if arguments.json {
         terminal::print(&terminal::json(&results)?)?;
     }
-    if sound { Ok(()) } else { Err(Failure::Reported) }
+    match (sound, consistent) {
+        (true, true) => Ok(()),
+        (true, false) => Err(Failure::CheckFailed),
+        (false, _) => Err(Failure::Reported),
+    }
+}
+
+fn is_wrong_unit(fault: &Fault) -> bool {
+    match fault.kind {
+        FaultKind::Units { factor, .. } => factor.abs().max(1.0 / factor.abs()) > CERTAIN_FACTOR,
+        _ => false,
+    }
+}
+
+/// Rank of a warning: contradictions, columns that do not count, what was repaired, and what only informs.
+fn gravity(fault: &Fault) -> u8 {
+    match fault.kind {
+        _ if is_wrong_unit(fault) => 0,
+        _ if fault.kind.is_contradiction() => 1,
+        FaultKind::Constant { .. } | FaultKind::Clipped { .. } => 2,
+        FaultKind::WeakExcitation { .. }
+        | FaultKind::NoiseNotStated { .. }
+        | FaultKind::SetAside
+        | FaultKind::Cut { .. } => 4,
+        _ => 3,
+    }
 }
 
 fn check(path: &Path) -> Result<Sound, Mistakes> {
@@ -135,7 +171,9 @@ fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
         DiagnosisError::Format(error) => Mistakes::Format(error),
         other => Mistakes::Series(other),
     })?;
-    Ok(dataset.warnings)
+    let mut warnings = dataset.warnings;
+    warnings.sort_by_key(gravity);
+    Ok(warnings)
 }
 
 /// Whether a line of the text starts like this. A sweep has a table of axes, an arm a URDF.
@@ -146,9 +184,16 @@ fn has_line(text: &str, beginning: &str) -> bool {
 fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
     let file = path.display().to_string();
     match result {
-        Ok(Sound { about, warnings, doubts }) => {
-            let warnings: Vec<Value> = warnings.iter().map(fault).chain(doubts.iter().map(problem)).collect();
-            json!({ "file": file, "ok": true, "about": about, "problems": [], "warnings": warnings })
+        Ok(sound) => {
+            let (wrong, others): (Vec<&Fault>, Vec<&Fault>) =
+                sound.warnings.iter().partition(|found| is_wrong_unit(found));
+            let wrong: Vec<Value> = wrong.into_iter().map(fault).collect();
+            let others = others.into_iter().map(fault).chain(sound.doubts.iter().map(problem));
+            let warnings: Vec<Value> = others.collect();
+            json!({
+                "file": file, "ok": wrong.is_empty(), "about": sound.about,
+                "problems": wrong, "warnings": warnings,
+            })
         }
         Err(Mistakes::Format(error)) => {
             json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] })

@@ -4,17 +4,17 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_diagnosis::difference::Difference;
+use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Budget, Examination};
-use feeler_files::{Commands, DatasetFile, Document, Edit, driven_to_toml, machine_to_toml, samples_csv};
+use feeler_files::{Commands, DatasetFile, Document, driven_to_toml, machine_to_toml, samples_csv};
 
 use crate::arguments::Diagnose;
 use crate::numbers::{fine_percent, percent};
 use crate::pages::diagnosis::{self, words};
-use crate::terminal;
-use crate::terminal::failure::BadInput;
+use crate::terminal::failure::{BadInput, Failure};
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
+use crate::{repaired, terminal};
 
 /// Largest number of trials on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
@@ -48,10 +48,16 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     if arguments.changes {
         let _ = write!(said, "\n\n{}", change(&answer));
     }
-    if arguments.apply {
-        let _ = write!(said, "\n\n{}", apply(&arguments.dataset, &answer.difference)?);
+    let refused = not_applicable(answer.diagnosis.verdict, !answer.diagnosis.contradictions.is_empty());
+    if let (true, None) = (arguments.apply, refused) {
+        let _ = write!(said, "\n\n{}", apply(&arguments.dataset, &answer)?);
     }
-    terminal::print(&format!("{said}{written}"))
+    terminal::print(&format!("{said}{written}"))?;
+    if let (true, Some([why, remedy])) = (arguments.apply, refused) {
+        terminal::complain(&format!("not applied: {why}\n  help: {remedy}"));
+        return Err(Failure::CheckFailed);
+    }
+    Ok(())
 }
 
 /// The most important results for an engineer.
@@ -114,23 +120,35 @@ fn change(answer: &Examination) -> String {
 }
 
 /// Changes the machine file of a dataset. Reports the path of the copy of the old file.
-fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
+fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
     let path = DatasetFile::load(dataset)?.machine_path;
-    if difference.is_empty() {
+    if answer.difference.is_empty() {
         return Ok(format!("nothing to change in {}", path.display()));
     }
-    let changed =
-        difference.changed.iter().map(|changed| Edit { key: changed.key.clone(), value: changed.new });
-    let added = difference.added.iter().flat_map(|added| {
-        let key = &added.key;
-        added
-            .parameters
-            .iter()
-            .map(move |(name, value, _)| Edit { key: format!("{key}.{name}"), value: *value })
-    });
-    let text = Document::load(&path)?.edited(&changed.chain(added).collect::<Vec<_>>())?;
+    let text = Document::load(&path)?.edited(&repaired::edits(answer))?;
     let backup = terminal::rewrite(&path, &text).map_err(|error| BadInput::unwritable(&path, &error))?;
-    Ok(format!("changed {}; the old file is {}", path.display(), backup.display()))
+    let mut said = format!("changed {}; the old file is {}", path.display(), backup.display());
+    if matches!(answer.diagnosis.verdict, Verdict::Ambiguous | Verdict::NotIdentifiable) {
+        said.push_str("; other changes would fit these records as well, see above");
+    }
+    for removed in &answer.difference.removed {
+        let _ = write!(said, "\nremove [{removed}] by hand: what was found replaces it");
+    }
+    Ok(said)
+}
+
+/// Why the machine file is better left as it is.
+fn not_applicable(verdict: Verdict, is_contradictory: bool) -> Option<[&'static str; 2]> {
+    match verdict {
+        _ if is_contradictory => {
+            Some(["these records contradict each other", "correct them first, then diagnose again"])
+        }
+        Verdict::UnknownCause => Some([
+            "no value of the file removes the gap: the real cause is another",
+            "inspect the place named above; `--changes` prints what comes nearest",
+        ]),
+        _ => None,
+    }
 }
 
 /// The repaired machine with the commands of a check experiment, ready to run: the text of its file, and
@@ -143,10 +161,10 @@ fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     };
     let shown = dataset.records.iter().find(is_own).or(dataset.records.iter().find(|record| record.is_check));
     let Some(record) = shown.or(dataset.records.first()) else {
-        return (machine_to_toml(machine), Vec::new());
+        return (repaired::with_rounded(machine_to_toml(machine), answer), Vec::new());
     };
     let columns = dataset.drives.iter().zip(&record.commands);
-    driven_to_toml(
+    let (text, files) = driven_to_toml(
         machine,
         &Commands {
             experiment: &record.name,
@@ -155,5 +173,19 @@ fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
                 .map(|((drive, column), values)| (*drive, column.as_str(), &values[..]))
                 .collect(),
         },
-    )
+    );
+    (repaired::with_rounded(text, answer), files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_what_no_value_removes_is_not_applied() {
+        let is_applied = |verdict, is_contradictory| not_applicable(verdict, is_contradictory).is_none();
+        assert!(is_applied(Verdict::Explained, false) && is_applied(Verdict::NoGap, false));
+        assert!(is_applied(Verdict::Ambiguous, false));
+        assert!(!is_applied(Verdict::UnknownCause, false) && !is_applied(Verdict::Explained, true));
+    }
 }

@@ -50,10 +50,16 @@ fn text(response: &Response) -> String {
     let rows = shown.iter().map(|&i| {
         let row = row(response, i);
         let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+        // The lower end of a band that reaches down to nothing is infinite.
+        let span = |low: f64, high: f64| match (low.is_finite(), high.is_finite()) {
+            (true, true) => format!("{low:.2} to {high:.2}"),
+            (false, true) => format!("below {high:.2}"),
+            _ => "-".to_owned(),
+        };
         vec![
             plain(row.frequency_hz),
             format!("{:.2}", row.magnitude_db),
-            number(row.half_width_db),
+            span(row.low_db, row.high_db),
             format!("{:.1}", row.phase_deg),
             number(row.phase_half_width_deg),
             number(row.coherence),
@@ -61,17 +67,18 @@ fn text(response: &Response) -> String {
             format!("{:.1}", row.linear_deg),
         ]
     });
+    let band = format!("{} % band (dB)", plain(100.0 * response.confidence));
     let header = [
         "frequency (Hz)",
         "measured (dB)",
-        "± (dB)",
+        &band,
         "phase (deg)",
         "± (deg)",
         "coherence",
         "linear (dB)",
         "linear (deg)",
     ];
-    let mut parts = vec![format!("{}\n{}", words::path(response), response.how)];
+    let mut parts = vec![words::headline(response), format!("{}\n{}", words::path(response), response.how)];
     parts.extend(
         (!response.notes.is_empty())
             .then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")),

@@ -42,10 +42,17 @@ fn written(out: Option<&Path>, text: &str, command: &str) -> crate::Result<()> {
     write_new(path, text)?;
     let path = path.display();
     terminal::complain(&format!("wrote {path}; {command} it with: feeler {command} {path}"));
-    terminal::complain(
-        "an editor that knows TOML completes its keys after: feeler schema > machine.schema.json",
-    );
+    if command == "run" {
+        complete_keys("machine");
+    }
     Ok(())
+}
+
+/// Tells how an editor learns the keys of a kind of file.
+fn complete_keys(kind: &str) {
+    terminal::complain(&format!(
+        "an editor that knows TOML completes its keys after: feeler schema {kind} > {kind}.schema.json"
+    ));
 }
 
 /// Writes the files of a folder; those of a dataset include the records of its bench.
@@ -67,6 +74,7 @@ fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
     let next =
         if folder.name == "sweep" { format!("sweep {}", first.display()) } else { format!("diagnose {out}") };
     terminal::complain(&format!("wrote {out}; go on with: feeler {next}"));
+    complete_keys(folder.name);
     Ok(())
 }
 

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use feeler_engine::{EngineError, Integrator};
 use feeler_files::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
+use feeler_problem::Problem;
+use feeler_studies::doubts;
 use feeler_studies::run::{self, Outcome, RunError, RunResult, Summary, write_csv, write_parquet};
 
 use super::run_arm;
@@ -59,7 +61,12 @@ fn once(arguments: &Run) -> crate::Result<()> {
         }
         other => other.into(),
     })?;
-    let written = write(arguments, &document, &result, &folder)?;
+    // A run that ends well answers every doubt about its file.
+    let doubts = if result.summary.outcome.is_stable() { Vec::new() } else { doubts(&document.scenario) };
+    for Problem { key, message, remedy, .. } in &doubts {
+        terminal::complain(&format!("warning: {key}: {message}; {remedy}"));
+    }
+    let written = write(arguments, &document, &result, &doubts, &folder)?;
     if arguments.json {
         return terminal::print(&terminal::json(&result.summary)?);
     }
@@ -67,8 +74,10 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let summary = &result.summary;
     let units = Units::of(&document.scenario.machine);
     let cost = word_on_cost(&document).unwrap_or_default();
+    let reason = words::reason(&document.scenario, summary, &doubts)
+        .map_or_else(String::new, |reason| format!("\n{reason}"));
     terminal::print(&format!(
-        "{}: {}\n\n{}\n{cost}\nwrote\n{files}\n\nnext: {}",
+        "{}: {}{reason}\n\n{}\n{cost}\nwrote\n{files}\n\nnext: {}",
         summary.name,
         words::outcome(summary, units),
         figures(summary, units),
@@ -126,6 +135,7 @@ fn write(
     arguments: &Run,
     document: &Document,
     result: &RunResult,
+    doubts: &[Problem],
     folder: &Path,
 ) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
@@ -138,7 +148,7 @@ fn write(
     let write_summary =
         || -> crate::Result<()> { Ok(put(&summary, terminal::json(&result.summary)? + "\n")?) };
     let write_report = || -> crate::Result<()> {
-        Ok(put(&report, pages::run::page(document, &arguments.settings, result))?)
+        Ok(put(&report, pages::run::page(document, &arguments.settings, result, doubts))?)
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {

@@ -6,7 +6,7 @@ use feeler_studies::arm::{MapPoint, MapValues, NoAxis, without_axis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};
-use crate::pages::parts::svg::{Frame, Place, Scale, image, legend};
+use crate::pages::parts::svg::{Frame, Place, Scale, image, legend, swatch};
 use crate::pages::parts::{Page, of_share};
 
 const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
@@ -247,11 +247,6 @@ impl Grid {
             }
         }
         self.frame.draw(&mut body, "");
-        let swatch = |colour: &str| {
-            format!(
-                "<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>"
-            )
-        };
         let entry = |step: u32| {
             let share = f64::from(step) / f64::from(STEPS);
             (swatch(&of_share(share)), with_unit(low + share * (high - low), field.unit))
@@ -273,7 +268,7 @@ impl Grid {
         if map.iter().filter_map(|point| point.found.as_ref().ok()).any(|found| !found.agreement.is_trusted())
         {
             entries.push((
-                format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")),
+                format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch(NO_AXIS)),
                 "axis off by over 5 %".into(),
             ));
         }

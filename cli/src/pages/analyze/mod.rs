@@ -81,6 +81,8 @@ pub(crate) fn page(
     page.render()
 }
 
+/// A largest gain that changes by a smaller share is reported as unchanged.
+const UNCHANGED: f64 = 0.005;
 /// Phase margins: below the first a loop is fragile, from the second on it is sound.
 const PHASE_DEG: [f64; 2] = [30.0, 45.0];
 const SENSITIVITY: [f64; 2] = [2.0, 3.0];
@@ -213,6 +215,7 @@ fn limits(page: &mut Page, report: &Report) {
     let rows: Vec<Vec<String>> = (waterfall.without.iter())
         .map(|(name, relief)| {
             let text = match relief {
+                Relief::Times(factor) if (factor - 1.0).abs() < UNCHANGED => "unchanged".to_owned(),
                 Relief::Times(factor) => format!("{} times", plain(*factor)),
                 Relief::Unlimited => "unlimited".to_owned(),
                 Relief::Stable => "some are stable, none is with it".to_owned(),
@@ -293,8 +296,8 @@ fn modes(page: &mut Page, report: &Report) {
          take part. Where the class changes from one mode to the next there are no zeros between them, and \
          180° are lost unless a pair of zeros farther up \
          gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no \
-         more than these gave. The table says what each \
-         mode takes with the zeros that go with it.",
+         more than these gave. The table lists the \
+         phase that each mode takes with the zeros that go with it.",
     );
     let edge = report.gain().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {
@@ -309,8 +312,8 @@ fn modes(page: &mut Page, report: &Report) {
             plain(mode.frequency_hz),
             plain(damping_ratio(mode)),
             class,
-            plain(mode.phase_change_deg),
-            plain(mode.phase_dip_deg),
+            plain(0.0 - mode.phase_change_deg),
+            plain(0.0 - mode.phase_dip_deg),
             cost,
             breaks.to_owned(),
         ]
@@ -320,9 +323,9 @@ fn modes(page: &mut Page, report: &Report) {
         "frequency (Hz)",
         "damping ratio",
         "class",
-        "phase lost (°)",
-        "largest dip (°)",
-        "taken at crossover (°)",
+        "lost beyond it (°)",
+        "largest lag (°)",
+        "lost at crossover (°)",
         "",
     ];
     page.table(&header, &[0, 1, 3, 4, 5], &rows);

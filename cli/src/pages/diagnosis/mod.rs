@@ -13,6 +13,7 @@ use feeler_files::machine_to_toml;
 
 use crate::numbers::{count, fine_percent, percent, plain, two_digits, with_unit};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, Tile, by_extremes};
+use crate::repaired::with_rounded;
 use crate::units::Units;
 
 /// Rungs of the ladder that are listed.
@@ -52,7 +53,8 @@ pub(crate) fn page(answer: &Examination) -> String {
         }
     }
     page.heading("The repaired machine");
-    page.verbatim("machine.toml, without its excitation", &machine_to_toml(&diagnosis.machine));
+    let machine = with_rounded(machine_to_toml(&diagnosis.machine), answer);
+    page.verbatim("machine.toml, without its excitation", &machine);
     page.render()
 }
 
@@ -107,7 +109,8 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     }
     tiles.push(tile("noise floor", share(gap.floor), floor));
     if is_found {
-        tiles.push(tile("closed", share(gap.closed), "of what can be closed"));
+        let closed = if gap.closed > 0.0 { share(gap.closed) } else { "none".into() };
+        tiles.push(tile("closed", closed, "of what can be closed"));
         tiles.push(tile(
             "force that is missing",
             left,
@@ -251,7 +254,8 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     page.heading("The force that is missing");
     page.paragraph(
         "An unknown force (or reading error) is allowed at one place at a time. The evidence says how much \
-         of the calibrated machine's error it removes there. What the force depends on suggests its kind: \
+         of the calibrated machine's error it removes there; each nat multiplies the odds by 2.7, so \
+         that 5 nats are 150 to 1. What the force depends on suggests its kind: \
          friction follows the sign of velocity, a load is constant, ripple repeats over position, a lag \
          follows the drive.",
     );
@@ -268,6 +272,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
                 .join(", ");
             vec![
                 rung.place.to_owned(),
+                strength(rung.evidence).to_owned(),
                 plain(rung.evidence.round()),
                 with_unit(rung.rms_n, units.force),
                 with,
@@ -275,8 +280,8 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         })
         .collect();
     page.table(
-        &["allowed at", "evidence (nats)", "rms", "share of its variance that depends on"],
-        &[1, 2],
+        &["allowed at", "evidence", "log odds (nats)", "rms", "share of its variance that depends on"],
+        &[2, 3],
         &rows,
     );
     let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
@@ -288,6 +293,15 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         first.place
     ));
     page.drawings(&portrait::drawings(first, units));
+}
+
+/// Evidence in a word: strong from odds of 150 to 1 on, some from 3 to 1 on.
+fn strength(nats: f64) -> &'static str {
+    match nats {
+        nats if nats >= 5.0 => "strong",
+        nats if nats >= 1.0 => "some",
+        _ => "none",
+    }
 }
 
 /// `a@x+b@y` in words.
@@ -302,12 +316,12 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     page.heading("What was tried");
     page.paragraph(
         "Every effect that the machine can have, each by itself, then beside others; and the evidence \
-         gained over calibration alone, in nats (a nat is a factor of e in odds).",
+         gained over calibration alone, as log odds in nats (1 nat is 2.7 to 1, 5 are 150 to 1).",
     );
     let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();
     for attempt in &diagnosis.attempts {
         let (beside, last) = attempt.causes.rsplit_once('+').unwrap_or(("", &attempt.causes));
-        let nats = |gain: Option<f64>| gain.map_or_else(|| "-".into(), |gain| format!("{gain:.0}"));
+        let nats = |gain: Option<f64>| gain.map_or_else(|| "-".into(), |gain| plain(gain.round()));
         let row = vec![said(last), nats(attempt.gain_check), nats(attempt.gain_all), attempt.why.to_string()];
         match groups.iter_mut().find(|(known, _)| *known == beside) {
             Some((_, rows)) => rows.push(row),
@@ -319,6 +333,6 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
         if !beside.is_empty() {
             page.paragraph(&format!("Beside {}:", said(beside)));
         }
-        page.table(&["cause", "on check", "on all", "why (not)"], &[1, 2], &rows);
+        page.table(&["cause", "on check (nats)", "on all (nats)", "why (not)"], &[1, 2], &rows);
     }
 }

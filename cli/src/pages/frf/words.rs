@@ -4,6 +4,8 @@ use feeler_studies::frf::{COHERENT, DistortionBand, INCOHERENT, Incoherent, KNOW
 
 use crate::numbers::{plain, with_unit};
 
+/// Powers below this share of the response are rounding of doubles: -200 dB.
+const ROUNDING: f64 = 1e-20;
 /// Largest number of named bands of distortion.
 const MOST_BANDS: usize = 3;
 /// Largest number of named spans of frequency.
@@ -66,21 +68,23 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
 fn levels(levels: Levels) -> String {
     let Levels { noise, shows_from, is_beyond_noise, bands } = levels;
     let distortion = if !is_beyond_noise {
-        format!("none beyond the noise (it would show from {} on)", decibels(shows_from))
+        let shows =
+            (shows_from > ROUNDING).then(|| format!(" (it would show from {} on)", decibels(shows_from)));
+        format!("none beyond the noise{}", shows.unwrap_or_default())
     } else if bands.is_empty() {
         "at single frequencies only".to_owned()
     } else {
         strongest(bands)
     };
     format!(
-        "Relative to the response: noise {} (median over frequency), nonlinear distortion {distortion}, \
-         each of one realisation.",
+        "Relative to the response, in one realisation: noise {} (median over frequency), nonlinear \
+         distortion {distortion}.",
         decibels(noise)
     )
 }
 
 fn decibels(share: f64) -> String {
-    if share > 0.0 { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "nothing".to_owned() }
+    if share > ROUNDING { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "none".to_owned() }
 }
 
 /// The strongest bands.

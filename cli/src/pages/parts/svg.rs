@@ -6,7 +6,7 @@ use super::escape;
 pub(crate) use super::scale::Scale;
 
 pub(crate) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
-const INK: &str = "#1d2226";
+pub(crate) const INK: &str = "#1d2226";
 const SOFT: &str = "#5a646c";
 
 /// A rectangle in pixels of the drawing, from its upper left corner.
@@ -72,7 +72,7 @@ impl Frame {
             let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
         let dash = if dashed { " stroke-dasharray=\"7 5\"" } else { "" };
-        for (colour, width) in [("#ffffff", 4.5), ("#000000", 2.0)] {
+        for (colour, width) in [("#ffffff", 4.5), (INK, 2.0)] {
             let _ = write!(
                 svg,
                 "<path d=\"{path}\" clip-path=\"url(#{clip})\" fill=\"none\" stroke=\"{colour}\" \
@@ -101,6 +101,11 @@ pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32
              fill=\"{colour}\" {FONT}>{text}</text>"
         );
     }
+}
+
+/// The colour of an entry of a legend. Its edge shows on any page.
+pub(crate) fn swatch(colour: &str) -> String {
+    format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"{SOFT}\" stroke-width=\"0.5\"/>")
 }
 
 /// Draws a legend in rows below its upper left corner. Returns its height.

@@ -3,6 +3,7 @@
 mod charts;
 
 use feeler_files::Document;
+use feeler_problem::Problem;
 use feeler_studies::run::{EnergyItem, EnergyTable, EventRecord, Outcome, RunResult, Summary};
 
 use charts::View;
@@ -17,12 +18,20 @@ const MOST_EVENTS: usize = 400;
 /// Overshoot, as a share of the reference, above which the tile is marked as bad.
 const MUCH_OVERSHOOT: f64 = 0.5;
 
-pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> String {
+pub(crate) fn page(
+    document: &Document,
+    settings: &[String],
+    result: &RunResult,
+    doubts: &[Problem],
+) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
     let mut page = Page::new(&machine.name, &machine.about);
     let units = Units::of(machine);
     page.lead(&words::outcome(summary, units));
+    if let Some(reason) = words::reason(&document.scenario, summary, doubts) {
+        page.paragraph(&reason);
+    }
     page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);
     // The most important charts come first: the force over the whole run, then a close-up of an oscillation.
@@ -151,9 +160,9 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
         page.table(&["part of it", "by", "energy", "unit"], &[2], &controllers);
     }
     page.paragraph(&format!(
-        "The balance closes to {} of {} exchanged, a share of {}.",
-        with_unit(energy.residual.abs(), "J"),
+        "Energy balance: of {} exchanged, {} is unaccounted for (error {}).",
         with_unit(energy.exchanged, "J"),
+        with_unit(energy.residual.abs(), "J"),
         plain(energy.relative_residual)
     ));
 }

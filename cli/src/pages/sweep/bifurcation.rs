@@ -2,18 +2,27 @@
 
 use std::fmt::Write as _;
 
+use feeler_studies::run::Outcome;
 use feeler_studies::sweep::{DrawnAxis, Table};
 
 use super::palette::of_outcome;
-use crate::pages::parts::svg::{Frame, Place, Scale, image, text_at};
+use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, swatch, text_at};
+use crate::words::outcome_label;
 
 const WIDTH: f64 = 860.0;
-const PLOT: Place = Place { x: 92.0, y: 50.0, width: 740.0, height: 360.0 };
+const PLOT: Place = Place { x: 92.0, y: 84.0, width: 740.0, height: 360.0 };
 /// Diameter of a point: this share of the distance between variants, within these bounds.
 const POINT_SHARE: f64 = 0.6;
 const POINT: [f64; 2] = [2.4, 5.0];
 /// Height of the band of outcomes above the plot.
 const BAND: f64 = 10.0;
+/// Last line of the legend of the band, and the distance between two: three lines hold all outcomes.
+const LEGEND_Y: f64 = 58.0;
+const LEGEND_ROW: f64 = 20.0;
+/// Width of a swatch with its space, of a letter, and of the space after a name.
+const ENTRY: f64 = 30.0;
+const LETTER: f64 = 7.0;
+const GAP: f64 = 14.0;
 
 /// A predicted line, in values of the axis and of the plot; dashed for an unstable cycle.
 pub(super) struct Prediction {
@@ -119,15 +128,37 @@ impl<'a> Diagram<'a> {
                 width + 0.15
             );
         }
-        text_at(
-            &mut body,
-            [PLOT.x, PLOT.y - BAND - 12.0],
-            "start",
-            12,
-            "#5a646c",
-            "outcome (colours as listed below)",
-        );
+        self.legend(&mut body, outcomes);
         frame.draw(&mut body, "");
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+
+    /// Names the colours of the band, in lines above it.
+    fn legend(&self, body: &mut String, outcomes: &[String]) {
+        for (x, y, colour, label) in self.entries(outcomes) {
+            let _ = write!(body, "<g transform=\"translate({x:.1} {:.1})\">{}</g>", y - 11.0, swatch(colour));
+            text_at(body, [x + ENTRY, y], "start", 12, INK, label);
+        }
+    }
+
+    /// Places of the swatches of the outcomes that occur, with colours and names.
+    fn entries(&self, outcomes: &[String]) -> Vec<(f64, f64, &'static str, &'static str)> {
+        let known = Outcome::ALL.map(|(outcome, name)| (name, outcome_label(outcome)));
+        let known = known.into_iter().chain([("error", "failed")]);
+        let met = known.filter(|(name, _)| self.rows.iter().any(|&row| outcomes[row] == *name));
+        let (mut x, mut y) = (PLOT.x, 0.0);
+        let mut found = Vec::new();
+        for (name, label) in met {
+            let width = ENTRY + LETTER * label.chars().count() as f64 + GAP;
+            if x > PLOT.x && x + width > WIDTH {
+                (x, y) = (PLOT.x, y + LEGEND_ROW);
+            }
+            found.push((x, y, of_outcome(name), label));
+            x += width;
+        }
+        for (_, line, ..) in &mut found {
+            *line += LEGEND_Y - y;
+        }
+        found
     }
 }

@@ -13,7 +13,7 @@ use super::nearest::{Tile, tiles};
 use super::palette::of_outcome;
 use crate::numbers::with_unit;
 use crate::pages::parts::of_share;
-use crate::pages::parts::svg::{Frame, Place, Scale, image, legend};
+use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, legend, swatch};
 use crate::words;
 
 /// Half the size of a variant outside a grid, as a share of the plot.
@@ -193,7 +193,7 @@ impl<'a> Map<'a> {
         frame.draw(&mut body, &self.title);
         let right = PLOT.x + PLOT.width + 24.0;
         let mut all = entries;
-        let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"#000000\" stroke-width=\"2\"{dash}/>");
+        let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"{INK}\" stroke-width=\"2\"{dash}/>");
         if !self.theory.limits.sampled.is_empty() {
             all.push((line(""), "limit in contact, sampled".into()));
         }
@@ -207,7 +207,6 @@ impl<'a> Map<'a> {
 
     /// A colour for each cell, and the legend.
     fn colours(&self, colouring: &Colouring<'_>) -> (Vec<String>, Vec<(String, String)>) {
-        let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\"/>");
         match colouring {
             Colouring::Outcome(outcomes) => {
                 let colours =

@@ -15,7 +15,7 @@ pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows};
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
     let machine = &document.scenario.machine;
     let units = Units::of(machine);
-    let mut page = Page::new(&format!("Why does {} chatter?", machine.name), &machine.about);
+    let mut page = Page::new(&format!("{}: causes of chatter, and remedies", machine.name), &machine.about);
     page.lead(&found.verdict);
     if found.chatters {
         page.heading("What was tried");

@@ -241,7 +241,7 @@ fn regress_effects_on_a_force_are_refused_where_the_motion_is_imposed() {
         let found = of("imposed", effect);
         assert_eq!(found.len(), 1, "{effect}: {found:?}");
         assert!(found[0].message.contains("a drive that gives a force"), "{found:?}");
-        assert!(found[0].key.starts_with("actuators.drive.effects.") && found[0].line == 5, "{found:?}");
+        assert!(found[0].key.starts_with("actuators.drive.effects.") && found[0].line == 6, "{found:?}");
         assert_eq!(of("force", effect), []);
     }
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "without the file there is no test")]
 
 use feeler_engine::{EngineError, Program};
-use feeler_files::{Document, Draft, Located};
+use feeler_files::{DatasetFile, Document, Draft, FormatError, Located};
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
@@ -241,7 +241,7 @@ fn regress_effects_on_a_force_are_refused_where_the_motion_is_imposed() {
         let found = of("imposed", effect);
         assert_eq!(found.len(), 1, "{effect}: {found:?}");
         assert!(found[0].message.contains("a drive that gives a force"), "{found:?}");
-        assert!(found[0].key.starts_with("actuators.drive.effects.") && found[0].line == 5, "{found:?}");
+        assert!(found[0].key.starts_with("actuators.drive.effects.") && found[0].line == 6, "{found:?}");
         assert_eq!(of("force", effect), []);
     }
 }
@@ -274,4 +274,20 @@ fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
     assert_eq!(of(servo, &hertz("MN/m^1.3")), []);
     let found = of(servo, &hertz("MN/m^1.5"));
     assert!(found.len() == 1 && found[0].key.ends_with("hertz-contact.stiffness"), "{found:?}");
+}
+
+#[test]
+fn regress_a_folder_in_place_of_a_file_is_named_with_what_takes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), "t_s,x\n0.0,1.0\n").unwrap();
+    let said = |error: FormatError| {
+        let problem = &error.problems[0];
+        format!("{} {}", problem.message, problem.remedy)
+    };
+    let of_dataset = || said(DatasetFile::load(folder.path()).expect_err("no dataset.toml"));
+    let of_machine = || said(Document::load(folder.path()).expect_err("no file"));
+    assert!(of_dataset().contains("`feeler import "), "{}", of_dataset());
+    assert!(of_machine().contains("`feeler import` takes a folder of logs"), "{}", of_machine());
+    std::fs::write(folder.path().join("dataset.toml"), "").unwrap();
+    assert!(of_machine().contains("`feeler diagnose` takes it"), "{}", of_machine());
 }

@@ -56,10 +56,8 @@ pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
     if let Some(found) = sort::sort_of(&start) {
         let read = READ.into_iter().find(|(sort, _)| *sort == found).map(|(_, format)| format);
-        return match read.filter(|format| *format != Format::Npz || ending == "npz") {
-            Some(format) => Ok(format),
-            None => Err(LogError::other(path, found.what, found.remedy)),
-        };
+        let read = read.filter(|format| *format != Format::Npz || ending == "npz");
+        return read.ok_or_else(|| LogError::other(path, found.what, found.remedy));
     }
     let expected = match ending.as_str() {
         "mcap" => Some("an MCAP log"),

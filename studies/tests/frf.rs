@@ -1,0 +1,37 @@
+//! Frequency responses of drives with a loop of their own.
+
+use feeler_files::{Draft, template};
+use feeler_problem::Remedy;
+use feeler_studies::frf::{ExcitationKind, Request, simulate};
+
+/// A target is held for a whole number of the servo's samples, of 2 ms, or its response is none.
+#[test]
+fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
+    let servo = template("servo").expect("a template").text;
+    let respond = |hold_s: Option<f64>| {
+        let mut draft = Draft::parse(servo, "servo.toml").expect("a draft");
+        draft.set("controllers.aim.period=0.005").expect("a period");
+        let scenario = draft.build().expect("a scenario").scenario;
+        let request = Request {
+            excitation: Some(ExcitationKind::SteppedSine),
+            points: Some(2),
+            from_hz: Some(1.0),
+            to_hz: Some(3.0),
+            rms: Some(0.05),
+            hold_s,
+            ..Request::default()
+        };
+        simulate(&scenario, &request)
+    };
+    // By default that of the controller, 5 ms, up to the next whole number of samples.
+    assert!((respond(None).expect("a response").hold_s - 6e-3).abs() < 1e-12);
+    let error = respond(Some(5e-3)).expect_err("it is no whole number");
+    assert!(error.to_string().contains("no whole number of samples of `servo`"), "{error}");
+    assert!(error.remedy().contains("--hold"));
+    // The loop follows its target, and the measured response is that of theory, not that from a force.
+    let response = respond(Some(4e-3)).expect("a response");
+    for (measured, linear) in response.estimate.response.iter().zip(&response.linear) {
+        // Steps of the encoder are 2 % of this motion, and an average over a second meets hundreds of them.
+        assert!((measured - linear).norm() < 0.01 * linear.norm(), "{measured} {linear}");
+    }
+}

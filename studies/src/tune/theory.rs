@@ -141,3 +141,31 @@ impl LinearPlant {
         Ok((most - 1.0).max(0.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::knobs::Knobs;
+    use super::*;
+    use feeler_files::{Document, Setting};
+
+    /// The place of the surface is the integral of its speed: a pole at one, give or take rounding, that no
+    /// gain of the force loop moves.
+    #[test]
+    fn regress_a_surface_that_a_source_moves_does_not_make_the_loop_unstable() {
+        let scenarios = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+        let settings = [("kp", 1.951), ("ki", 65.02), ("damping", 2637.0)];
+        let settings =
+            settings.map(|(name, value)| (format!("controllers.force.{name}"), Setting::Number(value)));
+        let document = Document::load(&scenarios.join("contact/polishing.toml")).unwrap();
+        let settings = settings.iter().map(|(key, value)| (key.as_str(), value.clone()));
+        let scenario = document.with(settings).unwrap().scenario;
+        let spec = &scenario.controllers["force"].spec;
+        let plant = LinearPlant::new(&scenario, "force", spec, false).unwrap();
+        for share in [0.125, 0.25, 0.5, 0.75, 1.0] {
+            let figures = plant.figures(&Knobs::with_share(spec, share)).unwrap();
+            assert!(figures.is_some_and(|figures| figures.bandwidth_hz > 1.0), "{share}: {figures:?}");
+        }
+    }
+}

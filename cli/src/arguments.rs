@@ -2,6 +2,7 @@
 
 mod diagnosis;
 mod frf;
+mod groups;
 mod import;
 mod live;
 mod reduce;
@@ -33,6 +34,7 @@ pub(crate) use tune::Tune;
     version,
     propagate_version = true,
     max_term_width = 100,
+    help_template = groups::template(),
     after_help = "Examples:\n  \
         feeler new chatter --out chatter.toml          a scenario to start from\n  \
         feeler run chatter.toml                        run it: summary, trace, report.html\n  \

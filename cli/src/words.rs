@@ -88,7 +88,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        _ => undecided(summary.verdict.undecided),
+        _ => undecided(summary.verdict.undecided, summary.simulated_s),
     }
 }
 
@@ -141,7 +141,7 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         Outcome::Driven => {
             format!("Nothing is touched, and `{signal}` follows a reference that moves to the end.")
         }
-        _ => undecided(summary.verdict.undecided),
+        _ => undecided(summary.verdict.undecided, summary.simulated_s),
     }
 }
 
@@ -262,7 +262,7 @@ fn times(bounces: usize) -> String {
     }
 }
 
-fn undecided(why: Option<Undecided>) -> String {
+fn undecided(why: Option<Undecided>, simulated_s: f64) -> String {
     let why = match why {
         Some(Undecided::TooShort) => {
             "it ends too soon after the first touch or the last step of the reference; lengthen run.duration"
@@ -282,7 +282,12 @@ fn undecided(why: Option<Undecided>) -> String {
         Some(Undecided::EventStorm) => "it stopped at an instant with too many events",
         _ => "lengthen run.duration",
     };
-    format!("Undecided: {why}.")
+    let longer = if why.ends_with("run.duration") {
+        format!(", for example by --set 'run.duration={}'", with_unit(2.0 * simulated_s, "s"))
+    } else {
+        String::new()
+    };
+    format!("Undecided: {why}{longer}.")
 }
 
 #[cfg(test)]

@@ -27,7 +27,11 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         }
         let sets: Vec<Dataset> =
             arguments.what.iter().map(|path| Dataset::load(path)).collect::<Result<_, _>>()?;
-        return finish(arguments, &compare::datasets(&sets), "");
+        let said = match compare::record_rows(&sets) {
+            rows if rows.is_empty() => compare::NOTHING_COMMON.to_owned(),
+            rows => terminal::table(&compare::RECORD_HEADS, &[3, 4, 5], rows),
+        };
+        return finish(arguments, &compare::datasets(&sets), &said);
     }
     let documents = documents(arguments)?;
     if documents.len() < 2 {

@@ -80,7 +80,9 @@ impl Session {
                 Err(error) => file.problem = Some(plainly(&error)),
             }
         }
-        let numbers = file.document.numbers().into_iter().filter(|number| !number.key.starts_with("run."));
+        // Steps, rates and seeds of a run are no properties of what is tuned.
+        let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
+        let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
         let numbers: Vec<Value> =
             numbers.map(|n| json!({ "key": n.key, "value": n.value, "unit": n.unit })).collect();
         json!({ "version": file.version, "problem": file.problem, "numbers": numbers })

@@ -257,6 +257,10 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
             .join(" and ")
     ));
     let Some(first) = sets.first() else { return page.render() };
+    match record_rows(sets) {
+        rows if rows.is_empty() => page.paragraph(NOTHING_COMMON),
+        rows => page.table(&RECORD_HEADS, &[3, 4, 5], &rows),
+    }
     for record in &first.records {
         let same: Vec<_> = (sets.iter())
             .filter_map(|set| Some((set, set.records.iter().find(|other| other.name == record.name)?)))
@@ -282,4 +286,48 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
         }
     }
     page.render()
+}
+
+/// What is said of datasets without common records.
+pub(crate) const NOTHING_COMMON: &str =
+    "No record of the first dataset has the name of one in another: nothing can be laid over each other.";
+/// Headings of the differences between datasets.
+pub(crate) const RECORD_HEADS: [&str; 6] =
+    ["record", "against", "column", "variation", "difference", "share"];
+
+/// How far the first dataset's series are from those of the others: root mean squares, and the share of the
+/// series' own variation.
+pub(crate) fn record_rows(sets: &[Dataset]) -> Vec<Vec<String>> {
+    let Some((first, others)) = sets.split_first() else { return Vec::new() };
+    let mut rows = Vec::new();
+    for record in &first.records {
+        for set in others {
+            let Some(other) = set.records.iter().find(|other| other.name == record.name) else { continue };
+            for (c, channel) in first.channels.iter().enumerate() {
+                let column = set.channels.iter().position(|own| own.column == channel.column);
+                let Some(column) = column else { continue };
+                let since = |times: &[f64]| times.iter().map(|t| t - times[0]).collect::<Vec<f64>>();
+                let there = onto(&since(&other.times_s), &other.series[column], &since(&record.times_s));
+                let both = record.series[c].iter().zip(&there).filter(|(_, there)| there.is_finite());
+                let (own, apart): (Vec<f64>, Vec<f64>) = both.map(|(a, b)| (*a, a - b)).unzip();
+                let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+                let rms = |values: &mut dyn Iterator<Item = f64>| {
+                    (values.map(|value| value * value).sum::<f64>() / own.len().max(1) as f64).sqrt()
+                };
+                let varies = rms(&mut own.iter().map(|value| value - mean));
+                let differs = rms(&mut apart.iter().copied());
+                let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
+                let share = if varies > 0.0 { percent(differs / varies) } else { "-".into() };
+                rows.push(vec![
+                    record.name.clone(),
+                    set.name.clone(),
+                    channel.column.clone(),
+                    with_unit(varies, unit),
+                    with_unit(differs, unit),
+                    format!("{share} %"),
+                ]);
+            }
+        }
+    }
+    rows
 }

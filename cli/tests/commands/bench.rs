@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 
 pub(crate) const DONE: i32 = 0;
+pub(crate) const CHECK_FAILED: i32 = 1;
 pub(crate) const BAD_INPUT: i32 = 2;
 
 /// `feeler` in a folder of its own.

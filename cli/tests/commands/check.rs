@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{BAD_INPUT, Bench, DONE, PRESS};
+use crate::bench::{BAD_INPUT, Bench, CHECK_FAILED, DONE, PRESS};
 
 #[test]
 fn truth_sound_files_are_named_with_what_they_hold() {
@@ -38,4 +38,28 @@ fn truth_json_holds_every_problem_with_its_place() {
     assert_eq!(results[0]["ok"], false);
     assert_eq!(results[0]["problems"][0]["key"], "bodies.tip.mass");
     assert_eq!(results[0]["problems"][0]["line"], 5);
+}
+
+/// Millimetres for metres once ended in `ok` and 0, below warnings that matter less.
+#[test]
+fn regress_a_unit_that_is_wrong_by_a_thousand_is_no_ok() {
+    let bench = Bench::new();
+    let from = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
+    for file in std::fs::read_dir(&from).unwrap().map(|entry| entry.unwrap().path()) {
+        std::fs::copy(&file, bench.path(file.file_name().unwrap().to_str().unwrap())).unwrap();
+    }
+    let sound = bench.feeler(&["check", "."]);
+    assert_eq!(sound.code, DONE, "{}", sound.err);
+    let text = bench.read("dataset.toml");
+    let column = "[columns.encoder_m]\n";
+    assert!(text.contains(column), "{text}");
+    bench.write("dataset.toml", &text.replace(column, &format!("{column}scale = 1000.0\n")));
+    let said = bench.feeler(&["check", "."]);
+    assert_eq!(said.code, CHECK_FAILED, "{}{}", said.out, said.err);
+    let lines: Vec<&str> = said.out.lines().collect();
+    assert!(lines[0].starts_with("wrong unit  ."), "{}", said.out);
+    assert!(lines[1].contains("1000 (mm for m?)"), "{}", said.out);
+    let json: Value = serde_json::from_str(&bench.feeler(&["check", ".", "--json"]).out).unwrap();
+    assert_eq!(json[0]["ok"], false);
+    assert!(json[0]["problems"][0]["message"].as_str().unwrap().contains("mm for m"), "{json}");
 }

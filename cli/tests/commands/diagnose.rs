@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::bench::{BAD_INPUT, Bench, DONE, exists};
 
 /// An axis with a drive and a guide, without friction.
-const AXIS: &str = r#"
+pub(crate) const AXIS: &str = r#"
 name = "axis"
 [bodies.tip]
 mass = 5.0
@@ -42,7 +42,7 @@ signal = "accelerometer.reading"
 "#;
 
 /// A folder `cases/records` with three experiments on an axis that sticks.
-fn records() -> Bench {
+pub(crate) fn records() -> Bench {
     let bench = Bench::new();
     std::fs::create_dir_all(bench.path("cases/records")).unwrap();
     bench.write("cases/records/machine.toml", AXIS);
@@ -68,8 +68,11 @@ fn records() -> Bench {
 #[test]
 fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     let bench = records();
-    let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--changes"]);
+    let believed = AXIS.replace("mass = 5.0", "mass = 5.0 # weighed");
+    bench.write("cases/records/machine.toml", &believed);
+    let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--changes", "--apply"]);
     assert_eq!(said.code, DONE, "{}", said.err);
+    is_applied(&bench, &believed, &said.out);
     assert!(
         said.out.starts_with("records: ")
             && said.out.lines().next().unwrap().contains("coulomb-friction on springs.guide"),
@@ -134,6 +137,32 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     let score: Value = serde_json::from_str(&bench.read("answers/score.json")).unwrap();
     assert_eq!(score["cases"][0]["right"], true);
     assert!(bench.read("answers/score.html").contains("Confusion"));
+}
+
+/// The machine file has what was found, rounded as in the repaired machine, and its old text is kept. The old
+/// file is restored.
+fn is_applied(bench: &Bench, believed: &str, said: &str) {
+    let changed = bench.read("cases/records/machine.toml");
+    assert!(said.contains("\nchanged ") && said.contains("machine.toml.bak"), "{said}");
+    assert_eq!(bench.read("cases/records/machine.toml.bak"), believed);
+    assert!(changed.contains("# weighed"), "{changed}");
+    let number = |text: &str, key: &str| {
+        let table: toml::Table = toml::from_str(text).unwrap();
+        let mut at = &toml::Value::Table(table);
+        for part in key.split('.') {
+            at = &at[part];
+        }
+        at.as_float().unwrap()
+    };
+    let repaired = bench.read("answer/machine.toml");
+    let level = "springs.guide.effects.coulomb-friction.level";
+    assert_eq!(number(&changed, level).to_bits(), number(&repaired, level).to_bits());
+    for key in [level, "bodies.tip.mass", "springs.guide.damping"] {
+        let digits = number(&repaired, key).to_string();
+        let digits = digits.trim_start_matches(['0', '.']).chars().filter(char::is_ascii_digit).count();
+        assert!(digits <= 6, "{key}: {repaired}");
+    }
+    bench.write("cases/records/machine.toml", AXIS);
 }
 
 #[test]

@@ -4,9 +4,12 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
+use crate::diagnose::{AXIS, records};
 
 /// A running server, which ends with its test.
 struct Served {
@@ -16,9 +19,11 @@ struct Served {
 }
 
 impl Served {
-    fn new(bench: &Bench, file: &str) -> Self {
+    fn new(bench: &Bench, arguments: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_feeler"))
-            .args(["live", bench.path(file).to_str().unwrap()])
+            .current_dir(bench.path(""))
+            .arg("live")
+            .args(arguments)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -68,7 +73,7 @@ impl Drop for Served {
 fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
-    let served = Served::new(&bench, "press.toml");
+    let served = Served::new(&bench, &["press.toml"]);
     assert!(served.host.starts_with("127.0.0.1:") && served.secret.len() == 32, "{}", served.host);
     let own = format!("/{}/", served.secret);
     let status = |path: &str, host: &str| served.ask("GET", path, host, "").0;
@@ -86,7 +91,7 @@ fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
 fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comments() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
-    let served = Served::new(&bench, "press.toml");
+    let served = Served::new(&bench, &["press.toml"]);
     let state = |kp: f64| served.post("state", &json!({ "settings": { "controllers.force.kp": kp } }));
     let (calm, wild) = (state(0.05), state(40.0));
     for chart in ["force", "drive", "step", "magnitude", "phase"] {
@@ -96,6 +101,10 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
     assert_ne!(calm["lead"], wild["lead"]);
     assert_eq!(calm["stable"], wild["stable"], "stable gains do not depend on the gain");
     assert!(wild["lead"].as_str().unwrap().contains("unstable"), "{}", wild["lead"]);
+    let brief = served.post("state", &json!({ "settings": { "run.duration": 0.02 } }));
+    assert!(brief["lead"].as_str().unwrap().starts_with("Undecided"), "{}", brief["lead"]);
+    let (_, listed) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+    assert!(listed.contains("\"run.duration\"") && !listed.contains("run.record_rate"), "{listed}");
     let refused = served.post("state", &json!({ "settings": { "bodies.tip.mass": -1.0 } }));
     assert!(refused["problem"].as_str().unwrap().contains("bodies.tip.mass"), "{refused}");
 
@@ -143,4 +152,82 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert!(bench.read("runs/report.html").contains("What differs"));
     assert_eq!(bench.feeler(&["compare", "press.toml"]).code, BAD_INPUT);
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);
+}
+
+/// Values of a curve of a page: the bytes of floats in base64.
+fn values(series: &Value) -> Vec<f64> {
+    let bytes = STANDARD.decode(series["values"]["f32"].as_str().unwrap()).unwrap();
+    let four = bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap()));
+    four.map(f64::from).collect()
+}
+
+fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+#[test]
+fn truth_records_lie_over_the_machine_as_set_and_as_repaired() {
+    let bench = records();
+    // The friction of the axis that was recorded.
+    bench.write("repaired.toml", &format!("{AXIS}[springs.guide.effects.coulomb-friction]\nlevel = 4.0\n"));
+    let served = Served::new(
+        &bench,
+        &["cases/records/machine.toml", "--data", "cases/records", "--repaired", "repaired.toml"],
+    );
+    let chart = |settings: Value| {
+        let answer = served.post("replay", &json!({ "settings": settings, "record": 2 }));
+        answer["charts"][0].clone()
+    };
+    let as_believed = chart(json!({}));
+    let series = as_believed["series"].as_array().unwrap();
+    let names: Vec<&str> = series.iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["measured", "the machine as set", "repaired"]);
+    let [measured, set, repaired] = [0, 1, 2].map(|i| values(&series[i]));
+    let error = |of: &[f64]| {
+        let both = measured.iter().zip(of).filter(|(a, b)| a.is_finite() && b.is_finite());
+        rms(both.map(|(a, b)| a - b))
+    };
+    // Of 4 N of friction in 10 N of command the repaired machine predicts all but the noise.
+    assert!(error(&repaired) < 0.1 * error(&set), "{} and {}", error(&repaired), error(&set));
+    let moved = chart(json!({ "springs.guide.damping": 200.0 }));
+    assert_ne!(moved["series"][1], as_believed["series"][1]);
+}
+
+#[test]
+fn truth_datasets_are_compared_column_by_column_on_the_terminal_too() {
+    let bench = records();
+    std::fs::create_dir_all(bench.path("cases/other")).unwrap();
+    for name in ["machine.toml", "1.csv", "2.csv"] {
+        bench.write(&format!("cases/other/{name}"), &bench.read(&format!("cases/records/{name}")));
+    }
+    let text = bench.read("cases/records/dataset.toml").replace("\"records\"", "\"other\"");
+    bench.write("cases/other/dataset.toml", &text);
+    // In one record the encoder reads 10 % more.
+    let table = bench.read("cases/records/0.csv");
+    let column = table.lines().next().unwrap().split(',').position(|name| name == "encoder.reading").unwrap();
+    let mut read = Vec::new();
+    let mut scaled = String::new();
+    for (i, line) in table.lines().enumerate() {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            let value: f64 = cells[column].parse().unwrap();
+            read.push(value);
+            cells[column] = format!("{:e}", 1.1 * value);
+        }
+        scaled += &(cells.join(",") + "\n");
+    }
+    bench.write("cases/other/0.csv", &scaled);
+    let said = bench.feeler(&["compare", "cases/records", "cases/other", "--out", "both"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let row = |record: &str, column: &str| {
+        let line = said.out.lines().find(|line| line.contains(record) && line.contains(column));
+        line.unwrap_or_else(|| panic!("{record}, {column}: {}", said.out)).to_owned()
+    };
+    assert!(row("1.csv", "encoder.reading").trim_end().ends_with(" 0.0 %"), "{}", said.out);
+    let mean = read.iter().sum::<f64>() / read.len() as f64;
+    let share = 10.0 * rms(read.iter().copied()) / rms(read.iter().map(|value| value - mean));
+    let found = row("0.csv", "encoder.reading");
+    assert!(found.trim_end().ends_with(&format!(" {share:.1} %")), "{share}: {found}");
+    assert!(bench.read("both/report.html").contains("1.csv"));
 }

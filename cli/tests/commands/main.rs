@@ -27,3 +27,5 @@ mod sweep;
 mod theory;
 #[cfg(test)]
 mod tune;
+#[cfg(test)]
+mod why;

@@ -1,5 +1,8 @@
 //! `feeler run`.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
 use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
@@ -301,4 +304,51 @@ fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
         assert_eq!(said.code, DONE, "{}", said.err);
         assert!(!said.out.contains("takes less time"), "{}", said.out);
     }
+}
+
+#[test]
+#[cfg(unix)]
+fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_interrupted() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_feeler"))
+        .current_dir(bench.path(""))
+        .args(["run", "press.toml", "--watch", "--out", "out"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    // What is said up to the next wait for a change.
+    let mut waits = || lines.by_ref().take_while(|line| !line.contains("watching")).collect::<Vec<_>>();
+    let reference = || summary(&bench, "out")["response"]["final_reference_n"].as_f64().unwrap();
+    assert_eq!(waits(), Vec::<String>::new());
+    assert!((reference() - 10.0).abs() < 1e-12);
+    bench.write("press.toml", &PRESS.replace("reference    = 10.0", "reference    = 12.0"));
+    assert_eq!(waits(), Vec::<String>::new());
+    assert!((reference() - 12.0).abs() < 1e-12);
+    // A mistake does not end it.
+    bench.write("press.toml", &PRESS.replace("\"2 kg\"", "-2"));
+    assert!(waits().iter().any(|line| line.contains("bodies.tip.mass")));
+    let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(interrupt.success() && !child.wait().unwrap().success());
+}
+
+#[test]
+fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
+    let bench = Bench::new();
+    bench.write("away.toml", &PRESS.replace("[\"tip\", \"ground\"]", "[\"ground\", \"tip\"]"));
+    let doubt = "a positive command of `drive` pulls";
+    assert!(bench.feeler(&["check", "away.toml"]).out.contains(doubt));
+    let said = bench.feeler(&["run", "away.toml", "--out", "out"]);
+    assert!(said.err.contains("warning: contacts.tool.between") && said.err.contains(doubt), "{}", said.err);
+    assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
+    assert!(bench.read("out/report.html").contains("Probable reason"));
+    let pulled =
+        bench.feeler(&["run", "away.toml", "--set", "contacts.tool.engagement=free", "--out", "out"]);
+    assert!(pulled.out.contains("Every contact of the file is set free."), "{}", pulled.out);
+    bench.write("press.toml", PRESS);
+    let setting = "controllers.force.reference=[[0, 10], [0.2, -10]]";
+    let pulled = bench.feeler(&["run", "press.toml", "--set", setting, "--out", "out"]);
+    assert!(pulled.out.contains("does not end above zero"), "{}", pulled.out);
 }

@@ -13,6 +13,9 @@ const GAP: f64 = 16.0;
 /// Slope of the names along the top, degrees.
 const SLOPE_DEG: f64 = 60.0;
 
+/// Opacity of a cell from which on its number is white.
+const DARK: f64 = 0.8;
+
 /// The drawing: cells on the diagonal are right, the number is how often.
 pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     let mut rows: Vec<&str> = confusion.iter().map(|(hidden, ..)| hidden.as_str()).collect();
@@ -64,12 +67,14 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         let (x, y) = (left + CELL * i as f64, top + CELL * j as f64);
         let colour = if is_right(hidden, answered) { "#0072b2" } else { "#d55e00" };
         let share = 0.35 + 0.65 * *n as f64 / times(hidden);
+        // A pale cell shows the page, whose own ink is legible there.
+        let ink = if share > DARK { "fill:#ffffff;" } else { "" };
         let _ = write!(
             svg,
             "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" rx=\"2\" fill=\"{colour}\" \
              fill-opacity=\"{share:.2}\"/>\
              <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" \
-             style=\"fill:#ffffff;font-weight:600\">{n}</text>",
+             style=\"{ink}font-weight:600\">{n}</text>",
             x + 1.0,
             y + 1.0,
             CELL - 2.0,

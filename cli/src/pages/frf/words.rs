@@ -36,8 +36,8 @@ pub(crate) fn headline(response: &Response) -> String {
 pub(crate) fn sentences(response: &Response) -> Vec<String> {
     let agreement = response.agreement();
     let coherent = (agreement.coherence).map_or_else(
-        || format!(" known to {KNOWN_DEG}°"),
-        |least| format!(" with a coherence of {} or more", plain(least)),
+        || format!("the phase is known to ±{KNOWN_DEG}°"),
+        |least| format!("the coherence is {} or more", plain(least)),
     );
     let mut said = vec![if agreement.compared == 0 && agreement.coherence.is_none() {
         format!("No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation.")
@@ -45,11 +45,10 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
         format!("No frequency has a coherence of {}: output and input are hardly related.", COHERENT[2])
     } else {
         format!(
-            "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the \
-             linear response lies within \
-             the {} % confidence band at {} % of all frequencies.",
+            "Where {coherent} ({} of {} frequencies), measured and linear response differ by {} dB and {}° \
+             at most; the linear response lies within the {} % confidence band at {} % of all frequencies.",
             agreement.compared,
-            if agreement.compared == 1 { "frequency" } else { "frequencies" },
+            response.linear.len(),
             plain(agreement.decibels),
             plain(agreement.degrees),
             plain(100.0 * response.confidence),

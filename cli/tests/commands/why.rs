@@ -1,0 +1,39 @@
+//! `feeler why`.
+
+use serde_json::Value;
+
+use crate::bench::{BAD_INPUT, Bench, DONE, exists};
+
+const SUSTAINED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter/sustained.toml");
+
+#[test]
+fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
+    let said = bench.feeler(&["why", "chatter.toml", "--try", "1", "--out", "cured.toml"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    // What was set is printed, and nothing else of the file is touched.
+    let (key, _) = said.out.strip_prefix("cured.toml: ").and_then(|said| said.split_once('=')).unwrap();
+    let (before, after) = (bench.read("chatter.toml"), bench.read("cured.toml"));
+    let changed: Vec<&str> = after.lines().filter(|line| !before.lines().any(|old| old == *line)).collect();
+    assert!(!changed.is_empty() && changed.len() <= 3, "{changed:?}");
+    assert!(changed[0].starts_with(key.rsplit('.').next().unwrap()), "{key}: {changed:?}");
+    let comments = |text: &str| text.lines().filter(|line| line.contains('#')).count();
+    assert_eq!(comments(&before), comments(&after));
+    let outcome = |file: &str| -> Value {
+        let ran = bench.feeler(&["run", file, "--json", "--out", "out"]);
+        assert_eq!(ran.code, DONE, "{}", ran.err);
+        serde_json::from_str::<Value>(&ran.out).unwrap()["outcome"].take()
+    };
+    assert_eq!(outcome("chatter.toml"), "chatter");
+    assert_ne!(outcome("cured.toml"), "chatter");
+}
+
+#[test]
+fn truth_a_remedy_that_does_not_exist_is_refused_with_those_that_do() {
+    let bench = Bench::new();
+    let said = bench.feeler(&["why", SUSTAINED, "--try", "99", "--out", "cured.toml"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("no remedy 99") && said.err.contains("try one of 1, 2"), "{}", said.err);
+    assert!(!exists(bench.path("cured.toml")));
+}

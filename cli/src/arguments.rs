@@ -34,7 +34,7 @@ pub(crate) use tune::Tune;
     version,
     propagate_version = true,
     max_term_width = 100,
-    help_template = groups::template(),
+    help_template = groups::template(&Command::augment_subcommands(clap::Command::new("feeler"))),
     after_help = "Examples:\n  \
         feeler new chatter --out chatter.toml          a scenario to start from\n  \
         feeler run chatter.toml                        run it: summary, trace, report.html\n  \

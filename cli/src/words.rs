@@ -102,7 +102,9 @@ pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem])
     if contacts.values().all(|contact| contact.engagement == Engagement::Free) {
         return Some("Every contact of the file is set free.".to_owned());
     }
-    if let Some(doubt) = doubts.first() {
+    // A soft wall or a slow sample keeps no tool away.
+    let keeps_away = |doubt: &&Problem| !doubt.key.ends_with(".stiffness") && !doubt.key.ends_with(".period");
+    if let Some(doubt) = doubts.iter().find(keeps_away) {
         return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
     }
     if reference.is_some_and(|reference| reference <= 0.0) {

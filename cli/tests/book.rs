@@ -259,6 +259,16 @@ impl Reader {
         Ok(())
     }
 
+    fn python(&self, block: &Block) -> Result<(), String> {
+        if self.shell("python3 -c 'import pyarrow'").is_err() {
+            println!("skipped: {}:{}: no Python with pyarrow here", self.page, block.line);
+            return Ok(());
+        }
+        std::fs::write(self.folder.path().join("block.py"), &block.text)
+            .map_err(|error| error.to_string())?;
+        self.shell("python3 block.py").map(|_| ())
+    }
+
     fn toml(&self, block: &Block) -> Result<(), String> {
         let table = block.text.parse::<toml::Table>().map_err(|error| error.to_string())?;
         let first = block.text.lines().next().unwrap_or_default();
@@ -279,6 +289,7 @@ impl Reader {
             "json" => serde_json::from_str::<serde_json::Value>(&block.text)
                 .map(|_| ())
                 .map_err(|error| error.to_string()),
+            "python" => self.python(block),
             "text" => Ok(()),
             "" if self.page == "ARCHITECTURE.md" => Ok(()),
             other => Err(format!("a block of kind `{other}`, which no test reads")),

@@ -115,13 +115,9 @@ fn absent_meshes(urdf: &Urdf, path: &Path) -> Option<Problem> {
     let message = format!(
         "{}, line {line}: link `{link}` names the mesh `{file}`, which does not exist{}",
         path.display(),
-        if absent.len() > 1 { format!(", and so with {} others", absent.len() - 1) } else { String::new() }
+        if absent.len() > 1 { format!(" ({} meshes are absent)", absent.len()) } else { String::new() }
     );
-    Some(Problem::new(
-        "urdf",
-        message,
-        "put the files beside the URDF where its shapes shall touch something",
-    ))
+    Some(Problem::new("urdf", message, "put the files beside the URDF if its shapes are to touch something"))
 }
 
 /// The URDF and the tool link.

@@ -256,10 +256,11 @@ fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
         ))
     };
     let servo = "kind = \"position-servo\"\nkp = 100.0";
-    let motor = "kind = \"dc-motor\"\nresistance = 1.0\ntorque_constant = 1.0";
+    // The voltage of a motor is no force at once: only its current takes noise.
+    let motor = "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 1.0\ntorque_constant = 1.0";
     let noise = |sigma: &str| format!("actuators.drive.effects.command-noise]\nsigma = \"{sigma}\"");
     for (actuator, sigma, wrong) in
-        [(servo, "1 mm", "2 N"), (motor, "1 V", "2 N"), ("kind = \"force\"", "2 N", "1 mm")]
+        [(servo, "1 mm", "2 N"), (motor, "1 A", "2 N"), ("kind = \"force\"", "2 N", "1 mm")]
     {
         assert_eq!(of(actuator, &noise(sigma)), []);
         let found = of(actuator, &noise(wrong));

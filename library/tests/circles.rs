@@ -25,6 +25,7 @@ const KNOWN: &[&[&str]] = &[
     ],
     &["diagnosis/src/import/mod.rs", "diagnosis/src/import/write.rs"],
     &["diagnosis/src/predict/loops.rs", "diagnosis/src/predict/machine.rs"],
+    &["sim/analysis/src/machine/imposed.rs", "sim/analysis/src/machine/linearise.rs"],
     &["studies/src/why/explanation.rs", "studies/src/why/size.rs"],
     &["studies/src/why/remedy.rs", "studies/src/why/search.rs"],
 ];

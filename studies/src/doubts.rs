@@ -67,13 +67,13 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
         reference.value(t_s) / sensor.gain
     });
     let [least_n, most_n] = wanted.fold([0.0_f64; 2], |[least, most], n| [least.min(n), most.max(n)]);
-    let unit = if scenario.machine.axis == Axis::Translational { ["N", "m"] } else { ["N m", "rad"] };
+    let unit = if scenario.machine.axis == Axis::Translational { "N" } else { "N m" };
     if least_n < 0.0 && most_n <= 0.0 {
         return Some(Problem::new(
             format!("controllers.{}.reference", found.name),
             format!(
-                "the reference asks `{touched}` for {}, and it only pushes: a push is above zero",
-                with_unit(least_n, unit[0])
+                "the reference asks `{touched}` for a pull of {}, but a contact only pushes",
+                with_unit(-least_n, unit)
             ),
             "turn the sign of the reference",
         ));
@@ -87,8 +87,8 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
             format!("contacts.{touched}.stiffness"),
             format!(
                 "under the {} asked for, the tool sinks in by {}",
-                with_unit(most_n, unit[0]),
-                with_unit(sinks, unit[1])
+                with_unit(most_n, unit),
+                with_unit(sinks, "m")
             ),
             "stiffness is in N/m unless a unit is given: write \"kN/m\" if that is meant",
         )

@@ -170,7 +170,7 @@ fn truth_mistakes_of_arm_files_are_told_together() {
             .map_err(|error| error.to_string())
     };
     assert!(parse(&good).is_ok_and(|arm| arm.doubts.is_empty()));
-    let doubts = parse(&good.replacen("six-joint.urdf", "mesh.urdf", 1)).unwrap().doubts;
+    let doubts = parse(&good.replacen("\"six-joint.urdf\"", "\"mesh.urdf\"", 1)).unwrap().doubts;
     let expected = "link `base` names the mesh `package://arm/meshes/hand.stl`, which does not exist";
     assert!(doubts.len() == 1 && doubts[0].message.ends_with(expected), "{doubts:?}");
     let cases: [(&str, &str, &[&str]); 7] = [

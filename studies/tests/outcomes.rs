@@ -287,7 +287,8 @@ fn prop_no_scenario_of_an_arm_ends_undecided() {
             && is_of_arm(std::fs::read_to_string(&path).unwrap())
         {
             let file = Draft::load(&path).and_then(CellFile::build).unwrap_or_else(|error| panic!("{error}"));
-            found.insert(file.name.clone(), run_cell(&file, &mut |_| {}).unwrap().summary);
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            found.insert(name, run_cell(&file, &mut |_| {}).unwrap().summary);
         }
     }
     for (name, summary) in &found {

@@ -2,10 +2,6 @@
 
 use std::fmt::Write as _;
 
-use clap::Subcommand as _;
-
-use super::Command;
-
 /// Names of the commands under their headings.
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Everyday", &["new", "check", "run", "live", "compare"]),
@@ -20,9 +16,8 @@ const GROUPS: [(&str, &[&str]); 4] = [
 const NAMES: usize = 15;
 const COLUMNS: usize = 80;
 
-/// The help of `feeler` itself, with its commands in groups.
-pub(super) fn template() -> String {
-    let all = Command::augment_subcommands(clap::Command::new("feeler"));
+/// The help of `feeler` itself, with all its commands in groups.
+pub(super) fn template(all: &clap::Command) -> String {
     let mut text = String::from("{about-with-newline}\n{usage-heading} {usage}\n");
     for (heading, names) in GROUPS {
         let _ = write!(text, "\n{heading}:\n");
@@ -57,7 +52,10 @@ fn entry(text: &mut String, name: &str, about: &str) {
 
 #[cfg(test)]
 mod tests {
+    use clap::Subcommand as _;
+
     use super::*;
+    use crate::arguments::Command;
 
     #[test]
     fn truth_every_command_is_in_one_group_and_every_line_fits() {
@@ -67,6 +65,6 @@ mod tests {
         known.sort_unstable();
         listed.sort_unstable();
         assert_eq!(listed, known);
-        assert!(template().lines().all(|line| line.chars().count() <= COLUMNS));
+        assert!(template(&all).lines().all(|line| line.chars().count() <= COLUMNS));
     }
 }

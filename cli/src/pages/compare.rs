@@ -290,7 +290,9 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
 
 /// What is said of datasets without common records.
 pub(crate) const NOTHING_COMMON: &str =
-    "No record of the first dataset has the name of one in another: nothing can be laid over each other.";
+    "The first dataset shares no record with another, or no column of one: there is nothing to compare.";
+/// Differences below this share of a series' variation are rounding.
+const ROUNDING: f64 = 1e-12;
 /// Headings of the differences between datasets.
 pub(crate) const RECORD_HEADS: [&str; 6] =
     ["record", "against", "column", "variation", "difference", "share"];
@@ -315,16 +317,20 @@ pub(crate) fn record_rows(sets: &[Dataset]) -> Vec<Vec<String>> {
                     (values.map(|value| value * value).sum::<f64>() / own.len().max(1) as f64).sqrt()
                 };
                 let varies = rms(&mut own.iter().map(|value| value - mean));
-                let differs = rms(&mut apart.iter().copied());
+                // Interpolation rounds.
+                let differs =
+                    Some(rms(&mut apart.iter().copied())).filter(|differs| *differs > ROUNDING * varies);
+                let differs = differs.unwrap_or(0.0);
                 let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
-                let share = if varies > 0.0 { percent(differs / varies) } else { "-".into() };
+                let share =
+                    if varies > 0.0 { format!("{} %", percent(differs / varies)) } else { "-".into() };
                 rows.push(vec![
                     record.name.clone(),
                     set.name.clone(),
                     channel.column.clone(),
                     with_unit(varies, unit),
                     with_unit(differs, unit),
-                    format!("{share} %"),
+                    share,
                 ]);
             }
         }

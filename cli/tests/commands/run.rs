@@ -306,19 +306,31 @@ fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
     }
 }
 
+/// A command that ends with its test.
+#[cfg(unix)]
+struct Watching(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Watching {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 #[test]
 #[cfg(unix)]
-fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_interrupted() {
+fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_ended() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_feeler"))
+    let child = Command::new(env!("CARGO_BIN_EXE_feeler"))
         .current_dir(bench.path(""))
         .args(["run", "press.toml", "--watch", "--out", "out"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+        .spawn();
+    let mut child = Watching(child.unwrap());
+    let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
     // What is said up to the next wait for a change.
     let mut waits = || lines.by_ref().take_while(|line| !line.contains("watching")).collect::<Vec<_>>();
     let reference = || summary(&bench, "out")["response"]["final_reference_n"].as_f64().unwrap();
@@ -330,8 +342,9 @@ fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_interrupted(
     // A mistake does not end it.
     bench.write("press.toml", &PRESS.replace("\"2 kg\"", "-2"));
     assert!(waits().iter().any(|line| line.contains("bodies.tip.mass")));
-    let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(interrupt.success() && !child.wait().unwrap().success());
+    // A process started in the background may ignore an interrupt.
+    let interrupt = Command::new("kill").args(["-TERM", &child.0.id().to_string()]).status().unwrap();
+    assert!(interrupt.success() && !child.0.wait().unwrap().success());
 }
 
 #[test]

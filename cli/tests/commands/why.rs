@@ -26,7 +26,8 @@ fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments(
         serde_json::from_str::<Value>(&ran.out).unwrap()["outcome"].take()
     };
     assert_eq!(outcome("chatter.toml"), "chatter");
-    assert_ne!(outcome("cured.toml"), "chatter");
+    let cured = outcome("cured.toml");
+    assert!(["settled", "bounces-then-settles"].contains(&cured.as_str().unwrap()), "{cured}");
 }
 
 #[test]

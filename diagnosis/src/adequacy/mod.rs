@@ -135,7 +135,7 @@ impl Adequacy {
     pub(crate) fn add_untried(&mut self, causes: usize) {
         if causes > 0 {
             let what = format!(
-                "the time did not suffice for {causes} of the causes; a longer `--budget` tries them"
+                "the time did not suffice for {causes} causes or sets; a longer `--budget` tries them"
             );
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }

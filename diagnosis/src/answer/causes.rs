@@ -1,6 +1,8 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
+use feeler_plant::description::Table;
 use feeler_plant::effects::{Kind, Scale};
+use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::answer::intervals;
@@ -147,6 +149,9 @@ impl Judge<'_> {
         let fitted = &scored.fitted;
         let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
         let values = fitted.model.parameters(i, &fitted.theta);
+        let drive = (candidate.site.table == Table::Actuators).then_some(candidate.site.index);
+        let drive = drive.and_then(|i| self.dataset.machine.actuators.get_index(i));
+        let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
         let mut parameters = IndexMap::new();
         for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
             let spread = fitted
@@ -158,7 +163,8 @@ impl Judge<'_> {
             let spacing_s = self.dataset.records[0].spacing_s;
             let spread =
                 NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
-            let unit = parameter.dimension.si_unit(rotational).into_owned();
+            let dimension = candidate.definition.dimension_of(parameter, command);
+            let unit = dimension.si_unit(rotational).into_owned();
             parameters.insert(
                 parameter.name,
                 Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },

@@ -31,7 +31,7 @@ impl Default for Presliding {
 const SURFACE_SHARE: f64 = 0.02;
 
 /// Checks of the guards in every period of a sticking guide, and the most of them in one row.
-const CHECKS_PER_PERIOD: f64 = 4.0;
+const CHECKS_PER_PERIOD: f64 = 8.0;
 const MOST_CHECKS: usize = 16;
 
 impl Presliding {

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use feeler_catalogue::{Bound, Dimension};
-use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter, Trait, find};
+use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter, find};
 use feeler_plant::names::{did_you_mean, nearest};
 
 use super::{Builder, Item};
@@ -79,9 +79,7 @@ impl Builder<'_> {
         let mut values: Vec<Option<f64>> = Vec::new();
         for parameter in definition.parameters {
             let mut parameter = *parameter;
-            if definition.has(Trait::OfCommand) {
-                parameter.dimension = parameter.dimension * command / Dimension::FORCE;
-            }
+            parameter.dimension = definition.dimension_of(&parameter, command);
             // In a law `k d^n` the exponent stands first.
             if let (true, Some(Some(exponent))) = (parameter.dimension.any_length, values.first()) {
                 parameter.dimension = Dimension::power_stiffness(*exponent);

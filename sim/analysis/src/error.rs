@@ -106,6 +106,12 @@ pub enum AnalysisError {
         /// The controller.
         name: String,
     },
+    /// An output follows derivatives of an imposed position.
+    #[error("this output follows derivatives of the position that `{name}` imposes")]
+    ImposedOutput {
+        /// The actuator.
+        name: String,
+    },
     /// Describing functions do not cover this machine.
     #[error("limit cycles cannot be predicted: {reason}")]
     NoLimitCycle {
@@ -160,6 +166,9 @@ impl Remedy for AnalysisError {
             Self::Improper { .. } => {
                 "read a signal that follows the command later, or leave the derivative out".into()
             }
+            Self::ImposedOutput { .. } => {
+                "name a position as the output; `feeler frf` responds to this one too".into()
+            }
             Self::NoLimitCycle { .. } => "run the scenario, or analyse it without the effects".into(),
             Self::RunEnded { .. } => "excite the machine less, or hold it".into(),
         }
@@ -195,6 +204,7 @@ mod tests {
             AnalysisError::LongDelay { stored: 3000, most: 2000, common_s: 1e-3 },
             AnalysisError::SlowerThanLoop { name: name(), period_s: 1e-3, common_s: 2e-3 },
             AnalysisError::Improper { name: name() },
+            AnalysisError::ImposedOutput { name: name() },
             AnalysisError::NoLimitCycle { reason: "the loop does not oscillate" },
             AnalysisError::RunEnded { t_s: 0.1 },
         ];

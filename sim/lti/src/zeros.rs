@@ -61,7 +61,7 @@ impl<T: TimeDomain> StateSpace<T> {
         Ok(zeros)
     }
 
-    /// Zeros as the eigenvalue problem gives them, and whether inputs and outputs are as many.
+    /// Zeros as the eigenvalue problem gives them, and whether there are as many inputs as outputs.
     fn zeros_of(&self, system: &Reduced) -> Result<(Vec<C64>, bool), LtiError> {
         let reduced = if self.inputs() == 1 && self.outputs() == 1 {
             reduce_single(system).ok_or(LtiError::Degenerate)?

@@ -18,8 +18,6 @@ pub struct Row {
     pub low_db: f64,
     /// Upper end of its confidence band, dB.
     pub high_db: f64,
-    /// Distance from the response to the upper end, dB.
-    pub half_width_db: f64,
     /// Phase of the measured response, degrees.
     pub phase_deg: f64,
     /// Half the width of its confidence band, degrees.
@@ -56,7 +54,6 @@ pub fn row(response: &Response, i: usize) -> Row {
         magnitude_db,
         low_db: decibels(band.magnitude_low),
         high_db: decibels(band.magnitude_high),
-        half_width_db: decibels(band.magnitude_high) - magnitude_db,
         phase_deg: estimate.response[i].arg().to_degrees(),
         phase_half_width_deg: band.phase_half_width_rad.to_degrees(),
         coherence: estimate.coherence.as_ref().map_or(f64::NAN, |c| c[i]),

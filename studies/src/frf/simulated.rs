@@ -277,7 +277,7 @@ fn dies_in_s(experiment: &Experiment) -> Result<f64, AnalysisError> {
     let input = SignalName::new(&experiment.actuator, Quantity::Command);
     let poles = match plant.channel(&input, &experiment.output) {
         // An output that differentiates an imposed motion has the poles of the machine.
-        Err(AnalysisError::Improper { .. }) => eigenvalues(plant.a()).map_err(AnalysisError::from)?,
+        Err(AnalysisError::ImposedOutput { .. }) => eigenvalues(plant.a()).map_err(AnalysisError::from)?,
         channel => channel?.poles().map_err(AnalysisError::from)?,
     };
     let slowest = poles.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);

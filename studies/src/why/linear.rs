@@ -1,12 +1,11 @@
 //! Linear theory of the loop: its distance from the limit, and its bandwidth.
 
 use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, leading_gain, modes, with_gain};
-use feeler_control::Law;
+use feeler_control::{AdmittanceGains, GainPart, Law};
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
 use super::change::sampled_faster;
-use super::remedy::scale_errors;
 use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
@@ -77,6 +76,23 @@ fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
 const ROUNDING: f64 = 1e-9;
 /// Remaining growth, relative to that of the unchanged loop, that is within the error of the extrapolation.
 const GROWTH_LEFT: f64 = 0.01;
+
+/// Scales a law's gains on errors; damping stays.
+pub(crate) fn scale_errors(law: &mut Law, factor: f64) {
+    // The loop's gain falls as the virtual body grows heavier.
+    if let Law::Admittance(AdmittanceGains { mass, damping, .. }) = law {
+        for gain in [mass, damping] {
+            *gain /= factor;
+        }
+        return;
+    }
+    for part in [GainPart::Proportional, GainPart::Integral, GainPart::Derivative, GainPart::Reading] {
+        if let Some(gain) = law.gain(part) {
+            let scaled = gain.number(law).unwrap_or_default() * factor;
+            gain.set_number(law, scaled);
+        }
+    }
+}
 
 /// Whether a loop that grows in contact does so only because of its period. `faster` is the same loop at a
 /// much shorter one. A line through the growth at that period and at half of it must reach zero at zero

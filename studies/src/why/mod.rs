@@ -34,7 +34,7 @@ use feeler_engine::Scenario;
 
 pub use change::{Cause, Change};
 pub use explanation::{Explanation, Lift, Remedy, Trial};
-pub(crate) use remedy::scale_errors;
+pub(crate) use linear::scale_errors;
 pub use size::Size;
 
 use crate::run::RunError;

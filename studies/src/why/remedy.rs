@@ -1,13 +1,13 @@
 //! Remedies with their numbers, and their cost in bandwidth.
 
-use feeler_control::{AdmittanceGains, GainPart, Law, LeadSpec};
+use feeler_control::{Law, LeadSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
 
 use super::change::{Cause, Change, sample_faster, servos, slow_down};
 use super::explanation::{Explanation, Remedy};
-use super::linear::{bandwidth_hz, gain_margin};
+use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
 use super::search::arriving_later;
 use super::size::{Changed, Size, Written, at_rest, mildest};
@@ -121,23 +121,6 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
         (servo.kp, servo.ki) = (factor * servo.kp, factor * servo.ki);
     }
     scaled
-}
-
-/// Scales a law's gains on errors; damping stays.
-pub(crate) fn scale_errors(law: &mut Law, factor: f64) {
-    // The loop's gain falls as the virtual body grows heavier.
-    if let Law::Admittance(AdmittanceGains { mass, damping, .. }) = law {
-        for gain in [mass, damping] {
-            *gain /= factor;
-        }
-        return;
-    }
-    for part in [GainPart::Proportional, GainPart::Integral, GainPart::Derivative, GainPart::Reading] {
-        if let Some(gain) = law.gain(part) {
-            let scaled = gain.number(law).unwrap_or_default() * factor;
-            gain.set_number(law, scaled);
-        }
-    }
 }
 
 /// Possible changes against each cause, and against any cause.
@@ -313,8 +296,7 @@ fn quicken_drives(scenario: &mut Scenario, times: f64) {
             ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= times,
             ActuatorKind::DcMotor(motor) => motor.inductance_h /= times,
             ActuatorKind::PositionServo(servo) => {
-                (servo.delay_s, servo.error_deadband_m) =
-                    (servo.delay_s / times, servo.error_deadband_m / times);
+                servo.delay_s /= times;
             }
             ActuatorKind::Imposed => {}
         }

@@ -358,12 +358,14 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
         );
     }
     match (found.linear_stable, found.gain_margin) {
-        (Some(false), Some(margin)) if margin > 0.0 => {
+        (Some(false), Some(margin)) if margin > 0.0 && margin < 1.0 => {
             let above = linear::above_limit(scenario, margin);
             format!("{tried}: the gain itself is too high; by linear theory {above}.")
         }
         (Some(false), Some(_)) => {
-            format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too.")
+            format!(
+                "{tried}: by linear theory the loop in contact is unstable, and no lower gain mends that."
+            )
         }
         _ => format!("{tried}; its cause is none of those tried."),
     }
@@ -383,11 +385,11 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
             format!("; by linear theory the loop in contact is stable, up to {margin:.2} times its gain")
         }
         (Some(true), None) => "; by linear theory the loop in contact is stable".into(),
-        (Some(false), Some(margin)) if margin > 0.0 => {
+        (Some(false), Some(margin)) if margin > 0.0 && margin < 1.0 => {
             format!("; by linear theory {}", linear::above_limit(scenario, margin))
         }
         (Some(false), Some(_)) => {
-            "; by linear theory the sampled loop in contact is unstable at every gain".into()
+            "; by linear theory the sampled loop in contact is unstable, and no lower gain mends that".into()
         }
         _ => String::new(),
     };

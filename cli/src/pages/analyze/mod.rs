@@ -97,7 +97,8 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
             (_, None) => "unbounded".to_owned(),
         };
         let edge = |range: &feeler_analysis::StableRange| {
-            range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
+            let edge_hz = range.edge_hz.filter(|_| range.stable[1].is_some());
+            edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
         };
         let set = if gain.is_unstable_as_set() {
             Tile::new("gain as set", plain(gain.present), "unstable").toned(Tone::Bad)

@@ -59,7 +59,7 @@ pub(crate) fn channel(
         d[k - 1] += into_output;
     }
     if d.iter().skip(1).any(|d| *d != 0.0) {
-        return Some(Err(AnalysisError::Improper { name: part.name.clone() }));
+        return Some(Err(AnalysisError::ImposedOutput { name: part.name.clone() }));
     }
     // Positions and speeds of the other coordinates come first.
     let coordinates = plant.motion().layout().coordinates() - 1;

@@ -192,8 +192,8 @@ impl LinearMachine {
     /// From the command of drive `drive` to an output.
     ///
     /// # Errors
-    /// [`AnalysisError::Improper`] if the output differentiates an imposed motion; [`AnalysisError::Lti`]
-    /// where a number is not finite.
+    /// [`AnalysisError::ImposedOutput`] if the output differentiates an imposed motion;
+    /// [`AnalysisError::Lti`] where a number is not finite.
     pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
         if let Some(channel) = imposed::channel(self, drive, output) {
             return channel;

@@ -322,6 +322,15 @@ impl Definition {
         self.traits.contains(&of_its)
     }
 
+    /// Dimension of a parameter, under a drive whose command has the dimension `command`.
+    pub fn dimension_of(&self, parameter: &Parameter, command: Dimension) -> Dimension {
+        if self.has(Trait::OfCommand) {
+            parameter.dimension * command / Dimension::FORCE
+        } else {
+            parameter.dimension
+        }
+    }
+
     /// Position of a parameter.
     pub fn parameter_index(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|parameter| parameter.name == name)

@@ -9,6 +9,7 @@
 //!   `feeler check`.
 //! - `json` parses; `text` is formulas and sketches.
 #![cfg(unix)]
+#![expect(clippy::print_stdout, reason = "says which blocks need a program that is absent")]
 #![expect(clippy::unwrap_used, reason = "a page or file that is not there fails the test")]
 
 use std::collections::BTreeSet;

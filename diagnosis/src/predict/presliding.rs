@@ -31,7 +31,7 @@ impl Default for Presliding {
 const SURFACE_SHARE: f64 = 0.02;
 
 /// Checks of the guards in every period of a sticking guide, and the most of them in one row.
-const CHECKS_PER_PERIOD: f64 = 8.0;
+const CHECKS_PER_PERIOD: f64 = 4.0;
 const MOST_CHECKS: usize = 16;
 
 impl Presliding {
@@ -113,13 +113,19 @@ mod tests {
     kind = "force"
     [sensors.encoder]
     reads = "motor.position"
+    resolution = 2.7e-5
     "#;
     const ROWS: usize = 2000;
+    const STEP_M: f64 = 2.7e-5;
+    /// A third of the step, over the variation of the motion of some 20 mm.
+    const MOST: f64 = 5e-4;
 
     fn dataset(spacing_s: f64, positions: Vec<f64>) -> Dataset {
         let command = |k: usize| {
             let t_s = k as f64 * spacing_s;
-            0.9 * (TAU * 0.11 * t_s).sin() + 0.35 * (TAU * 0.37 * t_s + 1.0).sin()
+            // Noise of the command, which moves the machine as well.
+            let noise = ((k * 7919) % 1009) as f64 / 504.0 - 1.0;
+            0.9 * (TAU * 0.11 * t_s).sin() + 0.35 * (TAU * 0.37 * t_s + 1.0).sin() + 0.05 * noise
         };
         Dataset {
             name: "axis".into(),
@@ -132,7 +138,7 @@ mod tests {
                 column: "encoder".into(),
                 source: Source::Sensor(0),
                 noise: 1e-6,
-                resolution: 0.0,
+                resolution: STEP_M,
             }],
             records: vec![Record {
                 name: "axis.csv".into(),
@@ -162,11 +168,11 @@ mod tests {
     /// than its swing. It yields by a tenth of a micrometre.
     #[test]
     fn truth_friction_is_followed_through_rows_longer_than_the_swing_of_a_sticking_guide() {
-        for (spacing_s, most) in [(0.02, 2e-3), (0.005, 1e-3)] {
+        for spacing_s in [0.02, 0.005] {
             let blank = dataset(spacing_s, vec![0.0; ROWS]);
             let exact =
                 predicted(&blank, |assembly| Predictor::new(assembly, &blank, &blank.records[0])?.free());
-            let seen = dataset(spacing_s, exact.clone());
+            let seen = dataset(spacing_s, exact.iter().map(|x| (x / STEP_M).round() * STEP_M).collect());
             let window = Start::Windows((0.25 / spacing_s) as usize);
             let quick = predicted(&seen, |assembly| {
                 Predictor::with(assembly, Leeway::default(), &seen, &seen.records[0])?
@@ -175,7 +181,7 @@ mod tests {
             let rms = |of: &dyn Fn(usize) -> f64| ((0..ROWS).map(|k| of(k).powi(2)).sum::<f64>()).sqrt();
             let mean = exact.iter().sum::<f64>() / ROWS as f64;
             let off = rms(&|k| quick[k] - exact[k]) / rms(&|k| exact[k] - mean);
-            assert!(off < most, "rows of {spacing_s} s: off by {off} of the motion");
+            assert!(off < MOST, "rows of {spacing_s} s: off by {off} of the motion");
         }
     }
 }

@@ -12,7 +12,6 @@ const COMMENSURATE: f64 = 1e-9;
 
 /// Timing of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(clippy::struct_field_names, reason = "the postfix is the unit")]
 pub(crate) struct Timing {
     pub(crate) period_s: f64,
     pub(crate) offset_s: f64,

@@ -388,8 +388,9 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
         (Some(false), Some(margin)) if margin > 0.0 && margin < 1.0 => {
             format!("; by linear theory {}", linear::above_limit(scenario, margin))
         }
-        (Some(false), Some(_)) => {
-            "; by linear theory the sampled loop in contact is unstable, and no lower gain mends that".into()
+        (Some(false), Some(margin)) => {
+            let at = if margin > 0.0 { "this gain and every lower one" } else { "every gain" };
+            format!("; by linear theory the sampled loop in contact is unstable at {at}")
         }
         _ => String::new(),
     };

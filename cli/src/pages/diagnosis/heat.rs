@@ -25,8 +25,8 @@ pub(super) const PALEST: f64 = 1e-3;
 pub(super) const DARKEST: f64 = 1.0;
 /// Noise floors below this share of the variation are too strict for a model.
 const LEAST_FLOOR: f64 = 1e-5;
-/// Where letters turn white.
-const DARK: f64 = 0.55;
+/// Where letters turn white: there black and white letters both have a contrast of 4.5 and more.
+const DARK: f64 = 0.635;
 
 /// Phases in the order of a motion.
 const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
@@ -138,7 +138,7 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
             let Some([value, floor]) = value(cells, channel, column) else { continue };
             let floors = value / floor.max(LEAST_FLOOR);
             let share = shade(value, floors);
-            let ink = if share > DARK { "#ffffff" } else { "#1d2226" };
+            let ink = if share > DARK { "#ffffff" } else { "#000000" };
             let _ = write!(
                 svg,
                 "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>\

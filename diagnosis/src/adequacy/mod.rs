@@ -97,8 +97,8 @@ impl Adequacy {
         horizons::are_slight(&self.horizons, &self.criteria)
     }
 
-    /// Whether the time did not suffice for every cause.
-    pub(crate) fn has_untried(&self) -> bool {
+    /// Whether causes were left untried because the time ran out.
+    pub fn has_untried(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
     }
 

@@ -17,7 +17,7 @@ mod wild;
 
 pub use cases::{Case, HiddenEffect};
 pub use make::{CASES, HELD_BACK, SEALED, make, write_case};
-pub use regression::{Regressed, named, regressions};
+pub use regression::{Regressed, regressions};
 pub use score::{
     Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
     score,

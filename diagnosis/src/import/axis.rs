@@ -43,11 +43,6 @@ const FAR_OFF_GAIN: f64 = 2.0;
 const LOAD_OVER_FRICTION: f64 = 3.0;
 /// Share of the squares of the errors that a load explains at least where it makes them.
 const LEAST_EXPLAINED: f64 = 0.25;
-/// Assumptions of a machine without a model, under a target and under a force.
-const NO_INERTIA: [&str; 2] = [
-    "without a model or a measured force the inertia is set to 1, and forces are relative to it",
-    "without a model the inertia is set to 1",
-];
 /// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
@@ -371,7 +366,12 @@ impl First {
         let unit = if given.is_straight { "kg" } else { "kg m2" };
         if belief.is_none() {
             inertia = 1.0;
-            assumptions.push(NO_INERTIA[usize::from(is_force)].into());
+            let assumed = if is_force {
+                "without a model the inertia is set to 1"
+            } else {
+                "without a model or a measured force the inertia is set to 1, and forces are relative to it"
+            };
+            assumptions.push(assumed.into());
         } else {
             assumptions.push(format!(
                 "inertia {} {unit}: links {} {}, armature {}",

@@ -48,7 +48,7 @@ fn cause(diagnosis: &Diagnosis) -> String {
             ),
         },
         Verdict::UnknownCause if found.is_empty() => {
-            let tried = if is_all_tried(diagnosis) { "of the library" } else { "that was tried" };
+            let tried = if diagnosis.adequacy.has_untried() { "that was tried" } else { "of the library" };
             format!("no cause {tried} explains the gap, which points to the {place}.")
         }
         Verdict::UnknownCause => {
@@ -89,11 +89,6 @@ fn is_limited(diagnosis: &Diagnosis) -> bool {
 fn is_slight(diagnosis: &Diagnosis) -> bool {
     let is_rest = |condition| matches!(condition, Condition::Left | Condition::Residual);
     diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rest(shortfall.condition))
-}
-
-/// Whether the time sufficed for every cause.
-fn is_all_tried(diagnosis: &Diagnosis) -> bool {
-    !diagnosis.adequacy.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
 }
 
 /// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one;

@@ -46,7 +46,7 @@ pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regres
     let inside = if made.is_dir() { made.as_path() } else { folder };
     let of = |case: &Case| {
         let dataset = Dataset::load(&inside.join(&case.case)).ok()?.in_pieces();
-        Some((case.case.clone(), regress(&dataset, &|kind| find(kind).is_some())))
+        Some((case.case.clone(), regress(&dataset)))
     };
     let found: Vec<_> = cases.par_iter().filter_map(of).collect();
     found.into_iter().collect()
@@ -55,17 +55,17 @@ pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regres
 /// Causes that the library has by what they gain on the check experiments, the best first; empty where the
 /// dataset has no free experiments with a command and a position to fit and to check. A cause is named where
 /// [`named`] says so.
-fn regress(dataset: &Dataset, is_known: &dyn Fn(&str) -> bool) -> Vec<Regressed> {
+fn regress(dataset: &Dataset) -> Vec<Regressed> {
     let prepared = Believed::of(dataset).zip(believed::measured(dataset));
-    prepared.map_or_else(Vec::new, |(believed, measured)| rank(&believed, &measured, is_known))
+    prepared.map_or_else(Vec::new, |(believed, measured)| rank(&believed, &measured))
 }
 
 /// The cause that the regression names: the best, where it brings enough.
-pub fn named(ranking: &[Regressed]) -> Option<&Regressed> {
+pub(super) fn named(ranking: &[Regressed]) -> Option<&Regressed> {
     ranking.first().filter(|best| best.gain >= ENOUGH)
 }
 
-fn rank(believed: &Believed, measured: &[Measured], is_known: &dyn Fn(&str) -> bool) -> Vec<Regressed> {
+fn rank(believed: &Believed, measured: &[Measured]) -> Vec<Regressed> {
     let corner_hz = corner_hz(measured);
     let rows: Vec<Rows> = measured.iter().map(|record| Rows::new(record, corner_hz)).collect();
     let seen = seen(&rows, measured, corner_hz);
@@ -73,7 +73,7 @@ fn rank(believed: &Believed, measured: &[Measured], is_known: &dyn Fn(&str) -> b
     let Some(alone) = regression.evaluate(&CAUSES[0], None) else { return Vec::new() };
     let mut found: Vec<Regressed> = CAUSES[1..]
         .iter()
-        .filter(|cause| is_known(cause.kind) && (cause.kind != "gravity" || believed.is_rotational))
+        .filter(|cause| find(cause.kind).is_some() && (cause.kind != "gravity" || believed.is_rotational))
         .filter_map(|cause| {
             let evaluated = regression.evaluate(cause, Some(&alone))?;
             let gain = evaluated.likelihood - alone.likelihood;
@@ -211,7 +211,7 @@ mod tests {
     }
 
     fn best(law: impl Fn(f64, f64, f64) -> f64) -> Option<String> {
-        let ranking = rank(&believed(), &records(law), &|_| true);
+        let ranking = rank(&believed(), &records(law));
         named(&ranking).map(|regressed| regressed.kind.clone())
     }
 

@@ -9,7 +9,7 @@ use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::glance::glance;
 use crate::fit::least_squares::Fitted;
-use crate::fit::odds::{ACCEPT, ACCEPT_ALL, gain, room};
+use crate::fit::odds::{ACCEPT, ACCEPT_ALL, evidence, room};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Extended, Search, extensions, finished, score, search};
 use crate::gap::size::noise;
@@ -199,7 +199,11 @@ pub fn diagnose_within(
         accepted = judge.simplified(accepted);
         let exchanged = judge.exchanged(&accepted);
         attempts.fitted.extend(exchanged.iter().cloned());
+        let best = exchanged.iter().max_by(|a, b| judge.all(a).total_cmp(&judge.all(b))).cloned();
         rivals.extend(exchanged);
+        if let Some(best) = best.filter(|best| judge.outweighs(best, &accepted)) {
+            rivals.push(std::mem::replace(&mut accepted, best));
+        }
     }
     progress("weighing the answer");
     let answer = judge.answer(&accepted, &rivals, &attempts);
@@ -303,19 +307,12 @@ pub(crate) struct Judge<'a> {
     pub(crate) search: &'a Search<'a>,
     /// Weight of a balance of forces against predictions.
     pub(crate) weight: f64,
-    /// Ratio of independent samples in all experiments to those in the check experiments.
-    looks: f64,
 }
 
 impl<'a> Judge<'a> {
     fn new(dataset: &'a Dataset, search: &'a Search<'a>) -> Self {
-        let task = &search.task;
-        let weight = task.inverse.as_ref().map_or(0.0, |inverse| inverse.weight);
-        let of = |is_counted: &dyn Fn(usize) -> bool| {
-            task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r)).map(|(_, n)| n).sum::<f64>()
-        };
-        let looks = of(&|_| true) / of(&|r| dataset.records[r].is_check).max(1.0);
-        Self { dataset, search, weight, looks }
+        let weight = search.task.inverse.as_ref().map_or(0.0, |inverse| inverse.weight);
+        Self { dataset, search, weight }
     }
 }
 
@@ -332,14 +329,9 @@ impl Judge<'_> {
         self.gain(&self.search.calibrated, scored, &self.everything())
     }
 
-    /// Evidence for one set of causes against another over some records. It counts predictions, and the
-    /// balance of forces if that shows both.
+    /// As [`evidence`].
     pub(crate) fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
-        let predicted = gain(&self.search.task.weights, old, new, records);
-        let (Some(old), Some(new)) = (&old.balanced, &new.balanced) else { return predicted };
-        let is_all = records.iter().any(|&r| !self.dataset.records[r].is_check);
-        let balanced = if is_all { self.looks } else { 1.0 } * (new.nats - old.nats);
-        (1.0 - self.weight) * predicted + self.weight * balanced
+        evidence(&self.search.task, old, new, records)
     }
 
     /// Whether a set of causes gains enough over another to justify its additional parameters.

@@ -15,6 +15,10 @@ use crate::kinds::{apart, nearest, overlaps};
 const WORTH_FITTING: f64 = 6.0;
 /// Pairs that are fitted.
 const MOST_PAIRS: usize = 4;
+/// Share of a cause's evidence that another brings alone, if it is to be tried in its place.
+const RIVAL_SHARE: f64 = 0.6;
+/// Exchanges that are fitted.
+const MOST_EXCHANGES: usize = 8;
 /// Steps of their fit.
 const STEPS: usize = 10;
 
@@ -59,29 +63,53 @@ impl Judge<'_> {
         fitted
     }
 
-    /// Several causes with one of them exchanged for each that is known to look like it, fitted.
+    /// Several causes with one of them exchanged, fitted: for each cause that is known to look like it, and
+    /// for those that did nearly as well alone.
     pub(crate) fn exchanged(&self, accepted: &Scored) -> Vec<Scored> {
-        let task = &self.search.task;
-        let Some(inverse) = task.inverse.as_ref().filter(|_| self.weight > 0.0 && accepted.causes.len() > 1)
-        else {
+        if accepted.causes.len() < 2 {
             return Vec::new();
-        };
+        }
         let all = candidates(&self.dataset.machine);
-        let with = |i: usize, other: &Candidate| {
-            let mut causes = accepted.causes.clone();
-            let gone = causes.remove(i);
-            let is_alike = apart(gone.definition.kind, other.definition.kind).is_some();
-            let is_new = causes.iter().all(|cause| {
-                cause.site != other.site || !overlaps(cause.definition.kind, other.definition.kind)
-            });
-            causes.push(*other);
-            let values = inverse.weigh(&causes).filter(|_| is_alike && is_new)?.values.pop()?;
-            Some(self.with_instead(accepted, i, *other, &values))
-        };
         let indices = (0..accepted.causes.len()).flat_map(|i| all.iter().map(move |other| (i, other)));
-        let pairs: Vec<(usize, &Candidate)> = indices.collect();
-        let fits = pairs.into_par_iter().filter_map(|(i, other)| with(i, other));
-        fits.filter(|scored| self.is_finding(scored)).collect()
+        let mut starts: Vec<(usize, Candidate, Vec<f64>, f64)> = indices
+            .filter_map(|(i, other)| {
+                let (values, alone) = self.start_instead(accepted, i, other)?;
+                Some((i, *other, values, alone))
+            })
+            .collect();
+        starts.sort_by(|a, b| b.3.total_cmp(&a.3));
+        starts.truncate(MOST_EXCHANGES);
+        let fits = starts
+            .into_par_iter()
+            .map(|(i, other, values, _)| self.with_instead(accepted, i, other, &values));
+        fits.filter(|scored| self.is_finding(scored) && self.all(scored).is_finite()).collect()
+    }
+
+    /// Values from which a cause can be fitted in the place of cause `i`, and what it explains alone; `None`
+    /// if nothing suggests it there.
+    fn start_instead(&self, accepted: &Scored, i: usize, other: &Candidate) -> Option<(Vec<f64>, f64)> {
+        let gone = &accepted.causes[i];
+        let mut causes: Vec<Candidate> = accepted.causes.clone();
+        causes.remove(i);
+        let is_known = |cause: &Candidate| {
+            cause.site == other.site && overlaps(cause.definition.kind, other.definition.kind)
+        };
+        if other.is(gone) || causes.iter().any(is_known) {
+            return None;
+        }
+        let single = |of: &Candidate| self.search.singles.iter().find(|single| single.causes[0].is(of));
+        let alone = single(other).map(|single| (single, self.all(single)));
+        let own = single(gone).map_or(f64::INFINITY, |single| self.all(single));
+        if let Some((single, nats)) = alone
+            && nats > RIVAL_SHARE * own
+        {
+            return Some((single.fitted.model.parameters(0, &single.fitted.theta), nats));
+        }
+        let is_alike = apart(gone.definition.kind, other.definition.kind).is_some();
+        let inverse = self.search.task.inverse.as_ref().filter(|_| is_alike && self.weight > 0.0)?;
+        causes.push(*other);
+        let values = inverse.weigh(&causes)?.values.pop()?;
+        Some((values, alone.map_or(0.0, |(_, nats)| nats)))
     }
 
     /// The same causes with a simpler law in the place of one that contains it, where that loses little.

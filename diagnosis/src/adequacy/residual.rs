@@ -1,5 +1,5 @@
 //! Tests whether the missing force correlates with a possible explanation: command, position, direction,
-//! speed, a frequency or a reversal.
+//! speed, time, a frequency or a reversal.
 //!
 //! A residual has structure if it correlates with one of these beyond chance, and by an amount that matters.
 //! Chance is measured by shifting the residual in time. The shifted residual keeps its spectrum, so that
@@ -38,7 +38,8 @@ const STANDARD_ERRORS: f64 = 3.0;
 /// The part of the missing force that correlates with one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trace {
-    /// `command`, `position`, `direction`, `speed`, `one frequency` or `reversals`.
+    /// `command`, `position`, `direction`, `speed`, `time`, `one frequency` or `reversals`. With `time` goes a
+    /// load, friction, damping or gain that drifts.
     pub goes_with: &'static str,
     /// Root mean square of the correlated part, beyond what chance gives, N (or N m).
     pub rms_n: f64,
@@ -57,6 +58,7 @@ pub(super) struct Residual {
 /// Averages over a short span of one record.
 #[derive(Clone, Copy)]
 struct Point {
+    time: f64,
     position: f64,
     speed: f64,
     drive: f64,
@@ -109,54 +111,53 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     let average_s = AVERAGE_S.max(AVERAGE_RADIANS / prediction.omega.max(1.0));
     let rows = ((average_s / record.spacing_s).round() as usize).max(1);
     let settled = (SETTLED / (prediction.omega.max(1.0) * record.spacing_s)).ceil() as usize;
-    let average = |(stroke, missing): (&[[f64; 3]], &[f64])| {
+    let from = settled.min(missing.len());
+    let average = |(i, (stroke, missing)): (usize, (&[[f64; 3]], &[f64]))| {
         let n = missing.len() as f64;
         let of = |i: usize| stroke.iter().map(|row| row[i]).sum::<f64>() / n;
+        let time = record.start_s + (from + i * rows) as f64 * record.spacing_s;
         let missing = mass * missing.iter().sum::<f64>() / n;
-        Point { position: of(0), speed: of(1), drive: of(2), missing }
+        Point { time, position: of(0), speed: of(1), drive: of(2), missing }
     };
-    let from = settled.min(missing.len());
-    Some(
-        prediction.stroke[from..]
-            .chunks_exact(rows)
-            .zip(missing[from..].chunks_exact(rows))
-            .map(average)
-            .collect(),
-    )
+    let pairs = prediction.stroke[from..].chunks_exact(rows).zip(missing[from..].chunks_exact(rows));
+    Some(pairs.enumerate().map(average).collect())
 }
 
 /// Regressions of the missing force, against the same regressions with the force shifted within records.
 fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<Trace> {
     let column = |of: &dyn Fn(&Point) -> f64| all.iter().map(of).collect::<Vec<f64>>();
-    let largest = |of: &dyn Fn(&Point) -> f64| all.iter().map(|p| of(p).abs()).fold(1e-300, f64::max);
-    let fast = largest(&|p| p.speed);
-    let (low, high) = all
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.position), h.max(p.position)));
-    let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
-    let at = |p: &Point| (p.position - 0.5 * (low + high)) / half;
+    let fast = all.iter().map(|p| p.speed.abs()).fold(1e-300, f64::max);
+    let at = scaled(all, |p| p.position);
+    let clock = scaled(all, |p| p.time);
     let speed = |p: &Point| p.speed / fast;
-    let groups: [(&'static str, Vec<Vec<f64>>); 4] = [
-        ("command", vec![column(&|p| p.drive)]),
-        ("position", (1..=3).map(|n| column(&|p| at(p).powi(n))).collect()),
-        ("direction", vec![column(&|p| (speed(p) / SLOW).tanh())]),
-        ("speed", vec![column(&speed), column(&|p| speed(p) * speed(p).abs())]),
-    ];
+    let direction = |p: &Point| (speed(p) / SLOW).tanh();
+    let drifts: [&dyn Fn(&Point) -> f64; 4] = [&|_| 1.0, &direction, &speed, &|p| p.drive];
     let missing = column(&|p| p.missing);
-    let shifted: Vec<Vec<f64>> = (1..=criteria.chance_shifts)
-        .map(|i| {
+    // What drifts from record to record would survive a shift within each.
+    let whole = [all.to_vec()];
+    let shifted = |records: &[Vec<Point>]| -> Vec<Vec<f64>> {
+        let of = |i: usize| {
             let share = i as f64 / (criteria.chance_shifts + 1) as f64;
-            let of = |points: &Vec<Point>| {
+            let turn = |points: &Vec<Point>| {
                 let by = (share * points.len() as f64) as usize;
                 let turned = points[by..].iter().chain(&points[..by]);
                 turned.map(|p| p.missing).collect::<Vec<f64>>()
             };
-            records.iter().flat_map(of).collect()
-        })
-        .collect();
+            records.iter().flat_map(turn).collect()
+        };
+        (1..=criteria.chance_shifts).map(of).collect()
+    };
+    let [within, across] = [shifted(records), shifted(&whole)];
+    let groups: [(&'static str, Vec<Vec<f64>>, &[Vec<f64>]); 5] = [
+        ("command", vec![column(&|p| p.drive)], &within),
+        ("position", (1..=3).map(|n| column(&|p| at(p).powi(n))).collect(), &within),
+        ("direction", vec![column(&direction)], &within),
+        ("speed", vec![column(&speed), column(&|p| speed(p) * speed(p).abs())], &within),
+        ("time", drifts.map(|of| column(&|p| clock(p) * of(p))).to_vec(), &across),
+    ];
     groups
         .into_iter()
-        .map(|(goes_with, columns)| {
+        .map(|(goes_with, columns, shifted)| {
             let share = explained(&columns, &missing);
             let by_chance: Vec<f64> = shifted.iter().map(|missing| explained(&columns, missing)).collect();
             let chance = by_chance.iter().copied().fold(0.0, f64::max);
@@ -164,6 +165,14 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
             Trace { goes_with, rms_n: rms * (share - usual).max(0.0).sqrt(), share, chance }
         })
         .collect()
+}
+
+/// A quantity over its range, from minus one to one.
+fn scaled(all: &[Point], of: fn(&Point) -> f64) -> impl Fn(&Point) -> f64 {
+    let range = |(low, high): (f64, f64), p: &Point| (low.min(of(p)), high.max(of(p)));
+    let (low, high) = all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
+    move |p| (of(p) - 0.5 * (low + high)) / half
 }
 
 /// The strongest line in the spectra of the records, relative to the level of its neighbours. Chance is the
@@ -268,7 +277,7 @@ mod tests {
                 let t = 0.02 * k as f64;
                 let (x, v) =
                     ((1.3 * t).sin() + 0.4 * (3.1 * t).sin(), 1.3 * (1.3 * t).cos() + 1.24 * (3.1 * t).cos());
-                Point { position: x, speed: v, drive: 10.0, missing: missing(x, v, t) + noise }
+                Point { time: t, position: x, speed: v, drive: 10.0, missing: missing(x, v, t) + noise }
             })
             .collect()
     }
@@ -304,5 +313,11 @@ mod tests {
     fn truth_a_force_over_position_and_one_over_time_are_told() {
         assert!(found(|x, _, _| 3.0 * x.powi(3)).contains(&"position"));
         assert!(found(|_, _, t| 3.0 * (TAU * 7.0 * t).sin()).contains(&"one frequency"));
+    }
+
+    #[test]
+    fn truth_friction_that_falls_while_a_guide_warms_goes_with_time_alone() {
+        let told = found(|_, v, t| 0.5 * (t - 6.0) * v.signum());
+        assert_eq!(told, ["time"]);
     }
 }

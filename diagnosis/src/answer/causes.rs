@@ -206,7 +206,9 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
 pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]) -> Vec<[Kind; 2]> {
     let mut found: Vec<[Kind; 2]> = Vec::new();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
+    let mut near: Vec<(&Scored, f64, f64)> =
+        field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE).collect();
+    near.sort_by(|a, b| b.2.total_cmp(&a.2));
     for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {
         // Either half is part of the whole effect.
         let whole = rival.causes[0].definition.kind;
@@ -223,8 +225,12 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
         let other = theirs.iter().copied().find(|kind| !own.contains(kind))?;
         Some([own.iter().copied().find(|kind| !theirs.contains(kind))?, other])
     };
-    let pairs = near.filter_map(|(rival, ..)| single(rival)).chain(balanced.iter().filter_map(of_balance));
-    for pair in pairs {
+    let pairs = near.iter().filter_map(|(rival, ..)| single(rival));
+    let pairs: Vec<[Kind; 2]> = pairs.chain(balanced.iter().filter_map(of_balance)).collect();
+    // A law is always near one that it contains: other pairs are worth more words.
+    let is_nested = |[a, b]: &&[Kind; 2]| contains(*a, *b) || contains(*b, *a);
+    let (nested, apart): (Vec<_>, Vec<_>) = pairs.iter().partition(is_nested);
+    for &pair in apart.into_iter().chain(nested) {
         if found.len() < MOST_ALIKE && pair[0] != pair[1] && !found.contains(&pair) {
             found.push(pair);
         }

@@ -33,6 +33,24 @@ pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usi
     sum - PER_UNKNOWN * unknowns
 }
 
+/// Evidence for one set of causes against another over some records, nats. It counts predictions, and the
+/// balance of forces if that shows both.
+pub(crate) fn evidence(task: &Task<'_>, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
+    let predicted = gain(&task.weights, old, new, records);
+    let (Some(inverse), Some(old), Some(new)) = (&task.inverse, &old.balanced, &new.balanced) else {
+        return predicted;
+    };
+    let is_check = |r: usize| task.dataset.records[r].is_check;
+    let looks = |is_counted: &dyn Fn(usize) -> bool| {
+        let counted = task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r));
+        counted.map(|(_, looks)| looks).sum::<f64>()
+    };
+    // The balance is weighed on the check experiments.
+    let is_all = records.iter().any(|&r| !is_check(r));
+    let times = if is_all { looks(&|_| true) / looks(&is_check).max(1.0) } else { 1.0 };
+    (1.0 - inverse.weight) * predicted + inverse.weight * times * (new.nats - old.nats)
+}
+
 /// Probabilities from evidence in nats, softened by `temperature`.
 pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
     let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -13,6 +13,7 @@ use crate::fit::glance::glance;
 use crate::fit::least_squares::{Fitted, Task, Weights};
 use crate::fit::model::Model;
 use crate::fit::nested;
+use crate::fit::odds::{ACCEPT_ALL, evidence};
 use crate::fit::scored::Scored;
 use crate::fit::screen::{Linearised, Screened};
 use crate::inverse::Inverse;
@@ -41,6 +42,9 @@ const NEIGHBOURS: f64 = 0.16;
 const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully. At least one of every place is among them.
 const FULLY: usize = 7;
+
+/// Candidates that are fitted after all, because they gain what others only promised.
+const MOST_OVERLOOKED: usize = 4;
 
 /// Everything that a search has tried.
 pub(crate) struct Search<'a> {
@@ -248,10 +252,28 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
             with(candidate, fitted)
         })
         .collect();
+    overlooked(task, base, &mut fits, &mut others);
     let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);
     nested::lower(task, &mut fits, &mut others, STEPS, rescore);
     nested::enforce(task, &mut fits, STEPS, rescore);
     Extended { fits, others, silent, untried }
+}
+
+/// Fits those to the end that were dropped for the promise of others which these did not keep: screening is
+/// linear.
+fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &mut Vec<Scored>) {
+    let records: Vec<usize> = (0..task.dataset.records.len()).collect();
+    let gained = |scored: &Scored| evidence(task, base, scored, &records);
+    let best = fits.iter().map(gained).fold(0.0, f64::max);
+    others.sort_by(|a, b| gained(b).total_cmp(&gained(a)));
+    let is_worth = |scored: &Scored| gained(scored) > (RIVAL * best).max(ACCEPT_ALL);
+    let worth = others.iter().take(MOST_OVERLOOKED).take_while(|scored| is_worth(scored)).count();
+    let again = |scored: Scored| {
+        if task.budget.is_over(Stage::Fit) { scored } else { finished(task, &scored) }
+    };
+    let finished: Vec<Scored> =
+        others.drain(..worth).collect::<Vec<_>>().into_par_iter().map(again).collect();
+    fits.extend(finished);
 }
 
 /// Fits a model that was dropped after a few steps to the end.

@@ -137,6 +137,18 @@ impl Assembly {
         }
     }
 
+    /// Hangs the weights of a spring's first side, with all that moves as one with it, on its second body:
+    /// arms hang behind their joints. What the earth pulls stays with the body that states it.
+    pub(crate) fn hang_behind(&mut self, spring: usize) {
+        let (a, b) = (self.links[spring].a, self.links[spring].b);
+        let side = self.reached(vec![a], &[GROUND_NODE, b], |link| link.rigid);
+        for weight in self.weights.iter_mut().filter(|weight| !weight.is_of_earth) {
+            if !Self::is_ground(weight.on) && side.contains(&weight.on) {
+                weight.on = b;
+            }
+        }
+    }
+
     /// Moves links, contacts, drives and weights from one node to another. Sensors stay, and so does what the
     /// earth pulls.
     pub fn move_everything(&mut self, from: NodeId, to: NodeId) {

@@ -46,8 +46,9 @@ Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
 and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free otherwise,
 would ring at 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu`
-their reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness. A spring
-that has its own stiffness keeps it and takes neither.
+their reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness, and the
+`gravity` of a guide of the first body acts on the second: arms hang behind their joints. A spring that has
+its own stiffness keeps it and takes neither.
 
 ## Where it comes from
 Gears, splines, nuts, keys, worn couplings.
@@ -131,6 +132,7 @@ fn set_flanks(
     let k = if stiffness > 0.0 { stiffness } else { mu * (TAU * FLANK_FREQUENCY_HZ).powi(2) };
     let c = if damping > 0.0 { damping } else { 2.0 * FLANK_DAMPING_RATIO * (k * mu).sqrt() };
     machine.links[spring].set_flexible(k, c);
+    machine.hang_behind(spring);
     Ok(())
 }
 

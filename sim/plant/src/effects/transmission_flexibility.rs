@@ -36,7 +36,8 @@ Two bodies with the force `stiffness e + damping de/dt` between them, `e` their 
 (rigid or not) these replace its own stiffness and damping. The second body then weighs `tip_mass`, and the
 first the rest of what the two weighed together. Under a body, the body is split: its contacts move to a new
 one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal machine is the limit of great
-stiffness.
+stiffness. Arms hang behind their joints: where a rigid spring gives way or a body is split, the `gravity` of
+a guide of the first body acts on the second. A body's own key `gravity` stays with that body.
 
 ## Where it comes from
 Belts, gears, screws, harmonic drives, couplings, bending links, the mount of a tool.
@@ -89,7 +90,11 @@ impl ChangesPlant for TransmissionFlexibility {
                 let rest = rest_kg(machine.nodes[a].mass_kg + machine.nodes[b].mass_kg, tip_mass)?;
                 machine.nodes[a].mass_kg = rest;
                 machine.nodes[b].mass_kg = tip_mass;
+                let was_rigid = machine.links[spring].rigid;
                 machine.links[spring].set_flexible(stiffness, damping);
+                if was_rigid {
+                    machine.hang_behind(spring);
+                }
                 Ok(())
             }
             _ => Err(machine.wrong_host(host, &DEFINITION)),
@@ -107,7 +112,8 @@ fn split_body(
     let tip = machine.add_node(format!("{name}-tip"), tip_mass, body);
     machine.nodes[body].mass_kg = rest;
     machine.move_contacts(body, tip);
-    machine.add_link(format!("{name}-transmission"), body, tip, stiffness, damping);
+    let spring = machine.add_link(format!("{name}-transmission"), body, tip, stiffness, damping);
+    machine.hang_behind(spring);
     Ok(())
 }
 
@@ -126,6 +132,7 @@ fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assembly::{Pull, Weight};
     use crate::effects::fixture::{self, GUIDE, MOTOR, TRANSMISSION};
 
     const PARAMETERS: [f64; 3] = [3e5, 40.0, 4.0];
@@ -154,6 +161,22 @@ mod tests {
         assert_eq!(machine.links[..2], ideal.links[..]);
         let link = &machine.links[2];
         assert_eq!((link.a, link.b, link.rigid), (2, tip, false));
+    }
+
+    #[test]
+    fn truth_an_arm_hangs_behind_a_joint_that_gives_way() {
+        let arm = |host: Host, flexible: bool| {
+            let mut machine = if flexible { fixture::flexible() } else { fixture::rigid() };
+            let pull = Pull { amplitude: 3.0, period: 1.0, phase: 0.0 };
+            let weight = |is_of_earth| Weight { name: "guide".into(), on: 1, reacts_on: 0, is_of_earth, pull };
+            machine.weights = vec![weight(false), weight(true)];
+            DEFINITION.apply(&mut machine, host, &PARAMETERS).unwrap();
+            machine.weights.iter().map(|weight| machine.nodes[weight.on].name.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(arm(TRANSMISSION, false), ["tip", "motor"]);
+        // The file says on which side of a spring it hangs.
+        assert_eq!(arm(TRANSMISSION, true), ["motor", "motor"]);
+        assert_eq!(arm(MOTOR, false), ["motor-tip", "motor"]);
     }
 
     #[test]

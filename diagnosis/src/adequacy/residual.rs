@@ -38,8 +38,8 @@ const STANDARD_ERRORS: f64 = 3.0;
 /// The part of the missing force that correlates with one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trace {
-    /// `command`, `position`, `direction`, `speed`, `time`, `one frequency` or `reversals`. With `time` goes a
-    /// load, friction, damping or gain that drifts.
+    /// `command`, `position`, `direction`, `speed`, `time`, `one frequency` or `reversals`. A load, friction,
+    /// damping or gain that drifts correlates with `time`.
     pub goes_with: &'static str,
     /// Root mean square of the correlated part, beyond what chance gives, N (or N m).
     pub rms_n: f64,

@@ -168,7 +168,8 @@ mod tests {
         let arm = |host: Host, flexible: bool| {
             let mut machine = if flexible { fixture::flexible() } else { fixture::rigid() };
             let pull = Pull { amplitude: 3.0, period: 1.0, phase: 0.0 };
-            let weight = |is_of_earth| Weight { name: "guide".into(), on: 1, reacts_on: 0, is_of_earth, pull };
+            let name = || String::from("guide");
+            let weight = |is_of_earth| Weight { name: name(), on: 1, reacts_on: 0, is_of_earth, pull };
             machine.weights = vec![weight(false), weight(true)];
             DEFINITION.apply(&mut machine, host, &PARAMETERS).unwrap();
             machine.weights.iter().map(|weight| machine.nodes[weight.on].name.clone()).collect::<Vec<_>>()

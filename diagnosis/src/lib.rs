@@ -19,6 +19,7 @@ mod frf;
 mod gap;
 pub mod import;
 mod inverse;
+mod judge;
 mod kinds;
 pub mod predict;
 pub mod report;

@@ -5,12 +5,12 @@ use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{Kind, Parameter, Place, Scale};
 use feeler_plant::units::Dimension;
 
-use super::Criteria;
+use super::criteria::Criteria;
 use super::horizons::share;
-use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
 use crate::fit::missing::moving_mass;
 use crate::fit::scored::Scored;
+use crate::judge::Judge;
 
 /// A thousandth of a value, or of what is typical, within which it is at its end.
 const AT_END: f64 = 1e-3;

@@ -9,7 +9,6 @@ use crate::answer::causes::{Field, look_alikes, same};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
-use crate::diagnose::{Attempts, Judge, LOOK_ALIKE};
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::ACCEPT;
@@ -19,6 +18,7 @@ use crate::gap::locate::{heart, table};
 use crate::gap::replay::free_run;
 use crate::gap::size;
 use crate::gap::unknown;
+use crate::judge::{Attempts, Judge, LOOK_ALIKE};
 use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.

@@ -8,10 +8,10 @@ use feeler_plant::description::Engagement;
 use crate::answer::templates::{Reach, Template, place_of, templates};
 use crate::budget::Budget;
 use crate::dataset::{Dataset, Record};
-use crate::diagnose::Judge;
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
+use crate::judge::Judge;
 use crate::predict::{Prediction, Predictor};
 use crate::report::{MOST_ODDS, NextExperiment};
 

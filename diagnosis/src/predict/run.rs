@@ -11,7 +11,7 @@ use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
 use super::leeway::{Leeway, means_between_rows};
 use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
-use super::machine::{Moving, Precision, State};
+use super::machine::{Moving, Precision};
 use super::sensor::readings;
 use crate::dataset::{Dataset, Record};
 use crate::error::DiagnosisError;

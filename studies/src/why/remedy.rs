@@ -5,12 +5,11 @@ use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
 
-use super::change::{Cause, Change, sample_faster, servos, slow_down};
-use super::explanation::{Explanation, Remedy};
+use super::change::{Cause, Change, arriving_later, sample_faster, servos, slow_down};
+use super::explanation::{Explanation, Remedy, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
-use super::search::arriving_later;
-use super::size::{Changed, Size, Written, at_rest, mildest};
+use super::size::{Changed, Written, at_rest, mildest};
 use crate::numbers::with_unit;
 use crate::run::Measured;
 

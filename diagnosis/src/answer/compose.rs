@@ -131,12 +131,15 @@ impl Judge<'_> {
         };
         let (refitted, repaired) = (&calibrated.fitted, &accepted.fitted);
         let believed = refitted.model.start();
-        let models = [
-            (&refitted.model, &believed),
-            (&refitted.model, &refitted.theta),
-            (&repaired.model, &repaired.theta),
-        ];
-        let cells = table(task, models, &noise);
+        let cells = table(
+            task,
+            [
+                (&refitted.model, &believed),
+                (&refitted.model, &refitted.theta),
+                (&repaired.model, &repaired.theta),
+            ],
+            &noise,
+        );
         let places =
             self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);

@@ -2,6 +2,7 @@
 //! run inside the prediction, as they do in the machine.
 
 use feeler_control::Inputs;
+use feeler_engine::parts::follow;
 use feeler_engine::servo_spec;
 use feeler_plant::assembly::{Assembly, Drive, SensorPart, Source, TargetChain};
 use feeler_plant::description::Quantity;
@@ -193,10 +194,7 @@ impl ServoLoop {
     ) -> f64 {
         let reading = in_steps(stroke, step);
         let most = target.rate_limit * self.period_s;
-        held.followed += (held.target - held.followed).clamp(-most, most);
-        let error = held.followed - reading;
-        let unseen = target.error_deadband;
-        let reference = reading + (error - error.clamp(-unseen, unseen));
+        let reference = follow(&mut held.followed, held.target, reading, most, target.error_deadband);
         held.samples += 1;
         let inputs = Inputs { reading, motion: 0.0, motion_is_velocity: false };
         held.controller.sample(sample_s, &inputs, reference)

@@ -13,6 +13,7 @@ use super::leeway::{Leeway, means_between_rows};
 use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
 use super::sensor::readings;
+use super::state::State;
 use crate::dataset::{Dataset, Record};
 use crate::error::DiagnosisError;
 

@@ -3,8 +3,6 @@
 //! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.
 
-#![expect(clippy::too_many_lines, reason = "some functions are still to be cut")]
-
 pub mod adequacy;
 mod answer;
 pub mod blind;

@@ -100,7 +100,8 @@ fn beyond(
 fn is_pushed(judge: &Judge<'_>) -> bool {
     let actuators = &judge.dataset.machine.actuators;
     let first = judge.dataset.drives.first();
-    first.is_some_and(|(drive, _)| {
-        matches!(actuators[*drive].kind, ActuatorKind::Force { .. }) && !judge.dataset.is_looped(*drive)
+    first.is_some_and(|driven| {
+        matches!(actuators[driven.drive].kind, ActuatorKind::Force { .. })
+            && !judge.dataset.is_looped(driven.drive)
     })
 }

@@ -106,11 +106,7 @@ impl Judge<'_> {
         if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {
             return self.answer(calibrated, &[], attempts);
         }
-        let known = match (adequate, adequacy.has_rival()) {
-            (false, _) => INADEQUATE,
-            (true, true) => RIVALLED,
-            (true, false) => 1.0,
-        };
+        let known = certainty(&adequacy);
         let is_rough =
             (self.weight > 0.0 || gap.after > ROUGH * gap.floor) && !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_rough), &attempts.fitted);
@@ -143,9 +139,8 @@ impl Judge<'_> {
         let places =
             self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
-        let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
+        let portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
-        portrait = portrait.into_iter().step_by(thin).collect();
         // If neither cause holds there is nothing to separate.
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
@@ -168,7 +163,7 @@ impl Judge<'_> {
             missing_force_n,
             left: what_is_left(task, accepted),
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
-            portrait,
+            portrait: portrait.into_iter().step_by(thin).collect(),
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }
@@ -394,6 +389,15 @@ impl Judge<'_> {
 impl Judge<'_> {
     fn column(&self, channel: usize) -> String {
         self.dataset.channels.get(channel).map_or_else(String::new, |channel| channel.column.clone())
+    }
+}
+
+/// Factor on the probabilities of all causes of an answer.
+fn certainty(adequacy: &Adequacy) -> f64 {
+    match (adequacy.is_short(), adequacy.has_rival()) {
+        (true, _) => INADEQUATE,
+        (false, true) => RIVALLED,
+        (false, false) => 1.0,
     }
 }
 

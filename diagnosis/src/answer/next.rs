@@ -123,18 +123,9 @@ fn within(
 /// A template as a record that starts at the initial state of the records with its engagement.
 fn record(template: &Template, spacing_s: f64) -> Record {
     let command = template.command(spacing_s);
-    Record {
-        name: "next experiment".into(),
-        engagement: template.engagement,
-        is_check: false,
-        repeat: None,
-        start_s: 0.0,
-        times_s: Vec::new(),
-        spacing_s,
-        series: template.start.iter().map(|&value| vec![value; command.len()]).collect(),
-        commands: vec![command],
-        silent: vec![false; template.start.len()],
-    }
+    let series = template.start.iter().map(|&value| vec![value; command.len()]).collect();
+    let record = Record::even("next experiment", spacing_s, vec![command], series);
+    Record { engagement: template.engagement, ..record }
 }
 
 /// Predicted response of a machine to a template; `None` if it is not finite.

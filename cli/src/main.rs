@@ -3,8 +3,6 @@
 //! Exit codes: 0 done, 1 a check failed, 2 bad input, 3 internal. Results go to standard output, everything
 //! else to standard error.
 
-#![expect(clippy::too_many_lines, reason = "some functions are still to be cut")]
-
 mod arguments;
 mod commands;
 mod live;

@@ -142,8 +142,8 @@ fn choose<'a>(
     let commands: Vec<(usize, &str)> = data
         .drives
         .iter()
-        .filter(|(drive, _)| !data.is_looped(*drive))
-        .map(|(drive, c)| (*drive, c.as_str()))
+        .filter(|driven| !data.is_looped(driven.drive))
+        .map(|driven| (driven.drive, driven.column.as_str()))
         .collect();
     let named = |wanted: &str, column: &str| wanted == column || wanted == of_column(column);
     let input = match &request.input {

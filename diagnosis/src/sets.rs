@@ -4,11 +4,11 @@
 use rayon::prelude::*;
 
 use crate::budget::Stage;
-use crate::diagnose::{Judge, PARSIMONY};
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::inverse::Balanced;
+use crate::judge::{Judge, PARSIMONY};
 use crate::kinds::{apart, nearest, overlaps};
 
 /// Evidence in a balance that a second cause must bring before the pair is fitted, nats.

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
@@ -64,18 +64,8 @@ fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Recor
             x += dt * v;
         }
     }
-    Record {
-        name: format!("slow-{i}.csv"),
-        engagement: None,
-        is_check: i % 2 == 1,
-        repeat: None,
-        start_s: 0.0,
-        times_s: (0..rows).map(|k| k as f64 / RATE_HZ).collect(),
-        spacing_s: 1.0 / RATE_HZ,
-        commands: vec![command],
-        series: vec![series],
-        silent: vec![false],
-    }
+    let record = Record::even(format!("slow-{i}.csv"), 1.0 / RATE_HZ, vec![command], vec![series]);
+    Record { is_check: i % 2 == 1, ..record }
 }
 
 fn answer(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
@@ -87,22 +77,11 @@ fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
     let text = format!("{BELIEVED}{more}");
     let machine = Document::parse(&text, "slow.toml").expect("the text is a machine").scenario.machine;
     let mut noise = Noise(11);
-    let dataset = Dataset {
-        name: "slow".into(),
-        machine,
-        tolerance: indexmap::IndexMap::default(),
-        drives: vec![(0, "command".into())],
-        holds_s: vec![Some(1.0 / RATE_HZ)],
-        loops: Vec::new(),
-        channels: vec![Channel {
-            column: "encoder".into(),
-            source: Source::Sensor(0),
-            noise: 1e-6,
-            resolution: STEP_M,
-        }],
-        records: (0..4).map(|i| record(i, &mut noise, force)).collect(),
-        warnings: Vec::new(),
-    };
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(1.0 / RATE_HZ) }];
+    let channel =
+        Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
+    let records = (0..4).map(|i| record(i, &mut noise, force)).collect();
+    let dataset = Dataset::new("slow", machine, drives, vec![channel], records);
     diagnose(&dataset, &|_| {}).expect("there is an answer")
 }
 

@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
@@ -64,34 +64,13 @@ fn motion() -> [Vec<f64>; 2] {
 fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
     let [commands, positions] = motion();
     let counted = positions[first..].iter().map(|x| (x / STEP_M).round() * STEP_M).collect();
-    let rows = ROWS - first;
-    Dataset {
-        name: "axis".into(),
-        machine: Document::parse(MACHINE, "axis.toml").expect("the text is a machine").scenario.machine,
-        tolerance: indexmap::IndexMap::default(),
-        drives: vec![(0, "command".into())],
-        holds_s: vec![hold_s],
-        loops: Vec::new(),
-        channels: vec![Channel {
-            column: "encoder".into(),
-            source: Source::Sensor(0),
-            noise: 1e-6,
-            resolution: STEP_M,
-        }],
-        records: vec![Record {
-            name: "axis.csv".into(),
-            engagement: None,
-            is_check: true,
-            repeat: None,
-            start_s: 0.0,
-            times_s: (0..rows).map(|k| k as f64 * SPACING_S).collect(),
-            spacing_s: SPACING_S,
-            commands: vec![commands[first..].to_vec()],
-            series: vec![counted],
-            silent: vec![false],
-        }],
-        warnings: Vec::new(),
-    }
+    let machine = Document::parse(MACHINE, "axis.toml").expect("the text is a machine").scenario.machine;
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s }];
+    let channel =
+        Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
+    let record = Record::even("axis.csv", SPACING_S, vec![commands[first..].to_vec()], vec![counted]);
+    let record = Record { is_check: true, ..record };
+    Dataset::new("axis", machine, drives, vec![channel], vec![record])
 }
 
 /// Largest error of the free prediction over some rows, over half of the way that the motion covers.

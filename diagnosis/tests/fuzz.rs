@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::diagnose;
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
@@ -86,31 +86,17 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
             let series = (0..sensors)
                 .map(|c| (0..rows).map(|k| of(k, SIZES[c % SIZES.len()], 1e-4 * draw.next())).collect())
                 .collect();
+            let repeat = (draw.next() < 0.3).then(|| "again".to_owned());
             Record {
-                name: format!("record-{i}.csv"),
-                engagement: None,
                 is_check: i == 0,
-                repeat: (draw.next() < 0.3).then(|| "again".to_owned()),
-                start_s: 0.0,
-                times_s: (0..rows).map(|k| k as f64 * spacing_s).collect(),
-                spacing_s,
-                commands,
-                series,
+                repeat,
                 silent: (0..sensors).map(|_| draw.next() < 0.05).collect(),
+                ..Record::even(format!("record-{i}.csv"), spacing_s, commands, series)
             }
         })
         .collect();
-    Dataset {
-        name: "fuzzed".into(),
-        machine,
-        tolerance: indexmap::IndexMap::default(),
-        drives: vec![(0, "command".into())],
-        holds_s: vec![None],
-        loops: Vec::new(),
-        channels,
-        records,
-        warnings: Vec::new(),
-    }
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: None }];
+    Dataset::new("fuzzed", machine, drives, channels, records)
 }
 
 /// Answers are finite where there are any.

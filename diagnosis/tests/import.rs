@@ -268,9 +268,9 @@ fn regress_a_logged_torque_command_is_a_force_and_no_target() {
         let options = Options { out: Some(out.clone()), columns: stated, ..Options::default() };
         import(&[&path], &options, &|_| ()).expect("a dataset");
         let dataset = Dataset::load(&out).expect("it is sound");
-        let (drive, column) = &dataset.drives[0];
-        assert_eq!(column, "command");
-        assert!(matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. }));
+        let driven = &dataset.drives[0];
+        assert_eq!(driven.column, "command");
+        assert!(matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. }));
     }
 }
 

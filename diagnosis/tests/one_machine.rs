@@ -11,7 +11,7 @@
 
 use std::path::Path;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Looped, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Looped, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::replay::replay_record;
 use feeler_engine::{Program, Scenario, Simulation, Trace};
@@ -62,29 +62,11 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
         noise: 0.0,
         resolution: 0.0,
     });
-    let record = Record {
-        name: "run.csv".into(),
-        engagement: None,
-        is_check: true,
-        repeat: None,
-        start_s: 0.0,
-        times_s: trace.t_s.clone(),
-        spacing_s: 1.0 / ROWS_PER_S,
-        commands: commands.to_vec(),
-        series: series.to_vec(),
-        silent: vec![false; signals.len()],
-    };
-    Dataset {
-        name: "run".into(),
-        tolerance: indexmap::IndexMap::default(),
-        drives: (0..commands.len()).map(|i| (i, format!("command-{i}"))).collect(),
-        holds_s: vec![Some(1.0 / ROWS_PER_S); commands.len()],
-        loops: Vec::new(),
-        channels: channels.collect(),
-        records: vec![record],
-        warnings: Vec::new(),
-        machine: scenario.machine,
-    }
+    let record = Record::even("run.csv", 1.0 / ROWS_PER_S, commands.to_vec(), series.to_vec());
+    let record = Record { is_check: true, times_s: trace.t_s.clone(), ..record };
+    let driven = |drive| Driven { drive, column: format!("command-{drive}"), hold_s: Some(1.0 / ROWS_PER_S) };
+    let drives = (0..commands.len()).map(driven).collect();
+    Dataset::new("run", scenario.machine, drives, channels.collect(), vec![record])
 }
 
 /// What the machine of a dataset does under its commands, all bodies `faster_m_per_s` at the start.

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use feeler_diagnosis::adequacy::Condition;
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::report::{AttemptOutcome, Verdict};
 use feeler_diagnosis::{Diagnosis, diagnose};
@@ -131,29 +131,13 @@ fn records_between(believed: &str, real: &str) -> Dataset {
         multisine(60.0, 2.0, 150.0, 1.9),
         multisine(35.0, 2.0, 150.0, 2.3),
     ];
-    let records = commands.into_iter().enumerate().map(|(i, command)| Record {
-        name: format!("multisine-{i}.csv"),
-        engagement: Some(Engagement::Free),
-        is_check: i >= 4,
-        repeat: None,
-        start_s: 0.0,
-        times_s: (0..ROWS).map(|k| k as f64 * SPACING_S).collect(),
-        spacing_s: SPACING_S,
-        commands: vec![command],
-        series: vec![vec![0.0; ROWS]; noises.len()],
-        silent: vec![false; noises.len()],
+    let records = commands.into_iter().enumerate().map(|(i, command)| {
+        let series = vec![vec![0.0; ROWS]; noises.len()];
+        let record = Record::even(format!("multisine-{i}.csv"), SPACING_S, vec![command], series);
+        Record { engagement: Some(Engagement::Free), is_check: i >= 4, ..record }
     });
-    let mut dataset = Dataset {
-        name: "bench".into(),
-        machine: believed,
-        tolerance: indexmap::IndexMap::default(),
-        drives: vec![(0, "command".into())],
-        holds_s: vec![Some(SPACING_S)],
-        loops: Vec::new(),
-        channels,
-        records: records.collect(),
-        warnings: Vec::new(),
-    };
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
+    let mut dataset = Dataset::new("bench", believed, drives, channels, records.collect());
     let real = machine(real);
     let mut noise = Noise(7);
     for r in 0..dataset.records.len() {

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_diagnosis::dataset::{Channel, Dataset, Record};
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::diagnose;
 use feeler_diagnosis::predict::Predictor;
 use feeler_files::Document;
@@ -84,32 +84,14 @@ fn regress_a_wall_nearer_than_believed_is_found() {
         (Engagement::Unilateral, 14.0, 0.9, false),
         (Engagement::Unilateral, 18.0, 2.1, true),
     ];
-    let records =
-        experiments.into_iter().enumerate().map(|(i, (engagement, push_n, turn, is_check))| Record {
-            name: format!("{i}.csv"),
-            engagement: Some(engagement),
-            is_check,
-            repeat: None,
-            start_s: 0.0,
-            times_s: (0..ROWS).map(|k| k as f64 * SPACING_S).collect(),
-            spacing_s: SPACING_S,
-            commands: vec![command(push_n, turn)],
-            series: vec![vec![0.0; ROWS]; 3],
-            silent: vec![false; 3],
-        });
+    let records = experiments.into_iter().enumerate().map(|(i, (engagement, push_n, turn, is_check))| {
+        let series = vec![vec![0.0; ROWS]; 3];
+        let record = Record::even(format!("{i}.csv"), SPACING_S, vec![command(push_n, turn)], series);
+        Record { engagement: Some(engagement), is_check, ..record }
+    });
     let (channels, records) = (channels.collect(), records.collect());
-    let (tolerance, drives) = (indexmap::IndexMap::default(), vec![(0, "command".into())]);
-    let mut dataset = Dataset {
-        name: "bench".into(),
-        machine: believed,
-        tolerance,
-        drives,
-        holds_s: vec![Some(SPACING_S)],
-        loops: Vec::new(),
-        channels,
-        records,
-        warnings: Vec::new(),
-    };
+    let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(SPACING_S) }];
+    let mut dataset = Dataset::new("bench", believed, drives, channels, records);
     let mut state: u64 = 11;
     for r in 0..dataset.records.len() {
         let assembly = assemble(&real).expect("it assembles");

@@ -10,26 +10,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Known circles, each by its files. An entry that is no longer a circle must be removed.
-const KNOWN: &[&[&str]] = &[
-    &[
-        "diagnosis/src/adequacy/mod.rs",
-        "diagnosis/src/adequacy/balance.rs",
-        "diagnosis/src/adequacy/horizons.rs",
-        "diagnosis/src/adequacy/plausible.rs",
-        "diagnosis/src/adequacy/residual.rs",
-        "diagnosis/src/adequacy/rivals.rs",
-        "diagnosis/src/diagnose.rs",
-        "diagnosis/src/gap/size.rs",
-        "diagnosis/src/report.rs",
-    ],
-    &["diagnosis/src/import/mod.rs", "diagnosis/src/import/write.rs"],
-    &["diagnosis/src/predict/loops.rs", "diagnosis/src/predict/machine.rs"],
-    &["sim/analysis/src/machine/imposed.rs", "sim/analysis/src/machine/linearise.rs"],
-    &["studies/src/why/explanation.rs", "studies/src/why/size.rs"],
-    &["studies/src/why/remedy.rs", "studies/src/why/search.rs"],
-];
-
 /// A module's path within its crate.
 type Module = Vec<String>;
 
@@ -45,12 +25,7 @@ fn truth_files_of_a_crate_need_each_other_one_way_only() {
             found.insert(circle.iter().map(name).collect::<Vec<_>>());
         }
     }
-    let known: BTreeSet<Vec<String>> =
-        KNOWN.iter().map(|circle| circle.iter().map(ToString::to_string).collect()).collect();
-    let new: Vec<_> = found.difference(&known).collect();
-    assert!(new.is_empty(), "files that need each other; part what both need from the rest: {new:#?}");
-    let gone: Vec<_> = known.difference(&found).collect();
-    assert!(gone.is_empty(), "circles that are none any more; take them out of this test: {gone:#?}");
+    assert!(found.is_empty(), "files that need each other; part what both need from the rest: {found:#?}");
 }
 
 #[test]

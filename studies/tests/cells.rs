@@ -216,95 +216,54 @@ fn told(path: &Path) -> Vec<String> {
     CellFile::load(path).map(|_| ()).unwrap_err().problems.iter().map(ToString::to_string).collect()
 }
 
+/// Changes of the scenario, each with the key and a part of the one mistake that it makes.
+const MISTAKES: [(&str, &str, &str, &str); 14] = [
+    (
+        "shape = \"cuboid\"\nhalf_x = 0.2\nhalf_y = 0.2\nhalf_z = 0.01\nx = 0.8",
+        "shape = \"mesh\"\nfile = \"none.stl\"\nx = 0.8",
+        "workpiece.file",
+        "name an STL or OBJ",
+    ),
+    ("z = -0.0151", "z = -0.01", "start.pose", "inside the workpiece (move the start back"),
+    ("z = -0.0151", "z = -0.0151\ny = 0.5", "start.normal", "never meets the workpiece (turn the normal"),
+    ("normal = [0, 0, -1]", "normal = [1, 0, 0]", "start.normal", "cannot move along the normal"),
+    ("z = -0.0151", "z = -0.9", "workpiece", "does not reach"),
+    ("pose = [0]", "place = [3, 0, 0]", "start.place", "no pose within the joint limits"),
+    ("pose = [0]", "", "start", "either `pose` or `place` (give"),
+    ("arm = \"lever.urdf\"", "arm = \"arm.toml\"", "arm", "name an arm file or a URDF"),
+    (
+        "stiffness = 3e4",
+        "stiffness = 3e4\neffects.added-mass.mass = 1.0",
+        "joints.hinge.effects.added-mass",
+        "joints take",
+    ),
+    (
+        "[contacts.tool]",
+        "[contacts.tool]\nbetween = [\"a\", \"b\"]",
+        "contacts.tool.between",
+        "no meaning for a whole arm",
+    ),
+    (
+        "[controllers.none]",
+        "[controllers.more]\nlaw = \"open-loop\"\nperiod = \"1 ms\"\n[controllers.none]",
+        "controllers",
+        "one controller",
+    ),
+    ("duration = 0.05", "duration = 0.05\nstep = \"20 ms\"", "run.step", "too long for the fastest mode"),
+    ("duration = 0.05", "duration = 0.05\nengine = \"rapier\"", "run.engine", "no meaning for a whole arm"),
+    ("[tip]", "[bodies.x]\nmass = 1\n[tip]", "bodies", "there is no key"),
+];
+
 #[test]
-#[expect(clippy::too_many_lines, reason = "a list of mistakes")]
 fn truth_every_mistake_is_one_error_with_file_key_and_remedy() {
-    let changed = |from: &str, to: &str| {
+    for (from, to, key, part) in MISTAKES {
         assert!(LEVER_SCENARIO.contains(from), "{from}");
-        LEVER_SCENARIO.replacen(from, to, 1)
-    };
-    let mesh = "shape = \"mesh\"\nfile = \"none.stl\"\nx = 0.8";
-    let cases: [(&str, String, &str, &str); 14] = [
-        (
-            "lever.toml",
-            changed("shape = \"cuboid\"\nhalf_x = 0.2\nhalf_y = 0.2\nhalf_z = 0.01\nx = 0.8", mesh),
-            "workpiece.file",
-            "name an STL or OBJ",
-        ),
-        (
-            "lever.toml",
-            changed("z = -0.0151", "z = -0.01"),
-            "start.pose",
-            "inside the workpiece (move the start back",
-        ),
-        (
-            "lever.toml",
-            changed("z = -0.0151", "z = -0.0151\ny = 0.5"),
-            "start.normal",
-            "never meets the workpiece (turn the normal",
-        ),
-        (
-            "lever.toml",
-            changed("normal = [0, 0, -1]", "normal = [1, 0, 0]"),
-            "start.normal",
-            "cannot move along the normal",
-        ),
-        ("lever.toml", changed("z = -0.0151", "z = -0.9"), "workpiece", "does not reach"),
-        (
-            "lever.toml",
-            changed("pose = [0]", "place = [3, 0, 0]"),
-            "start.place",
-            "no pose within the joint limits",
-        ),
-        ("lever.toml", changed("pose = [0]", ""), "start", "either `pose` or `place` (give"),
-        (
-            "lever.toml",
-            changed("arm = \"lever.urdf\"", "arm = \"arm.toml\""),
-            "arm",
-            "name an arm file or a URDF",
-        ),
-        (
-            "lever.toml",
-            changed("stiffness = 3e4", "stiffness = 3e4\neffects.added-mass.mass = 1.0"),
-            "joints.hinge.effects.added-mass",
-            "joints take",
-        ),
-        (
-            "lever.toml",
-            changed("[contacts.tool]", "[contacts.tool]\nbetween = [\"a\", \"b\"]"),
-            "contacts.tool.between",
-            "no meaning for a whole arm",
-        ),
-        (
-            "lever.toml",
-            changed(
-                "[controllers.none]",
-                "[controllers.more]\nlaw = \"open-loop\"\nperiod = \"1 ms\"\n[controllers.none]",
-            ),
-            "controllers",
-            "one controller",
-        ),
-        (
-            "lever.toml",
-            changed("duration = 0.05", "duration = 0.05\nstep = \"20 ms\""),
-            "run.step",
-            "too long for the fastest mode",
-        ),
-        (
-            "lever.toml",
-            changed("duration = 0.05", "duration = 0.05\nengine = \"rapier\""),
-            "run.engine",
-            "no meaning for a whole arm",
-        ),
-        ("lever.toml", changed("[tip]", "[bodies.x]\nmass = 1\n[tip]"), "bodies", "there is no key"),
-    ];
-    for (file, scenario, key, part) in cases {
-        let (_folder, path) = lever(LEVER, &scenario);
+        let (_folder, path) = lever(LEVER, &LEVER_SCENARIO.replacen(from, to, 1));
         let problems = told(&path);
         assert_eq!(problems.len(), 1, "{key}: {problems:#?}");
         println!("{}", problems[0]);
         assert!(
-            problems[0].contains(file)
+            problems[0].contains("lever.toml")
                 && problems[0].contains(&format!(": {key}: "))
                 && problems[0].contains(part),
             "{key}: {}",

@@ -124,29 +124,7 @@ fn text(report: &Report) -> String {
         roots(report),
     ]);
     if !report.modes.is_empty() {
-        let rows = report.modes.iter().map(|mode| {
-            let class = if mode.rigid_body { "rigid body" } else { pages::analyze::class_name(mode.class) }
-                .to_owned();
-            let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
-            let damping_ratio = plain(pages::analyze::damping_ratio(mode));
-            vec![
-                plain(mode.frequency_hz),
-                damping_ratio,
-                class,
-                plain(mode.phase_change_deg),
-                plain(mode.phase_dip_deg),
-                cost,
-            ]
-        });
-        let header = [
-            "mode (Hz)",
-            "damping ratio",
-            "class",
-            "phase change (deg)",
-            "dip (deg)",
-            "taken at crossover (deg)",
-        ];
-        parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
+        parts.push(modes(report));
     }
     if let Some(gain) = report.gain() {
         let rows = gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(
@@ -176,23 +154,7 @@ fn text(report: &Report) -> String {
         parts.push(table(&pages::analyze::waterfall::HEADER, &pages::analyze::waterfall::NUMBERS, rows));
     }
     if !report.sensitivities().is_empty() {
-        let rows = report.sensitivities().iter().map(|s| {
-            let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
-            let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
-            let numbers =
-                [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
-            [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
-        });
-        let achieved = pages::analyze::achieved_name(report);
-        let header = [
-            "1 % more of",
-            "value (SI)",
-            &format!("{achieved} (%)"),
-            "largest gain (%)",
-            &format!("{achieved} (Hz per unit)"),
-            "",
-        ];
-        parts.push(table(&header, &[1, 2, 3, 4], rows));
+        parts.push(sensitivities(report));
     }
     if !report.limit_cycles.is_empty() {
         let rows = pages::analyze::cycles::rows(report);
@@ -205,6 +167,54 @@ fn text(report: &Report) -> String {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }
     parts.join("\n\n")
+}
+
+/// The modes, with what each costs the loop.
+fn modes(report: &Report) -> String {
+    let rows = report.modes.iter().map(|mode| {
+        let class =
+            if mode.rigid_body { "rigid body" } else { pages::analyze::class_name(mode.class) }.to_owned();
+        let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
+        let damping_ratio = plain(pages::analyze::damping_ratio(mode));
+        vec![
+            plain(mode.frequency_hz),
+            damping_ratio,
+            class,
+            plain(mode.phase_change_deg),
+            plain(mode.phase_dip_deg),
+            cost,
+        ]
+    });
+    let header = [
+        "mode (Hz)",
+        "damping ratio",
+        "class",
+        "phase change (deg)",
+        "dip (deg)",
+        "taken at crossover (deg)",
+    ];
+    table(&header, &[0, 1, 3, 4, 5], rows)
+}
+
+/// What a small change of each number changes.
+fn sensitivities(report: &Report) -> String {
+    let rows = report.sensitivities().iter().map(|s| {
+        let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
+        let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+        let numbers =
+            [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
+        [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
+    });
+    let achieved = pages::analyze::achieved_name(report);
+    let header = [
+        "1 % more of",
+        "value (SI)",
+        &format!("{achieved} (%)"),
+        "largest gain (%)",
+        &format!("{achieved} (Hz per unit)"),
+        "",
+    ];
+    table(&header, &[1, 2, 3, 4], rows)
 }
 
 /// Parts of poles and zeros below this share of the largest are zero up to rounding.

@@ -170,7 +170,7 @@ fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
             experiment: &record.name,
             spacing_s: record.spacing_s,
             columns: columns
-                .map(|((drive, column), values)| (*drive, column.as_str(), &values[..]))
+                .map(|(driven, values)| (driven.drive, driven.column.as_str(), &values[..]))
                 .collect(),
         },
     );

@@ -9,6 +9,8 @@ mod check;
 #[cfg(test)]
 mod diagnose;
 #[cfg(test)]
+mod frf;
+#[cfg(test)]
 mod live;
 #[cfg(test)]
 mod print;

@@ -3,12 +3,12 @@
 
 use feeler_plant::effects::Place;
 
-use super::Criteria;
+use super::criteria::Criteria;
 use super::horizons::share;
-use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
 use crate::fit::scored::Scored;
 use crate::inverse::Smooth;
+use crate::judge::Judge;
 
 /// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;

@@ -13,7 +13,7 @@ const MOST_STRAYED: f64 = 0.1;
 pub(super) fn strayed(dataset: &Dataset, off: Option<f64>) -> Option<String> {
     let is_servo =
         |drive: usize| matches!(dataset.machine.actuators[drive].kind, ActuatorKind::PositionServo(_));
-    told(off).filter(|_| dataset.drives.iter().any(|(drive, _)| is_servo(*drive)))
+    told(off).filter(|_| dataset.drives.iter().any(|driven| is_servo(driven.drive)))
 }
 
 fn told(off: Option<f64>) -> Option<String> {

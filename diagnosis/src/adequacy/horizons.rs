@@ -3,13 +3,10 @@
 
 use serde::Serialize;
 
-use super::Criteria;
-use crate::fit::least_squares::{Fitted, Task};
-use crate::fit::scored::Scored;
-use crate::gap::size::square_errors_over;
+use super::criteria::Criteria;
 
 /// Lengths of free windows, s. The first is the horizon of the gap.
-const WINDOWS_S: [f64; 3] = [0.05, 0.25, 1.0];
+pub(super) const WINDOWS_S: [f64; 3] = [0.05, 0.25, 1.0];
 
 /// Root mean square prediction errors over the check experiments, each relative to its channel's variation.
 /// Predictions restart from the measured motion at the end of each horizon.
@@ -32,48 +29,6 @@ impl Horizon {
     pub fn name(&self) -> String {
         self.seconds.map_or_else(|| "the whole record".into(), |seconds| format!("{seconds} s"))
     }
-}
-
-/// The horizons that fit at least twice into the shortest check record, and the free run.
-fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
-    let records = checks.iter().map(|&r| &task.dataset.records[r]);
-    let shortest = records.map(|record| record.spacing_s * record.len() as f64).fold(f64::INFINITY, f64::min);
-    let held = |seconds: &f64| *seconds == WINDOWS_S[0] || 2.0 * seconds <= shortest;
-    WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
-}
-
-/// A model's root mean square error over the scale at one horizon; `None` if it is not finite.
-pub(super) fn error(
-    task: &Task<'_>,
-    fitted: &Fitted,
-    theta: &[f64],
-    checks: &[usize],
-    seconds: Option<f64>,
-) -> Option<f64> {
-    let squares = square_errors_over(task, &fitted.model, theta, checks, seconds)?;
-    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    mean.is_finite().then(|| mean.sqrt())
-}
-
-pub(super) fn of(
-    task: &Task<'_>,
-    calibrated: &Scored,
-    accepted: &Scored,
-    checks: &[usize],
-    floor: f64,
-) -> Vec<Horizon> {
-    let start = calibrated.fitted.model.start();
-    let of = |seconds: Option<f64>| {
-        let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
-        Horizon {
-            seconds,
-            before: error(&calibrated.fitted, &start),
-            refit: error(&calibrated.fitted, &calibrated.fitted.theta),
-            after: error(&accepted.fitted, &accepted.fitted.theta),
-            floor,
-        }
-    };
-    lengths(task, checks).into_iter().map(of).collect()
 }
 
 /// Describes remaining errors that are large against both noise and signal. Where forces balance, short

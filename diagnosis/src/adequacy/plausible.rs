@@ -5,12 +5,12 @@ use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{Kind, Parameter, Place, Scale};
 use feeler_plant::units::Dimension;
 
-use super::Criteria;
+use super::criteria::Criteria;
 use super::horizons::share;
-use crate::diagnose::Judge;
 use crate::fit::candidates::Candidate;
 use crate::fit::missing::moving_mass;
 use crate::fit::scored::Scored;
+use crate::judge::Judge;
 
 /// A thousandth of a value, or of what is typical, within which it is at its end.
 const AT_END: f64 = 1e-3;
@@ -100,7 +100,8 @@ fn beyond(
 fn is_pushed(judge: &Judge<'_>) -> bool {
     let actuators = &judge.dataset.machine.actuators;
     let first = judge.dataset.drives.first();
-    first.is_some_and(|(drive, _)| {
-        matches!(actuators[*drive].kind, ActuatorKind::Force { .. }) && !judge.dataset.is_looped(*drive)
+    first.is_some_and(|driven| {
+        matches!(actuators[driven.drive].kind, ActuatorKind::Force { .. })
+            && !judge.dataset.is_looped(driven.drive)
     })
 }

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::Criteria;
+use super::criteria::Criteria;
 use super::horizons::share;
 use crate::fit::least_squares::Task;
 use crate::fit::missing::{missing_acceleration, moving_mass};

@@ -2,10 +2,11 @@
 
 use feeler_plant::effects::Kind;
 
-use super::Criteria;
-use super::horizons::{Horizon, error};
-use crate::diagnose::Judge;
+use super::ahead::error;
+use super::criteria::Criteria;
+use super::horizons::Horizon;
 use crate::fit::scored::Scored;
+use crate::judge::Judge;
 
 /// Rivals that are predicted far ahead.
 const MOST_PREDICTED: usize = 4;

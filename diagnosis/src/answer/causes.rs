@@ -6,11 +6,11 @@ use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::answer::intervals;
-use crate::diagnose::{Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::candidates::Candidate;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
 use crate::fit::scored::Scored;
+use crate::judge::{Judge, LOOK_ALIKE, PARSIMONY};
 use crate::kinds::{contains, dossier};
 use crate::report::{Cause, Estimate};
 

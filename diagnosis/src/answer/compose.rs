@@ -4,22 +4,21 @@ use feeler_plant::description::Machine;
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::adequacy::{Criteria, Sizes, as_good, assess, further};
+use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, assess, further};
 use crate::answer::causes::{Field, look_alikes, same};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
-use crate::diagnose::{Attempts, Judge, LOOK_ALIKE};
-use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
-use crate::fit::odds::ACCEPT;
+use crate::fit::model::Model;
 use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
 use crate::gap::replay::free_run;
 use crate::gap::size;
 use crate::gap::unknown;
-use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Verdict, Where};
+use crate::judge::{Attempts, Judge, LOOK_ALIKE};
+use crate::report::{Cause, Cell, Diagnosis, Gap, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
@@ -38,53 +37,78 @@ const ENOUGH_EXCITATION: f64 = 5.0;
 /// The same if no other channel reaches it: an encoder alone suffices if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
 
+/// Prediction errors over the check experiments.
+struct Errors {
+    refit: Vec<f64>,
+    after: Vec<f64>,
+    /// One sigma of every channel.
+    noise: Vec<f64>,
+    gap: Gap,
+}
+
 impl Judge<'_> {
+    fn errors(&self, accepted: &Scored) -> Errors {
+        let (task, checks) = (&self.search.task, self.checks());
+        let calibrated = &self.search.calibrated.fitted;
+        let errors = |model: &Model, theta: &[f64]| size::square_errors(task, model, theta, &checks);
+        let refit = errors(&calibrated.model, &calibrated.theta);
+        let refit = refit.unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
+        let before = errors(&calibrated.model, &calibrated.model.start()).unwrap_or_else(|| refit.clone());
+        let Fitted { model, theta, .. } = &accepted.fitted;
+        let after = errors(model, theta).unwrap_or_else(|| refit.clone());
+        let noise = size::noise(task, model, theta);
+        let floor = size::square_floors(task, &noise, &checks);
+        let gap = size::gap(&before, &refit, &after, &floor);
+        Errors { refit, after, noise, gap }
+    }
+
+    /// What keeps an answer from being called explained, and the proposed machine.
+    fn adequacy(
+        &self,
+        accepted: &Scored,
+        field: &Field,
+        balanced: &[&Scored],
+        attempts: &Attempts,
+        sizes: Sizes,
+    ) -> (Adequacy, Machine) {
+        let mut adequacy = assess(self, accepted, &field.sets, balanced, sizes);
+        let all: Vec<&Scored> = attempts.fitted.iter().chain(&attempts.screened).collect();
+        adequacy.add_further(further(self, accepted, &all, &Criteria::default()));
+        adequacy.add_untried(attempts.untried.len());
+        let (machine, worse) = self.proposed(accepted);
+        adequacy.add_free_run(worse);
+        if !adequacy.is_balanced {
+            let left = unknown::unexplained(&self.search.calibrated, accepted);
+            let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
+            adequacy.add_unexplained(left.into_iter().map(column));
+        }
+        (adequacy, machine)
+    }
+
     pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &Attempts) -> Diagnosis {
         let task = &self.search.task;
         let checks = self.checks();
         let calibrated = &self.search.calibrated;
-        let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);
-        let refit = errors(&calibrated.fitted).unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
-        let before =
-            size::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks)
-                .unwrap_or_else(|| refit.clone());
-        let after = errors(&accepted.fitted).unwrap_or_else(|| refit.clone());
-        let noise = size::noise(task, &accepted.fitted.model, &accepted.fitted.theta);
-        let floor = size::square_floors(task, &noise, &checks);
-        let figures = size::gap(&before, &refit, &after, &floor);
+        let Errors { refit, after, noise, gap } = self.errors(accepted);
 
         let field = self.field(accepted, rivals);
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
-        let closed = (figures.after > ROUGH * figures.floor).then_some(figures.closed);
-        let sizes = Sizes { floor: figures.floor, closed, missing_force_n: beyond_noise_n };
+        let closed = (gap.after > ROUGH * gap.floor).then_some(gap.closed);
+        let sizes = Sizes { floor: gap.floor, closed, missing_force_n: beyond_noise_n };
         let criteria = Criteria::default();
         let tried = [attempts.fitted.as_slice(), &attempts.screened];
         let balanced: Vec<&Scored> =
             tried.iter().flat_map(|tried| as_good(self, accepted, tried, &criteria)).collect();
-        let mut adequacy = assess(self, accepted, &field.sets, &balanced, sizes);
-        let all: Vec<&Scored> = tried.iter().flat_map(|tried| tried.iter()).collect();
-        adequacy.add_further(further(self, accepted, &all, &criteria));
-        adequacy.add_untried(attempts.untried.len());
-        let (machine, worse) = self.proposed(accepted);
-        adequacy.add_free_run(worse);
-        if !adequacy.is_balanced {
-            let left = unknown::unexplained(calibrated, accepted);
-            let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
-            adequacy.add_unexplained(left.into_iter().map(column));
-        }
+        let (adequacy, machine) = self.adequacy(accepted, &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
         if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {
             return self.answer(calibrated, &[], attempts);
         }
-        let known = match (adequate, adequacy.has_rival()) {
-            (false, _) => INADEQUATE,
-            (true, true) => RIVALLED,
-            (true, false) => 1.0,
-        };
-        let is_rough = (self.weight > 0.0 || figures.after > ROUGH * figures.floor)
-            && !task.budget.is_over(Stage::Compose);
+        let known = certainty(&adequacy);
+        let is_rough =
+            (self.weight > 0.0 || gap.after > ROUGH * gap.floor) && !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_rough), &attempts.fitted);
         let look_alikes = look_alikes(accepted, &field, &balanced);
         let removed: Vec<Scored> = match accepted.causes.len() {
@@ -96,32 +120,34 @@ impl Judge<'_> {
         let is_alone = field.own >= SURE && !adequacy.has_rival();
         let verdict = match self.verdict(accepted, adequate || adequacy.is_slight(), is_alone, &near) {
             // Any of those that were not tried may be what is left.
-            Verdict::NoGap if adequacy.has_untried() && figures.refit > ROUGH * figures.floor => {
+            Verdict::NoGap if adequacy.has_untried() && gap.refit > ROUGH * gap.floor => {
                 Verdict::UnknownCause
             }
             verdict => verdict,
         };
-        let believed = calibrated.fitted.model.start();
-        let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
-        let (refitted, repaired) = (at(calibrated), at(accepted));
+        let (refitted, repaired) = (&calibrated.fitted, &accepted.fitted);
+        let believed = refitted.model.start();
         let cells = table(
             task,
-            [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)],
+            [
+                (&refitted.model, &believed),
+                (&refitted.model, &refitted.theta),
+                (&repaired.model, &repaired.theta),
+            ],
             &noise,
         );
         let places =
             self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
-        let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
+        let portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
-        portrait = portrait.into_iter().step_by(thin).collect();
         // If neither cause holds there is nothing to separate.
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
         let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
         Diagnosis {
             verdict,
-            gap: figures,
+            gap,
             adequacy,
             places,
             effects,
@@ -137,7 +163,7 @@ impl Judge<'_> {
             missing_force_n,
             left: what_is_left(task, accepted),
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
-            portrait,
+            portrait: portrait.into_iter().step_by(thin).collect(),
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }
@@ -232,62 +258,6 @@ impl Judge<'_> {
         let ratios: Vec<f64> = (0..channels).map(best).collect();
         let enough = ratios.iter().filter(|ratio| **ratio > ENOUGH_EXCITATION).count();
         2 * enough >= channels || ratios.iter().any(|ratio| *ratio > ENOUGH_ALONE)
-    }
-
-    /// All trials, the best first, with their results.
-    fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
-        let mut tried: Vec<Attempt> =
-            attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
-        tried.extend(attempts.screened.iter().map(|scored| {
-            let attempt = self.attempt(scored, accepted);
-            Attempt { why: attempt.why.of_few_steps(), ..attempt }
-        }));
-        tried.sort_by(|a, b| {
-            b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY))
-        });
-        let silent = |causes: &Vec<Candidate>| Attempt {
-            causes: self.named(causes),
-            gain_check: None,
-            gain_all: None,
-            gain_balance: None,
-            why: AttemptOutcome::NotFitted,
-        };
-        tried.extend(attempts.silent.iter().map(silent));
-        let late = |causes: &Vec<Candidate>| Attempt { why: AttemptOutcome::NotTried, ..silent(causes) };
-        tried.extend(attempts.untried.iter().map(late));
-        tried
-    }
-
-    fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
-        let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
-        let best = self.all(accepted);
-        let why = if same(scored, accepted) {
-            AttemptOutcome::Accepted
-        } else if !self.is_finding(scored) {
-            AttemptOutcome::NoDeparture
-        } else if gain_check < ACCEPT {
-            AttemptOutcome::TooLittle { gained_nats: gain_check, needed_nats: ACCEPT }
-        } else if (best - gain_all).abs() < 1.0 {
-            AttemptOutcome::AsMuch
-        } else if gain_all < best {
-            AttemptOutcome::Less { nats: best - gain_all }
-        } else {
-            AttemptOutcome::More { nats: gain_all - best }
-        };
-        Attempt {
-            causes: self.named(&scored.causes),
-            gain_check: Some(gain_check),
-            gain_all: Some(gain_all),
-            gain_balance: scored.balanced.as_ref().map(|balanced| balanced.nats),
-            why,
-        }
-    }
-
-    fn named(&self, causes: &[Candidate]) -> String {
-        let name = |cause: &Candidate| {
-            format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine))
-        };
-        causes.iter().map(name).collect::<Vec<_>>().join("+")
     }
 
     /// Shapley value of each accepted effect: its gain of closing, averaged over all orders of adding the
@@ -419,6 +389,15 @@ impl Judge<'_> {
 impl Judge<'_> {
     fn column(&self, channel: usize) -> String {
         self.dataset.channels.get(channel).map_or_else(String::new, |channel| channel.column.clone())
+    }
+}
+
+/// Factor on the probabilities of all causes of an answer.
+fn certainty(adequacy: &Adequacy) -> f64 {
+    match (adequacy.is_short(), adequacy.has_rival()) {
+        (true, _) => INADEQUATE,
+        (false, true) => RIVALLED,
+        (false, false) => 1.0,
     }
 }
 

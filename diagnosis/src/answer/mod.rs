@@ -1,5 +1,6 @@
 //! The answer from the results of the search, and the recommended next experiment.
 
+mod attempts;
 mod causes;
 pub(crate) mod compose;
 pub mod difference;

@@ -8,10 +8,10 @@ use feeler_plant::description::Engagement;
 use crate::answer::templates::{Reach, Template, place_of, templates};
 use crate::budget::Budget;
 use crate::dataset::{Dataset, Record};
-use crate::diagnose::Judge;
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
+use crate::judge::Judge;
 use crate::predict::{Prediction, Predictor};
 use crate::report::{MOST_ODDS, NextExperiment};
 
@@ -123,18 +123,9 @@ fn within(
 /// A template as a record that starts at the initial state of the records with its engagement.
 fn record(template: &Template, spacing_s: f64) -> Record {
     let command = template.command(spacing_s);
-    Record {
-        name: "next experiment".into(),
-        engagement: template.engagement,
-        is_check: false,
-        repeat: None,
-        start_s: 0.0,
-        times_s: Vec::new(),
-        spacing_s,
-        series: template.start.iter().map(|&value| vec![value; command.len()]).collect(),
-        commands: vec![command],
-        silent: vec![false; template.start.len()],
-    }
+    let series = template.start.iter().map(|&value| vec![value; command.len()]).collect();
+    let record = Record::even("next experiment", spacing_s, vec![command], series);
+    Record { engagement: template.engagement, ..record }
 }
 
 /// Predicted response of a machine to a template; `None` if it is not finite.

@@ -86,7 +86,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// The series of a table; `None` if a recorded fault makes it useless.
     fn series(&self, table: &Table, note: &mut Note<'_>) -> Option<Series> {
-        let names: Vec<&str> = (self.dataset.drives.iter().map(|(_, name)| name.as_str()))
+        let names: Vec<&str> = (self.dataset.drives.iter().map(|driven| driven.column.as_str()))
             .chain(self.dataset.channels.iter().map(|channel| channel.column.as_str()))
             .collect();
         let mut columns = Vec::new();
@@ -122,7 +122,7 @@ impl Reader<'_> {
         for (i, (name, column)) in names.iter().zip(&mut columns).enumerate() {
             let at = table.header.iter().position(|header| header == name);
             let unreadable = at.and_then(|at| table.unreadable[at]);
-            let is_held = self.dataset.holds_s.get(i).is_some_and(Option::is_some);
+            let is_held = self.dataset.drives.get(i).is_some_and(|driven| driven.hold_s.is_some());
             if let Some((row, kind)) = empty_cells(column, unreadable, is_held) {
                 note(Some(name), Some(row + first_row), kind);
             }
@@ -131,7 +131,7 @@ impl Reader<'_> {
         let lost = Lost::bridged(&times_s).map_or(0, |lost| lost.rows);
         let rows = times_s.len() + lost;
         let spacing_s = (times_s[times_s.len() - 1] - times_s[0]) / (rows - 1) as f64;
-        let holds = &mut self.dataset.holds_s.iter().flatten().copied();
+        let holds = &mut self.dataset.drives.iter().filter_map(|driven| driven.hold_s);
         if let Some(hold_s) = holds.find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
@@ -211,7 +211,7 @@ impl Reader<'_> {
                     {
                         Between::Smooth
                     }
-                    None if self.dataset.holds_s[i].is_some() => Between::Held,
+                    None if self.dataset.drives[i].hold_s.is_some() => Between::Held,
                     _ => Between::Straight,
                 };
                 *column = regrid(&times_s, column, rows, spacing_s, between);

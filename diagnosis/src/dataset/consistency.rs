@@ -6,78 +6,56 @@
 //! the column that agrees with most others. A column that departs from it by a factor between units, or by a
 //! shift in time, is named.
 
-use std::f64::consts::FRAC_PI_2;
-
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
 use feeler_plant::description::{Engagement, Machine, Quantity};
 
-use super::compare::{Comparison, SURE, compare, second_difference, smoothed};
+use super::compare::{Comparison, compare, second_difference, smoothed};
 use super::data::{Channel, Dataset, Record};
 use super::fault::{Fault, FaultKind, Yardstick};
 use super::units::mixed_up;
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
-/// Time within which rises of pushing forces are measured, s.
-const RISE_S: f64 = 10e-3;
 /// Largest shift of the search, s.
 const MOST_SHIFT_S: f64 = 0.05;
 /// Smallest shift in rows that is reported between columns of one body.
-const STATED_ROWS: f64 = 1.0;
+pub(super) const STATED_ROWS: f64 = 1.0;
 /// The same between bodies with some flexibility in between.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Smallest shift of a force or a command between experiments that is reported, s: delays and lags of a drive
-/// shift it by some milliseconds.
-const STATED_OF_FORCE_S: f64 = 6e-3;
 /// Smallest correlation of two readings of the same motion, and of a push with its motion or force.
 const SAME_MOTION: f64 = 0.85;
-const SAME_PUSH: f64 = 0.7;
+pub(super) const SAME_PUSH: f64 = 0.7;
 /// Smallest correlation at which a shift between different bodies is accepted: a flexible joint also changes
 /// the shape of a motion.
 const SAME_SHAPE: f64 = 0.95;
 /// Relative tolerance of a factor between units, for readings of one motion.
 const NEAR: f64 = 0.15;
 /// The same with a mass and friction in between.
-const NEAR_FORCE: f64 = 0.3;
+pub(super) const NEAR_FORCE: f64 = 0.3;
 /// Largest factor between a motion and the command over the believed mass.
 const PLAUSIBLE: f64 = 3.0;
 
 /// The acceleration of a group of bodies from one column.
-struct Stick {
-    channel: usize,
-    node: usize,
-    quantity: Quantity,
-    values: Vec<f64>,
+pub(super) struct Stick {
+    pub(super) channel: usize,
+    pub(super) node: usize,
+    pub(super) quantity: Quantity,
+    pub(super) values: Vec<f64>,
 }
 
 /// A column that departs in one experiment.
-struct Odd {
-    record: usize,
-    column: String,
-    kind: FaultKind,
-}
-
-/// Delay of a motion or a force behind its command.
-struct Late {
-    record: usize,
-    channel: usize,
-    /// Column of the command.
-    command: String,
-    comparison: Comparison,
-}
-
-impl Late {
-    fn rows(&self) -> f64 {
-        self.comparison.late_rows
-    }
+pub(super) struct Odd {
+    pub(super) record: usize,
+    pub(super) column: String,
+    pub(super) kind: FaultKind,
 }
 
 /// The machine, reduced to groups of bodies with one motion.
-struct Body<'a> {
-    dataset: &'a Dataset,
-    assembly: Assembly,
+pub(super) struct Body<'a> {
+    pub(super) dataset: &'a Dataset,
+    pub(super) assembly: Assembly,
     /// For each node, the lowest node rigidly joined to it.
-    groups: Vec<usize>,
+    pub(super) groups: Vec<usize>,
 }
 
 /// Reports factors between units and shifts of time, each with the first experiment that shows it and their
@@ -115,6 +93,15 @@ pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
 
 fn agrees(factor: f64) -> bool {
     factor > 0.0 && factor.ln().abs() < 2.0 * NEAR.ln_1p()
+}
+
+/// The comparison of column `i` with column `j`.
+fn between(pairs: &[(usize, usize, Comparison)], i: usize, j: usize) -> Option<Comparison> {
+    pairs.iter().find_map(|(a, b, comparison)| match (*a == i && *b == j, *a == j && *b == i) {
+        (true, _) => Some(*comparison),
+        (_, true) => Some(comparison.turned()),
+        _ => None,
+    })
 }
 
 /// One fault per column and cause, with the first experiment that shows it.
@@ -174,18 +161,12 @@ fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<
     }
 }
 
-/// Rise of a series within [`RISE_S`].
-fn rises(series: &[f64], record: &Record) -> Vec<f64> {
-    let span = ((RISE_S / record.spacing_s).round() as usize).max(1);
-    (span..series.len()).map(|k| series[k] - series[k - span]).collect()
-}
-
 impl Body<'_> {
-    fn span(record: &Record) -> usize {
+    pub(super) fn span(record: &Record) -> usize {
         ((SPAN_S / record.spacing_s).round() as usize).max(1)
     }
 
-    fn most(record: &Record) -> usize {
+    pub(super) fn most(record: &Record) -> usize {
         (MOST_SHIFT_S / record.spacing_s) as usize
     }
 
@@ -242,13 +223,7 @@ impl Body<'_> {
         for group in done {
             let members: Vec<usize> =
                 (0..sticks.len()).filter(|&i| self.groups[sticks[i].node] == group).collect();
-            let between = |i: usize, j: usize| {
-                pairs.iter().find_map(|(a, b, comparison)| match (*a == i && *b == j, *a == j && *b == i) {
-                    (true, _) => Some(*comparison),
-                    (_, true) => Some(comparison.turned()),
-                    _ => None,
-                })
-            };
+            let between = |i: usize, j: usize| between(pairs, i, j);
             let driven = self.driven_by(record, group);
             let of_command = |i: usize| {
                 driven
@@ -349,7 +324,7 @@ impl Body<'_> {
 
     /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in
     /// free motion.
-    fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
+    pub(super) fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
         let is_free = record
             .engagement
             .map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
@@ -364,144 +339,18 @@ impl Body<'_> {
     }
 
     /// The command of the only force drive of a group, its column, and the group's mass.
-    fn drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<(&'r Vec<f64>, String, f64)> {
-        let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|((drive, _), _)| {
-            let is_looped = self.dataset.is_looped(*drive);
-            let drive = &self.assembly.drives[*drive];
+    pub(super) fn drive_of<'r>(
+        &self,
+        record: &'r Record,
+        group: usize,
+    ) -> Option<(&'r Vec<f64>, String, f64)> {
+        let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|(driven, _)| {
+            let is_looped = self.dataset.is_looped(driven.drive);
+            let drive = &self.assembly.drives[driven.drive];
             !is_looped && drive.commands_force() && self.groups[drive.on] == group
         });
-        let ((drive, column), command) = drives.next().filter(|_| self.dataset.drives.len() == 1)?;
-        let mass = self.assembly.rigid_mass_kg(self.assembly.drives[*drive].on);
-        (mass.is_finite() && mass > 0.0).then(|| (command, column.clone(), mass))
-    }
-
-    /// Names forces in other units, and returns the delay of each in rows.
-    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<Late> {
-        let record = &self.dataset.records[r];
-        if record.engagement.is_none_or(|engagement| engagement == Engagement::Free) {
-            return Vec::new();
-        }
-        let mut late = Vec::new();
-        for (c, channel) in self.dataset.channels.iter().enumerate() {
-            let Some(group) = self.pushed_by(channel) else { continue };
-            let Some(&reference) = references.iter().find(|&&i| self.groups[sticks[i].node] == group) else {
-                continue;
-            };
-            let Some((command, other, mass)) = self.drive_of(record, group) else { continue };
-            let is_constant = record.series[c].iter().all(|x| x.to_bits() == record.series[c][0].to_bits());
-            if is_constant {
-                continue;
-            }
-            let span = Self::span(record);
-            let pushed: Vec<f64> = smoothed(command, span)
-                .iter()
-                .zip(&sticks[reference].values)
-                .map(|(u, a)| u - mass * a)
-                .collect();
-            let felt = smoothed(&record.series[c], span);
-            let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
-            let column = channel.column.clone();
-            if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
-                let kind = FaultKind::Units {
-                    other: other.clone(),
-                    factor: comparison.factor,
-                    what,
-                    experiments: 1,
-                };
-                odd.push(Odd { record: r, column, kind });
-            }
-            // Constant parts hardly show time; rises do.
-            let [pushed, felt] = [pushed, felt].map(|series| rises(&series, record));
-            let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
-            late.push(Late { record: r, channel: c, command: other, comparison });
-        }
-        late
-    }
-
-    /// Delay of each motion behind its command, in rows.
-    fn commands(&self, r: usize, sticks: &[Stick], references: &[usize]) -> Vec<Late> {
-        let record = &self.dataset.records[r];
-        let of = |&i: &usize| {
-            let (column, makes) = self.driven_by(record, self.groups[sticks[i].node])?;
-            let [made, moved] = [&makes, &sticks[i].values].map(|series| rises(series, record));
-            let comparison = compare(&made, &moved, Self::most(record), SAME_PUSH)?;
-            Some(Late { record: r, channel: sticks[i].channel, command: column, comparison })
-        };
-        references.iter().filter_map(of).collect()
-    }
-
-    /// Those with a known delay.
-    fn known<'l>(&self, late: impl Iterator<Item = &'l Late>) -> Vec<&'l Late> {
-        late.filter(|late| {
-            SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S
-        })
-        .collect()
-    }
-
-    /// Delay of `late` beyond that of `best`, s, if it is large enough to be reported.
-    fn behind_s(&self, late: &Late, best: &Late) -> Option<f64> {
-        let late_s = |late: &Late| late.rows() * self.dataset.records[late.record].spacing_s;
-        let behind_s = late_s(late) - late_s(best);
-        (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
-    }
-
-    /// A motion that is delayed behind its command in every experiment may be an effect of the machine; in
-    /// some experiments only, it is the command's clock.
-    fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
-        let known = self.known(motions.iter());
-        let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
-            return;
-        };
-        for motion in &known {
-            // Friction and damping also shift a motion against its command, but by less than a quarter of its
-            // wave.
-            let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
-            if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
-                let against = Yardstick::Itself { file: self.dataset.records[best.record].name.clone() };
-                let kind = FaultKind::ClockOffset { against, late_s: -late_s, experiments: 1 };
-                odd.push(Odd { record: motion.record, column: motion.command.clone(), kind });
-            }
-        }
-    }
-
-    /// The group of bodies that presses on the contact of a force channel.
-    fn pushed_by(&self, channel: &Channel) -> Option<usize> {
-        let source = match channel.source {
-            Source::Sensor(i) => self.assembly.sensors.get(i)?.source,
-            source => source,
-        };
-        match source {
-            Source::Contact(contact, Quantity::Force | Quantity::SpringForce) => {
-                Some(self.groups[self.assembly.contacts.get(contact)?.a])
-            }
-            _ => None,
-        }
-    }
-
-    /// A force that is delayed in every experiment may be an effect of the machine; in some only, it is a
-    /// clock. A force that precedes its push is not a reference: there the command is delayed.
-    fn force_clocks(&self, forces: &[Late], odd: &mut Vec<Odd>) {
-        for c in 0..self.dataset.channels.len() {
-            let known = self.known(forces.iter().filter(|force| force.channel == c));
-            let causal = known.iter().filter(|force| force.rows() > -STATED_ROWS);
-            let Some(best) = causal.min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
-                continue;
-            };
-            for force in &known {
-                let Some(behind_s) = self.behind_s(force, best) else { continue };
-                let (column, file) =
-                    (self.dataset.channels[c].column.clone(), self.dataset.records[best.record].name.clone());
-                let (column, against, late_s) = if force.rows() > -STATED_ROWS {
-                    (column, Yardstick::Itself { file }, behind_s)
-                } else {
-                    (force.command.clone(), Yardstick::ColumnAsIn { other: column, file }, -behind_s)
-                };
-                odd.push(Odd {
-                    record: force.record,
-                    column,
-                    kind: FaultKind::ClockOffset { against, late_s, experiments: 1 },
-                });
-            }
-        }
+        let (driven, command) = drives.next().filter(|_| self.dataset.drives.len() == 1)?;
+        let mass = self.assembly.rigid_mass_kg(self.assembly.drives[driven.drive].on);
+        (mass.is_finite() && mass > 0.0).then(|| (command, driven.column.clone(), mass))
     }
 }

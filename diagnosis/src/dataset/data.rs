@@ -54,6 +54,17 @@ impl Channel {
     }
 }
 
+/// A drive with recorded commands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driven {
+    /// Index of the actuator.
+    pub drive: usize,
+    /// Header of the column.
+    pub column: String,
+    /// Time for which each command is held, s; `None`: not stated.
+    pub hold_s: Option<f64>,
+}
+
 /// One experiment: commands and readings on an even grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -80,6 +91,28 @@ pub struct Record {
 }
 
 impl Record {
+    /// Rows from time zero on, to be fitted.
+    pub fn even(
+        name: impl Into<String>,
+        spacing_s: f64,
+        commands: Vec<Vec<f64>>,
+        series: Vec<Vec<f64>>,
+    ) -> Self {
+        let rows = commands.first().map_or(0, Vec::len);
+        Self {
+            name: name.into(),
+            engagement: None,
+            is_check: false,
+            repeat: None,
+            start_s: 0.0,
+            times_s: (0..rows).map(|k| k as f64 * spacing_s).collect(),
+            spacing_s,
+            silent: vec![false; series.len()],
+            commands,
+            series,
+        }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.commands.first().map_or(0, Vec::len)
@@ -100,11 +133,8 @@ pub struct Dataset {
     pub machine: Machine,
     /// Tolerances of believed values, as fractions, by dotted key.
     pub tolerance: IndexMap<String, f64>,
-    /// Drives with recorded commands: index of the actuator and its column, in the order of
-    /// [`Record::commands`].
-    pub drives: Vec<(usize, String)>,
-    /// Per drive, the time for which its commands are held, s; `None`: not stated.
-    pub holds_s: Vec<Option<f64>>,
+    /// Drives with recorded commands, in the order of [`Record::commands`].
+    pub drives: Vec<Driven>,
     /// Drives of which not the command was recorded, but what the controller that commands them followed.
     pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
@@ -116,20 +146,40 @@ pub struct Dataset {
 }
 
 impl Dataset {
+    /// Records of a machine that nothing more is known of.
+    pub fn new(
+        name: impl Into<String>,
+        machine: Machine,
+        drives: Vec<Driven>,
+        channels: Vec<Channel>,
+        records: Vec<Record>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            machine,
+            tolerance: IndexMap::new(),
+            drives,
+            loops: Vec::new(),
+            channels,
+            records,
+            warnings: Vec::new(),
+        }
+    }
+
     /// Whether the commands of drive `i` are samples of a signal that goes on between rows: a force or a
     /// voltage of which no hold is stated.
     pub fn is_sampled(&self, i: usize) -> bool {
-        let Some((drive, _)) = self.drives.get(i) else { return false };
+        let Some(driven) = self.drives.get(i) else { return false };
         let is_pushed = matches!(
-            self.machine.actuators[*drive].kind,
+            self.machine.actuators[driven.drive].kind,
             ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. }
         );
-        is_pushed && !self.is_looped(*drive) && self.holds_s.get(i).is_none_or(Option::is_none)
+        is_pushed && !self.is_looped(driven.drive) && driven.hold_s.is_none()
     }
 
     /// The first column whose commands are such samples.
     pub(crate) fn first_sampled(&self) -> Option<&str> {
-        (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].1.as_str())
+        (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].column.as_str())
     }
 
     /// Whether a controller commands a drive, so that what was recorded of it is no command.

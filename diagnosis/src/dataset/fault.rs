@@ -1,9 +1,7 @@
 //! Faults of measured series. Each has a file, column, row and remedy, and is either fatal or a warning.
 
-use std::borrow::Cow;
 use std::fmt;
 
-use feeler_plant::names::list;
 use feeler_problem::Problem;
 
 /// The kind of a fault of a series.
@@ -162,10 +160,6 @@ pub enum Yardstick {
     },
 }
 
-/// Remedy if the position of the machine is unknown.
-const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
-                          the encoder, and record again";
-
 impl FaultKind {
     /// Whether the fault cannot be repaired by a stated assumption.
     pub fn is_fatal(&self) -> bool {
@@ -185,174 +179,6 @@ impl FaultKind {
     /// Whether the records contradict each other, so that a diagnosis may find the fault instead of a cause.
     pub fn is_contradiction(&self) -> bool {
         matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
-    }
-
-    fn message_and_remedy(&self, column: &str) -> (String, Cow<'static, str>) {
-        let (message, remedy) = match self {
-            Self::MissingColumn { near, known } => {
-                let there = if known.is_empty() {
-                    String::new()
-                } else {
-                    format!(": the file has {}", list(known.iter().map(String::as_str)))
-                };
-                let rename = |near: &String| {
-                    format!("rename `{near}` to `{column}` in the file, or [columns.{column}] to `{near}`")
-                };
-                let others = if known.is_empty() { "" } else { "rename the column that it is, or " };
-                let remedy = near
-                    .as_ref()
-                    .map_or_else(|| format!("{others}record it, or take it out of [columns]"), rename);
-                return (format!("the column is missing{there}"), remedy.into());
-            }
-            Self::NoCommand => (
-                "no column is the command of a drive".into(),
-                "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
-            ),
-            Self::TooShort { rows: 0 } => {
-                ("there are no rows below the header".into(), "record at least 50 rows")
-            }
-            Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
-            Self::NotANumber { cells } => (
-                format!("no number here ({cells} such cells in the column)"),
-                "cut the file there, or record again",
-            ),
-            Self::EmptyCells { cells: 1, .. } => (
-                "one cell is empty".into(),
-                "its value was interpolated; look at the recorder if there are more",
-            ),
-            Self::EmptyCells { cells, longest } => (
-                format!("{cells} cells are empty, the first here, up to {longest} together"),
-                "their values were interpolated; look at the recorder if they become more",
-            ),
-            Self::OtherRate { note } => {
-                (note.clone(), "record it at the rate of the others where its band matters")
-            }
-            Self::TimeGoesBack => (
-                "the time stamp does not advance".into(),
-                "sort the rows, or repair the clock of the recorder",
-            ),
-            Self::Gap { seconds } => (
-                format!("{seconds:.4} s are missing before this row"),
-                "split the file here into two experiments",
-            ),
-            Self::LostRows { rows, stretches, longest_s } => (
-                match (rows, stretches) {
-                    (1, _) => "a row is missing before this one".into(),
-                    (_, 1) => format!("{rows} rows ({longest_s:.4} s) are missing before this one"),
-                    _ => format!(
-                        "{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s \
-                         before this row"
-                    ),
-                },
-                "the rows between were interpolated; look at the recorder's buffer if they become more",
-            ),
-            Self::Cut { pieces, checked } => (
-                format!(
-                    "the only experiment: it was cut into {pieces} pieces, of which {checked} are scored \
-                     and not fitted"
-                ),
-                "record one more with `role = \"check\"` to choose what is scored",
-            ),
-            Self::Uneven { share } => (
-                format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
-                "series were brought to an even grid by interpolation",
-            ),
-            Self::SlowRows { spacing_s, hold_s } => (
-                format!("rows are {spacing_s:.4} s apart, though a command is held for {hold_s} s"),
-                "bring the time to seconds, or record every command",
-            ),
-            Self::OtherSpacing { spacing_s, usual_s } => (
-                format!(
-                    "rows are {} ms apart, in most experiments {} ms",
-                    short(1e3 * spacing_s),
-                    short(1e3 * usual_s)
-                ),
-                "taken as it is; if the recorder's rate was the same, mend its time stamps",
-            ),
-            Self::Constant { tells_place: false } => (
-                "the value never changes".into(),
-                "the column does not count in this experiment; check the wiring",
-            ),
-            Self::Constant { tells_place: true } => ("the value never changes".into(), NOT_PLACED),
-            Self::ConstantCommand => {
-                ("the command never changes".into(), "excite the drive, or remove the experiment")
-            }
-            Self::Clipped { value, share, tells_place } => {
-                let remedy = if *tells_place {
-                    NOT_PLACED
-                } else {
-                    "the column does not count in this experiment; widen its range"
-                };
-                (format!("{:.1} % of rows sit at {value}", 100.0 * share), remedy)
-            }
-            Self::Quantised { step } => (
-                format!("values are multiples of {}, coarser than believed", short(*step)),
-                "taken as a finding, not as noise",
-            ),
-            Self::WeakExcitation { ratio } => (
-                format!("the series varies only {ratio:.1} times its noise"),
-                "it carries little information; excite more strongly",
-            ),
-            Self::BelowNoise { ratio } => (
-                format!("the series varies only {ratio:.2} times its noise, less than noise alone would"),
-                "check the unit of the column, and the `noise` that is stated",
-            ),
-            Self::Units { other, factor, what, experiments } => (
-                format!(
-                    "reads {} times what `{other}` says of the same motion, about {what}{}",
-                    short(*factor),
-                    as_in(*experiments)
-                ),
-                if *factor < 0.0 {
-                    "turn the sign of one of the two columns"
-                } else {
-                    "bring both columns to SI"
-                },
-            ),
-            Self::ClockOffset { against, late_s, experiments } => {
-                let late_ms = format!("{:.3} ms", 1e3 * late_s.abs());
-                let (later, side) = if *late_s > 0.0 { ("later", "behind") } else { ("earlier", "ahead of") };
-                let message = match against {
-                    Yardstick::Itself { file } => {
-                        format!("runs {late_ms} {later} here than in {file}, each against what moves with it")
-                    }
-                    Yardstick::Column(other) => format!("runs {late_ms} {side} `{other}`"),
-                    Yardstick::ColumnAsIn { other, file } => {
-                        format!("runs {late_ms} {side} `{other}`, compared with {file}")
-                    }
-                } + &as_in(*experiments);
-                (
-                    message,
-                    "shift the column; if the sensor itself is late, set its `delay` in the machine file",
-                )
-            }
-            Self::NoiseNotStated { scatter } => (
-                format!(
-                    "no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, \
-                     SI)"
-                ),
-                "state `noise` under its column or sensor, from a record at rest, for a known floor",
-            ),
-            Self::SetAside => (
-                "all experiments were to be fitted, and none would be left to score: this one is set aside"
-                    .into(),
-                "give one `role = \"check\"` to choose which",
-            ),
-        };
-        (message, remedy.into())
-    }
-}
-
-/// A number with four digits, of any magnitude.
-fn short(factor: f64) -> String {
-    if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
-}
-
-fn as_in(experiments: usize) -> String {
-    match experiments {
-        0 | 1 => String::new(),
-        2 => ", as in another experiment".into(),
-        n => format!(", as in {} other experiments", n - 1),
     }
 }
 
@@ -390,8 +216,8 @@ impl Fault {
 
     /// Place, message and remedy.
     pub fn problem(&self) -> Problem {
-        let (message, remedy) = self.kind.message_and_remedy(self.column.as_deref().unwrap_or_default());
-        Problem::new(self.place(), message, remedy)
+        let remedy = self.kind.remedy(self.column.as_deref().unwrap_or_default());
+        Problem::new(self.place(), self.kind.message(), remedy)
     }
 }
 

@@ -43,19 +43,7 @@ mod tests {
     use super::*;
 
     fn record(series: Vec<f64>) -> Record {
-        let rows = series.len();
-        Record {
-            name: "a.csv".into(),
-            engagement: None,
-            is_check: false,
-            repeat: None,
-            start_s: 0.0,
-            times_s: (0..rows).map(|k| k as f64).collect(),
-            spacing_s: 1.0,
-            commands: vec![series.clone()],
-            series: vec![series],
-            silent: vec![false],
-        }
+        Record::even("a.csv", 1.0, vec![series.clone()], vec![series])
     }
 
     #[test]

@@ -6,7 +6,9 @@ mod compare;
 mod consistency;
 mod data;
 pub(crate) mod fault;
+mod fault_words;
 pub(crate) mod laps;
+mod lateness;
 mod looped;
 mod pieces;
 pub(crate) mod rattle;
@@ -16,7 +18,7 @@ mod scatter;
 mod units;
 
 pub(crate) use check::quantum;
-pub use data::{Channel, Dataset, Record};
+pub use data::{Channel, Dataset, Driven, Record};
 pub use looped::Looped;
 
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
@@ -69,67 +71,15 @@ impl Dataset {
         machine: Machine,
         tolerance: IndexMap<String, f64>,
     ) -> Result<Self, DiagnosisError> {
-        let mut drives: Vec<(usize, String)> = Vec::new();
-        let mut loops = Vec::new();
-        let mut channels = Vec::new();
-        for (name, column) in &file.columns {
-            if let Some(controller) = followed_by(&column.signal) {
-                let scenario = &file.machine.scenario;
-                let looped = Looped::of(scenario, &machine, controller);
-                let looped = looped.ok_or_else(|| DiagnosisError::Signal {
-                    column: name.clone(),
-                    signal: column.signal.to_string(),
-                    reason: format!("it lacks what `{controller}` reads or drives"),
-                    remedy: "keep the names of sensors and actuators".into(),
-                })?;
-                drives.push((looped.drive, name.clone()));
-                loops.push(looped);
-                continue;
-            }
-            let Ok(source) = resolve(&machine, &column.signal) else { continue };
-            if let Source::Drive(drive, Quantity::Command) = source {
-                drives.push((drive, name.clone()));
-                continue;
-            }
-            let (noise, resolution) = match source {
-                Source::Sensor(i) => (machine.sensors[i].noise, machine.sensors[i].resolution.unwrap_or(0.0)),
-                _ => (0.0, 0.0),
-            };
-            channels.push(Channel {
-                column: name.clone(),
-                source,
-                noise: column.noise.unwrap_or(noise),
-                resolution: column.resolution.unwrap_or(resolution),
-            });
-        }
-        let twice = (1..drives.len()).find(|&i| drives[..i].iter().any(|(other, _)| *other == drives[i].0));
-        if let Some(i) = twice {
-            let name = &drives[i].1;
-            return Err(DiagnosisError::Signal {
-                column: name.clone(),
-                signal: file.columns[name].signal.to_string(),
-                reason: "another column commands this drive already".into(),
-                remedy: "name one of the two: what the controller followed, or the command".into(),
-            });
-        }
-        let held: Vec<&str> = drives.iter().map(|(_, name)| name.as_str()).collect();
+        let mut dataset =
+            Self { tolerance, ..Self::new(&file.name, machine, Vec::new(), Vec::new(), Vec::new()) };
+        dataset.assign(file)?;
+        let held: Vec<&str> = dataset.drives.iter().map(|driven| driven.column.as_str()).collect();
         let tables = file
             .experiments
             .iter()
             .map(|experiment| read::table(file, &experiment.file, &held))
             .collect::<Result<Vec<_>, _>>()?;
-        let holds_s: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
-        let mut dataset = Self {
-            name: file.name.clone(),
-            machine,
-            tolerance,
-            drives,
-            holds_s,
-            loops,
-            channels,
-            records: Vec::new(),
-            warnings: Vec::new(),
-        };
         let faults = check::assemble(&mut dataset, &file.experiments, tables);
         let (fatal, warnings): (Vec<Fault>, Vec<Fault>) =
             faults.into_iter().partition(|fault| fault.kind.is_fatal());
@@ -154,6 +104,53 @@ impl Dataset {
         let roles: Vec<Option<Role>> = file.experiments.iter().map(|experiment| experiment.role).collect();
         dataset.split(&roles);
         Ok(dataset)
+    }
+
+    /// Assigns the columns of a file to drives, loops and signals of the machine.
+    fn assign(&mut self, file: &DatasetFile) -> Result<(), DiagnosisError> {
+        let refused = |column: &str, reason: String, remedy: &str| DiagnosisError::Signal {
+            column: column.to_owned(),
+            signal: file.columns[column].signal.to_string(),
+            reason,
+            remedy: remedy.into(),
+        };
+        for (name, column) in &file.columns {
+            let driven = |drive| Driven { drive, column: name.clone(), hold_s: column.hold_s };
+            if let Some(controller) = followed_by(&column.signal) {
+                let looped = Looped::of(&file.machine.scenario, &self.machine, controller);
+                let looped = looped.ok_or_else(|| {
+                    let reason = format!("it lacks what `{controller}` reads or drives");
+                    refused(name, reason, "keep the names of sensors and actuators")
+                })?;
+                self.drives.push(driven(looped.drive));
+                self.loops.push(looped);
+                continue;
+            }
+            let Ok(source) = resolve(&self.machine, &column.signal) else { continue };
+            if let Source::Drive(drive, Quantity::Command) = source {
+                self.drives.push(driven(drive));
+                continue;
+            }
+            let (noise, resolution) = match source {
+                Source::Sensor(i) => {
+                    let sensor = &self.machine.sensors[i];
+                    (sensor.noise, sensor.resolution.unwrap_or(0.0))
+                }
+                _ => (0.0, 0.0),
+            };
+            self.channels.push(Channel {
+                column: name.clone(),
+                source,
+                noise: column.noise.unwrap_or(noise),
+                resolution: column.resolution.unwrap_or(resolution),
+            });
+        }
+        let twice = (1..self.drives.len())
+            .find(|&i| self.drives[..i].iter().any(|other| other.drive == self.drives[i].drive));
+        twice.map_or(Ok(()), |i| {
+            let remedy = "name one of the two: what the controller followed, or the command";
+            Err(refused(&self.drives[i].column, "another column commands this drive already".into(), remedy))
+        })
     }
 
     /// Estimates the noise from the scatter of the readings if neither a column nor its sensor states it, and

@@ -19,9 +19,9 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     for (r, record) in dataset.records.iter().enumerate() {
         glance.spacing_s = record.spacing_s;
         let mut is_pushed = true;
-        for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
-            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
-                && !dataset.is_looped(*drive);
+        for (driven, command) in dataset.drives.iter().zip(&record.commands) {
+            let is_force = matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. })
+                && !dataset.is_looped(driven.drive);
             is_pushed &= is_force;
             glance.asked = glance.asked.max(largest(command));
             glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };

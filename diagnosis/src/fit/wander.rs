@@ -19,12 +19,12 @@ pub(crate) fn command_noise(command: &[f64]) -> f64 {
 
 /// Mass that the first drive pushes and its command in a record, where the command is a force.
 fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
-    let (drive, _) = dataset.drives.first()?;
+    let drive = dataset.drives.first()?.drive;
     let command = dataset.records[record].commands.first()?;
-    let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. })
-        && !dataset.is_looped(*drive);
+    let is_force = matches!(dataset.machine.actuators[drive].kind, ActuatorKind::Force { .. })
+        && !dataset.is_looped(drive);
     let assembly = assemble(&dataset.machine).ok().filter(|_| is_force)?;
-    let mass = assembly.rigid_mass_kg(assembly.drives[*drive].on);
+    let mass = assembly.rigid_mass_kg(assembly.drives[drive].on);
     (mass.is_finite() && mass > 0.0).then_some((mass, command))
 }
 

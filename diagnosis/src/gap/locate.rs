@@ -207,18 +207,7 @@ mod tests {
     const ROUNDING: f64 = 1e-12;
 
     fn sampled_every(spacing_s: f64) -> Record {
-        Record {
-            name: "free.csv".into(),
-            engagement: None,
-            is_check: false,
-            repeat: None,
-            start_s: 0.0,
-            times_s: Vec::new(),
-            spacing_s,
-            commands: Vec::new(),
-            series: Vec::new(),
-            silent: Vec::new(),
-        }
+        Record::even("free.csv", spacing_s, Vec::new(), Vec::new())
     }
 
     /// At 200 Hz the last edge is at 0.8 times half the rate, so that the last digits of the spacing decide

@@ -60,7 +60,7 @@ impl Replay {
     /// The predicted columns under their own names and time stamps; commands as they were.
     pub fn csv(&self, dataset: &Dataset) -> String {
         let record = &dataset.records[self.record];
-        let commands = dataset.drives.iter().map(|(_, name)| name);
+        let commands = dataset.drives.iter().map(|driven| &driven.column);
         let names = commands.chain(dataset.channels.iter().map(|channel| &channel.column));
         let mut text = std::iter::once("t_s").chain(names.map(String::as_str)).collect::<Vec<_>>().join(",");
         text.push('\n');

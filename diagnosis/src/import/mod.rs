@@ -8,62 +8,20 @@ mod follow;
 mod load;
 mod roles;
 mod summary;
+mod survey;
 mod write;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use feeler_logs::{ClockUnit, Run, sources};
-use indexmap::IndexMap;
+use feeler_logs::{Run, sources};
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
 pub use roles::{Chosen, Guess, Role, UnitGuess};
 pub use summary::{ColumnSummary, RunSummary, TableSummary};
+pub use survey::{Options, Survey, Written};
 
 use crate::error::DiagnosisError;
-
-/// Statements of the user, which replace guesses.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Unit of all clocks.
-    pub clock: Option<ClockUnit>,
-    /// Rate of rows without a clock, Hz.
-    pub rate_hz: Option<f64>,
-    /// The only requested joint, by its name in the log or the model.
-    pub joint: Option<String>,
-    /// Columns by role.
-    pub columns: Vec<(Role, String)>,
-    /// Output folder; nothing is written without it.
-    pub out: Option<PathBuf>,
-    /// The believed machine.
-    pub model: Option<Model>,
-}
-
-/// Contents of logs, and the datasets made from them.
-#[derive(Clone, Debug, Default)]
-pub struct Survey {
-    /// The runs.
-    pub runs: Vec<RunSummary>,
-    /// Joints, by their names in the log.
-    pub joints: IndexMap<String, Guess>,
-    /// Datasets that were written.
-    pub datasets: Vec<Written>,
-    /// Failures, a sentence each.
-    pub notes: Vec<String>,
-}
-
-/// A dataset that was written.
-#[derive(Clone, Debug)]
-pub struct Written {
-    /// Its folder.
-    pub folder: PathBuf,
-    /// The joint, by its name in the log.
-    pub joint: String,
-    /// Assumptions about the machine, a sentence each.
-    pub assumptions: Vec<String>,
-    /// Files of experiments.
-    pub experiments: Vec<String>,
-}
 
 /// Reads logs, and writes datasets to [`Options::out`], if given.
 ///

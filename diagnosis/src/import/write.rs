@@ -11,7 +11,7 @@ use feeler_problem::short;
 use super::axis::{AxisBelief, Beliefs, First, Model, Seen};
 use super::load::Arm;
 use super::roles::{Chosen, Guess, Role, UnitGuess, words};
-use super::{Options, Survey, Written};
+use super::survey::{Options, Survey, Written};
 use crate::dataset::quantum;
 use crate::error::DiagnosisError;
 

@@ -56,8 +56,8 @@ impl Base {
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
         let assembly = assemble(machine).ok()?;
-        let (drive, _) = dataset.drives.first()?;
-        if !matches!(machine.actuators[*drive].kind, ActuatorKind::Force { .. })
+        let drive = dataset.drives.first()?.drive;
+        if !matches!(machine.actuators[drive].kind, ActuatorKind::Force { .. })
             || dataset.drives.len() > 1
             || !dataset.loops.is_empty()
         {
@@ -67,7 +67,7 @@ impl Base {
         if machine.bodies.values().any(|body| body.gravity_n != 0.0) {
             return None;
         }
-        let chain = assembly.reached(vec![assembly.drives[*drive].on], &[GROUND_NODE], |link| link.rigid);
+        let chain = assembly.reached(vec![assembly.drives[drive].on], &[GROUND_NODE], |link| link.rigid);
         let is_in = |node: usize| chain.contains(&node);
         let mut damping = 0.0;
         for link in &assembly.links {

@@ -7,6 +7,7 @@ use feeler_plant::assembly::Source;
 use feeler_plant::effects::Kind;
 
 use super::*;
+use crate::dataset::Driven;
 use crate::fit::candidates::candidates;
 
 const BELIEVED: &str = r#"
@@ -50,32 +51,13 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
         let force = |k: usize| 1.2 * a[k] + 4.0 * v[k] + law(x[k], v[k]);
         let clean: Vec<f64> = (0..times.len()).map(force).collect();
         let noise = 0.02 * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-        Record {
-            name: format!("{i}.csv"),
-            engagement: None,
-            is_check: i == 2,
-            repeat: None,
-            start_s: 0.0,
-            times_s: times,
-            spacing_s: 5e-3,
-            commands: vec![clean.iter().map(|u| u + noise * draw()).collect()],
-            series: vec![x],
-            silent: vec![false],
-        }
+        let commands = vec![clean.iter().map(|u| u + noise * draw()).collect()];
+        Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), 5e-3, commands, vec![x]) }
     };
     let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
     let records = vec![record(0, 0.3), record(1, 1.1), record(2, 2.0)];
-    let dataset = Dataset {
-        name: "axis".into(),
-        machine,
-        tolerance: indexmap::IndexMap::default(),
-        drives: vec![(0, "u".into())],
-        holds_s: vec![None],
-        loops: Vec::new(),
-        channels: vec![channel],
-        records,
-        warnings: Vec::new(),
-    };
+    let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: None }];
+    let dataset = Dataset::new("axis", machine, drives, vec![channel], records);
     (Inverse::new(&dataset).expect("an axis that moves as one"), candidates(&dataset.machine))
 }
 

@@ -17,7 +17,8 @@ use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
 use super::begin::{beginning, is_in_motion, pace};
-use super::machine::{Moving, State};
+use super::machine::Moving;
+use super::state::State;
 use crate::dataset::{Channel, Record};
 
 /// Slowest and fastest anchoring, rad/s.

@@ -8,7 +8,8 @@
 use feeler_plant::motion::dot;
 use feeler_plant::motion::modes::{Course, Instant, Storm, first_crossing, may_dip, trace};
 
-use super::machine::{Moving, State};
+use super::machine::Moving;
+use super::state::State;
 use crate::error::DiagnosisError;
 
 /// An event is located to this, s.

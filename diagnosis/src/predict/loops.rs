@@ -1,16 +1,15 @@
 //! The loops of sampled servos, and those of controllers whose reference was recorded, along a record: they
 //! run inside the prediction, as they do in the machine.
 
-use std::collections::VecDeque;
-
-use feeler_control::{Controller, ControllerSpec, Inputs};
+use feeler_control::Inputs;
+use feeler_engine::parts::follow;
 use feeler_engine::servo_spec;
 use feeler_plant::assembly::{Assembly, Drive, SensorPart, Source, TargetChain};
 use feeler_plant::description::Quantity;
-use feeler_problem::{Problem, Remedy};
 
-use super::machine::{Moving, State};
+use super::machine::Moving;
 use super::sensor::{in_steps, reading};
+use super::state::{LoopState, State};
 use crate::dataset::Looped;
 use crate::error::DiagnosisError;
 
@@ -40,26 +39,6 @@ enum Reads {
     Sensors { sensors: [Option<usize>; 2], motion_is_velocity: bool },
 }
 
-/// Where one servo is.
-#[derive(Clone, Debug)]
-pub(super) struct LoopState {
-    controller: Controller<f64>,
-    target: f64,
-    followed: f64,
-    samples: u64,
-    /// Outputs under way: when they arrive, and what they are.
-    pending: VecDeque<(f64, f64)>,
-    /// Of each sensor, signals that were taken for later samples, and how many were ever taken.
-    taken: [(VecDeque<f64>, u64); 2],
-}
-
-impl LoopState {
-    /// A target arrives.
-    pub(super) fn aim(&mut self, target: f64) {
-        self.target = target;
-    }
-}
-
 /// The sampled servos of a machine, whose first targets are where they stand, and its controllers.
 pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoLoop>, DiagnosisError> {
     let mut found = looped.iter().map(|own| ServoLoop::of(own, assembly)).collect::<Result<Vec<_>, _>>()?;
@@ -79,17 +58,6 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
         });
     }
     Ok(found)
-}
-
-impl LoopState {
-    fn of(spec: ControllerSpec, stands: f64, key: &str) -> Result<Self, DiagnosisError> {
-        let controller = Controller::new(&[spec]).map_err(|error| DiagnosisError::Machine {
-            problems: vec![Problem::new(key, error.to_string(), error.remedy())],
-        })?;
-        let pending = VecDeque::new();
-        let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
-        Ok(Self { controller, target: stands, followed: stands, samples: 0, pending, taken })
-    }
 }
 
 /// The servos at the start of a record.
@@ -226,10 +194,7 @@ impl ServoLoop {
     ) -> f64 {
         let reading = in_steps(stroke, step);
         let most = target.rate_limit * self.period_s;
-        held.followed += (held.target - held.followed).clamp(-most, most);
-        let error = held.followed - reading;
-        let unseen = target.error_deadband;
-        let reference = reading + (error - error.clamp(-unseen, unseen));
+        let reference = follow(&mut held.followed, held.target, reading, most, target.error_deadband);
         held.samples += 1;
         let inputs = Inputs { reading, motion: 0.0, motion_is_velocity: false };
         held.controller.sample(sample_s, &inputs, reference)

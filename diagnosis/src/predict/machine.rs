@@ -4,7 +4,7 @@ use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::motion::{Mode, Motion, Row, dot};
 
 use super::flow::Flows;
-use super::loops::LoopState;
+use super::state::State;
 use crate::error::DiagnosisError;
 
 /// Events within one row after which the row is finished without looking at guards: a modelled clatter faster
@@ -14,15 +14,6 @@ const MOST_EVENTS: usize = 12;
 const SECANT_STEPS: usize = 3;
 /// A remainder of a row below this share is rounding.
 const SLIVER: f64 = 1e-9;
-
-/// Where a machine is, and in which mode.
-#[derive(Clone, Debug)]
-pub(super) struct State {
-    pub(super) xi: Vec<f64>,
-    pub(super) flow: usize,
-    /// The loops of sampled servos.
-    pub(super) loops: Vec<LoopState>,
-}
 
 /// How closely a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,6 +16,7 @@ mod machine;
 mod presliding;
 mod run;
 mod sensor;
+mod state;
 
 pub(crate) use anchor::Anchoring;
 pub(crate) use begin::pace;

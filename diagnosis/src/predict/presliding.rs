@@ -96,7 +96,7 @@ mod tests {
     use feeler_plant::assembly::{Source, assemble};
 
     use super::*;
-    use crate::dataset::{Channel, Dataset, Record};
+    use crate::dataset::{Channel, Dataset, Driven, Record};
     use crate::predict::{Anchoring, Leeway, Prediction, Predictor, Start};
 
     const MACHINE: &str = r#"
@@ -127,33 +127,13 @@ mod tests {
             let noise = ((k * 7919) % 1009) as f64 / 504.0 - 1.0;
             0.9 * (TAU * 0.11 * t_s).sin() + 0.35 * (TAU * 0.37 * t_s + 1.0).sin() + 0.05 * noise
         };
-        Dataset {
-            name: "axis".into(),
-            machine: Document::parse(MACHINE, "axis.toml").expect("it is a machine").scenario.machine,
-            tolerance: indexmap::IndexMap::default(),
-            drives: vec![(0, "command".into())],
-            holds_s: vec![Some(spacing_s)],
-            loops: Vec::new(),
-            channels: vec![Channel {
-                column: "encoder".into(),
-                source: Source::Sensor(0),
-                noise: 1e-6,
-                resolution: STEP_M,
-            }],
-            records: vec![Record {
-                name: "axis.csv".into(),
-                engagement: None,
-                is_check: true,
-                repeat: None,
-                start_s: 0.0,
-                times_s: (0..ROWS).map(|k| k as f64 * spacing_s).collect(),
-                spacing_s,
-                commands: vec![(0..ROWS).map(command).collect()],
-                series: vec![positions],
-                silent: vec![false],
-            }],
-            warnings: Vec::new(),
-        }
+        let machine = Document::parse(MACHINE, "axis.toml").expect("it is a machine").scenario.machine;
+        let drives = vec![Driven { drive: 0, column: "command".into(), hold_s: Some(spacing_s) }];
+        let channel =
+            Channel { column: "encoder".into(), source: Source::Sensor(0), noise: 1e-6, resolution: STEP_M };
+        let commands = vec![(0..ROWS).map(command).collect()];
+        let record = Record::even("axis.csv", spacing_s, commands, vec![positions]);
+        Dataset::new("axis", machine, drives, vec![channel], vec![Record { is_check: true, ..record }])
     }
 
     fn predicted(

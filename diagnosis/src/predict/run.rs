@@ -11,9 +11,10 @@ use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
 use super::leeway::{Leeway, means_between_rows};
 use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
-use super::machine::{Moving, Precision, State};
+use super::machine::{Moving, Precision};
 use super::sensor::readings;
-use crate::dataset::{Dataset, Record};
+use super::state::State;
+use crate::dataset::{Dataset, Driven, Record};
 use crate::error::DiagnosisError;
 
 /// Predictions are quantised if the step is this many times the noise. A finer step counts as noise.
@@ -256,10 +257,11 @@ impl<'a> Predictor<'a> {
             .iter()
             .zip(&self.record.commands)
             .enumerate()
-            .map(|(i, ((drive, _), commands))| {
-                let is_reference = self.has_controller(*drive);
+            .map(|(i, (driven, commands))| {
+                let drive = driven.drive;
+                let is_reference = self.has_controller(drive);
                 let of =
-                    |&command: &f64| if is_reference { command } else { drives[*drive].received(command) };
+                    |&command: &f64| if is_reference { command } else { drives[drive].received(command) };
                 let commands: Vec<f64> = commands.iter().map(of).collect();
                 if self.dataset.is_sampled(i) {
                     means_between_rows(&commands, self.late_rows)
@@ -289,14 +291,14 @@ impl<'a> Predictor<'a> {
             return self.drive_on_sampled(state, commands, k, dt);
         }
         let mut is_delayed = false;
-        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
-            let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
+        for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
+            let delay = self.machine.motion.assembly().drives[drive].delay / dt;
             let whole = delay.floor() as usize;
             // A negligible part of a row would only prevent the reuse of exponentials.
             let is_part = delay - whole as f64 > NEGLIGIBLE_PART;
             is_delayed |= is_part;
             let back = whole + usize::from(is_part);
-            self.machine.set_input(state, *drive, self.command_at(*drive, commands, k.checked_sub(back)));
+            self.machine.set_input(state, drive, self.command_at(drive, commands, k.checked_sub(back)));
         }
         if is_delayed {
             self.drive_on_delayed(state, commands, k, dt)
@@ -324,18 +326,18 @@ impl<'a> Predictor<'a> {
         let row =
             Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision != Precision::Rounding };
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
-        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
-            let part = &self.machine.motion.assembly().drives[*drive];
-            let late = if self.has_controller(*drive) { 0.0 } else { part.received_late() / dt };
+        for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
+            let part = &self.machine.motion.assembly().drives[drive];
+            let late = if self.has_controller(drive) { 0.0 } else { part.received_late() / dt };
             let whole = late.floor();
             let part_s = row.part_s(row.start_s + (late - whole) * dt);
             let back = whole as usize + usize::from(part_s.is_none_or(|part_s| part_s > 0.0));
-            arrivals.push((0.0, *drive, self.command_at(*drive, commands, k.checked_sub(back))));
+            arrivals.push((0.0, drive, self.command_at(drive, commands, k.checked_sub(back))));
             if let Some(part_s) = part_s.filter(|part_s| *part_s > 0.0) {
                 arrivals.push((
                     part_s,
-                    *drive,
-                    self.command_at(*drive, commands, k.checked_sub(whole as usize)),
+                    drive,
+                    self.command_at(drive, commands, k.checked_sub(whole as usize)),
                 ));
             }
         }
@@ -366,12 +368,12 @@ impl<'a> Predictor<'a> {
         dt: f64,
     ) -> Result<(), DiagnosisError> {
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
-        for ((drive, _), commands) in self.dataset.drives.iter().zip(commands) {
-            let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
+        for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
+            let delay = self.machine.motion.assembly().drives[drive].delay / dt;
             let whole = delay.floor() as usize;
             let part = delay - whole as f64;
             if part > NEGLIGIBLE_PART {
-                arrivals.push((part * dt, *drive, self.command_at(*drive, commands, k.checked_sub(whole))));
+                arrivals.push((part * dt, drive, self.command_at(drive, commands, k.checked_sub(whole))));
             }
         }
         arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -389,8 +391,8 @@ impl<'a> Predictor<'a> {
 
 /// Gives every imposed motion the positions of a record, with the rates between rows.
 fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
-    for ((drive, _), commands) in dataset.drives.iter().zip(&record.commands) {
-        let part = &mut assembly.drives[*drive];
+    for (&Driven { drive, .. }, commands) in dataset.drives.iter().zip(&record.commands) {
+        let part = &mut assembly.drives[drive];
         if part.imposed.is_none() {
             continue;
         }

@@ -15,9 +15,12 @@ mod solve;
 /// Sampling parts of the engine for simulators with their own motion, so that drives and sensors are the same
 /// everywhere.
 pub mod parts {
+    pub use crate::run::wanted::Tapped;
     pub use crate::sample::clock::{SAME_INSTANT_S, due};
     pub use crate::sample::drive::DriveChain;
+    pub use crate::sample::sampler::{Sampled, Sampler};
     pub use crate::sample::sensing::Sensing;
+    pub use crate::sample::servo_loop::follow;
     pub use crate::sample::taps::Tap;
 }
 

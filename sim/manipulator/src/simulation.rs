@@ -112,11 +112,12 @@ impl Simulation {
         let sensing = |parts: &[&feeler_plant::assembly::SensorPart], seed| {
             parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>()
         };
+        let sensors = sensing(&assembly.sensors.iter().collect::<Vec<_>>(), seed);
         Ok(Self {
-            control: Control::new(cell, &program)?,
+            control: Control::new(cell, &program, &sensors)?,
             drives: Drives::new(cell, seed),
             encoders: sensing(&cell.joints.iter().map(|joint| &joint.encoder).collect::<Vec<_>>(), seed),
-            sensors: sensing(&assembly.sensors.iter().collect::<Vec<_>>(), seed),
+            sensors,
             record_taps: assembly
                 .sensors
                 .iter()
@@ -258,7 +259,7 @@ impl Simulation {
     /// records, arrivals of commands.
     fn serve(&mut self) {
         let t_s = self.t_s;
-        let samples = due(self.control.next_s, t_s);
+        let samples = due(self.control.next_s(), t_s);
         let recorded = due(self.next_record_s(), t_s);
         let taken = due(self.control.next_instant_s(), t_s)
             || self.record_taps.iter().any(|tap| due(tap.next_s, t_s));
@@ -275,8 +276,11 @@ impl Simulation {
             for tap in &mut self.record_taps {
                 tap.take(t_s, signals[tap.signal], |k| k as f64 / rate_hz);
             }
-            if samples {
-                self.control.sample(t_s, &self.plant.arm, &self.sensors, &motors);
+            if samples
+                && let Some(torques) =
+                    self.control.sample(t_s, &self.plant.arm, [&signals, &motors], &self.sensors)
+            {
+                self.drives.issue(t_s, &torques, &mut self.inputs);
             }
         }
         while let Some(torques) = self.control.arrive(t_s) {

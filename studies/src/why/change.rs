@@ -6,6 +6,7 @@ use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Kind,
 use serde::Serialize;
 
 use super::roles::Roles;
+use crate::run::Measured;
 
 /// Factor by which the period of a controller is reduced to represent a continuous one.
 const CONTINUOUS: f64 = 20.0;
@@ -214,6 +215,19 @@ pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
     let approaches = scenario.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
     approaches.for_each(|approach| approach.speed /= times);
     scenario.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= times);
+}
+
+/// Time of the first touch, s.
+pub(super) fn first_contact_s(baseline: &Measured) -> f64 {
+    let contacts = baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s);
+    contacts.fold(0.0, f64::max)
+}
+
+/// A scenario whose tool arrives later by a factor, with a run that is longer by the same delay.
+pub(super) fn arriving_later(slower: &Scenario, baseline: &Measured, times: f64) -> Scenario {
+    let mut longer = slower.clone();
+    longer.run.duration_s += (times - 1.0) * first_contact_s(baseline);
+    longer
 }
 
 /// The scenario with its controllers at a multiple of their rate.

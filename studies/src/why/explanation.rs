@@ -4,7 +4,6 @@ use feeler_engine::Scenario;
 use serde::Serialize;
 
 use super::change::{Cause, Change};
-use super::size::Size;
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
 /// What was found.
@@ -96,6 +95,19 @@ pub struct Remedy {
     pub cost: Option<f64>,
     /// Whether the force then settles in simulation, within the run of the file with its settings.
     pub settles: bool,
+}
+
+/// A change of sufficient size.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Size {
+    /// Of which change.
+    pub of: Change,
+    /// The required change, in words with its numbers.
+    pub what: String,
+    /// Factor by which its quantity is smaller or larger than in the scenario.
+    pub times: f64,
+    /// The `--set` arguments that apply it.
+    pub settings: Vec<String>,
 }
 
 /// Whether a run of a scenario has come to rest.

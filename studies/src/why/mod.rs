@@ -33,9 +33,8 @@ mod size;
 use feeler_engine::Scenario;
 
 pub use change::{Cause, Change};
-pub use explanation::{Explanation, Lift, Remedy, Trial};
+pub use explanation::{Explanation, Lift, Remedy, Size, Trial};
 pub(crate) use linear::scale_errors;
-pub use size::Size;
 
 use crate::run::RunError;
 

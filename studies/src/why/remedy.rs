@@ -5,12 +5,11 @@ use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
 
-use super::change::{Cause, Change, sample_faster, servos, slow_down};
-use super::explanation::{Explanation, Remedy};
+use super::change::{Cause, Change, arriving_later, sample_faster, servos, slow_down};
+use super::explanation::{Explanation, Remedy, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
-use super::search::arriving_later;
-use super::size::{Changed, Size, Written, at_rest, mildest};
+use super::size::{Changed, Written, at_rest, mildest};
 use crate::numbers::with_unit;
 use crate::run::Measured;
 
@@ -25,14 +24,11 @@ const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
 /// Trial values of joint damping, as shares of critical damping.
 const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
 
-/// Changes a scenario by a size.
-type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
-
 /// A family of changes: by which factor, or which share.
 struct Way<'a> {
     /// In words, for a size.
     what: Box<dyn Fn(f64) -> String + 'a>,
-    apply: Apply<'a>,
+    apply: Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>,
     sizes: &'static [f64],
     /// The change whose size it gives.
     of: Option<Change>,
@@ -124,134 +120,149 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 }
 
 /// Possible changes against each cause, and against any cause.
-#[expect(clippy::too_many_lines, reason = "a list of causes, each with its remedies")]
 fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
-    let has = |cause| found.causes.contains(&cause);
-    let mut ways: Vec<Way<'a>> = Vec::new();
-    let mut add = |of: Option<Change>, sizes: &'static [f64], what: fn(f64) -> String, apply: Apply<'a>| {
-        ways.push(Way { what: Box::new(what), apply, sizes, of });
-    };
+    let mut ways = of_control(found);
+    ways.extend(of_structure(scenario, found));
+    ways.extend(of_limits(found, baseline));
+    ways.extend(of_any(scenario));
+    ways
+}
+
+impl<'a> Way<'a> {
+    fn new(
+        of: Option<Change>,
+        sizes: &'static [f64],
+        what: fn(f64) -> String,
+        apply: impl Fn(&mut Scenario, f64) + Sync + 'a,
+    ) -> Self {
+        Self { what: Box::new(what), apply: Box::new(apply), sizes, of }
+    }
+}
+
+impl Explanation {
+    fn has(&self, cause: Cause) -> bool {
+        self.causes.contains(&cause)
+    }
+
+    fn lifts_by(&self, change: Change) -> bool {
+        self.lift.as_ref().is_some_and(|lift| lift.change == change)
+    }
+}
+
+/// Against a wrong sign, the integrator, and what is late.
+fn of_control(found: &Explanation) -> Vec<Way<'static>> {
+    let mut ways = Vec::new();
     if found.wrong_sign {
-        add(
-            None,
-            &[1.0],
-            |_| "the gains with the other sign".into(),
-            Box::new(|s, _| *s = with_gain(s, -1.0)),
-        );
+        let what = |_: f64| String::from("the gains with the other sign");
+        ways.push(Way::new(None, &[1.0], what, |s, _| *s = with_gain(s, -1.0)));
     }
-    if has(Cause::NumericalArtefact) {
-        add(
-            None,
-            &[1.0],
-            |_| "integrate exactly".into(),
-            Box::new(|s, _| s.run.integrator = feeler_engine::Integrator::Exact),
-        );
+    if found.has(Cause::NumericalArtefact) {
+        let what = |_: f64| String::from("integrate exactly");
+        ways.push(Way::new(None, &[1.0], what, |s, _| s.run.integrator = feeler_engine::Integrator::Exact));
     }
-    let lifts_by = |change| found.lift.as_ref().is_some_and(|lift| lift.change == change);
-    if has(Cause::SamplingAndDelay) || lifts_by(Change::NoDelay) || lifts_by(Change::ContinuousController) {
-        add(
-            Some(Change::NoDelay),
-            &MANY_TIMES,
-            |times| format!("delays {times:.3} times as short, filters as many times as fast"),
-            Box::new(shorten_delays),
-        );
-        add(
-            Some(Change::ContinuousController),
-            &TIMES,
-            |times| format!("sampling {times:.3} times as fast"),
-            Box::new(sample_faster),
-        );
+    if found.has(Cause::SamplingAndDelay)
+        || found.lifts_by(Change::NoDelay)
+        || found.lifts_by(Change::ContinuousController)
+    {
+        let what = |times: f64| format!("delays {times:.3} times as short, filters as many times as fast");
+        ways.push(Way::new(Some(Change::NoDelay), &MANY_TIMES, what, shorten_delays));
+        let what = |times: f64| format!("sampling {times:.3} times as fast");
+        ways.push(Way::new(Some(Change::ContinuousController), &TIMES, what, sample_faster));
     }
+    ways
+}
+
+/// Against modes: stiffness and damping where they bend.
+fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
     let roles = Roles::of(&scenario.machine);
-    if has(Cause::NoncolocatedMode) {
+    let mut ways = Vec::new();
+    if found.has(Cause::NoncolocatedMode) {
         let springs = roles.transmissions.clone();
         let same = springs.clone();
-        add(
+        ways.push(Way::new(
             Some(Change::RigidTransmission),
             &TIMES,
             |times| format!("a transmission {times:.3} times as stiff"),
-            Box::new(move |s, times| scale_springs(s, &springs, times, 1.0)),
-        );
-        add(
+            move |s, times| scale_springs(s, &springs, times, 1.0),
+        ));
+        ways.push(Way::new(
             None,
             &TIMES,
             |times| format!("a transmission with {times:.3} times the damping"),
-            Box::new(move |s, times| scale_springs(s, &same, 1.0, times)),
-        );
+            move |s, times| scale_springs(s, &same, 1.0, times),
+        ));
     }
-    if has(Cause::ColocatedMode) {
-        let springs = [roles.mounts.clone(), roles.fixtures.clone()].concat();
+    if found.has(Cause::ColocatedMode) {
+        let springs = [roles.mounts, roles.fixtures].concat();
         let same = springs.clone();
-        add(
+        ways.push(Way::new(
             None,
             &TIMES,
             |times| format!("{times:.3} times the damping of base and fixture"),
-            Box::new(move |s, times| scale_springs(s, &springs, 1.0, times)),
-        );
-        add(
+            move |s, times| scale_springs(s, &springs, 1.0, times),
+        ));
+        ways.push(Way::new(
             None,
             &TIMES,
             |times| format!("base and fixture {times:.3} times as stiff"),
-            Box::new(move |s, times| scale_springs(s, &same, times, 1.0)),
-        );
+            move |s, times| scale_springs(s, &same, times, 1.0),
+        ));
     }
-    if has(Cause::ActuatorLag) || lifts_by(Change::IdealActuator) {
-        add(
-            Some(Change::IdealActuator),
-            &TIMES,
-            |times| format!("a drive {times:.3} times as fast"),
-            Box::new(quicken_drives),
-        );
+    ways
+}
+
+/// Against limits of drives, sensors and guides, and against the loss of contact.
+fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
+    let mut ways = Vec::new();
+    if found.has(Cause::ActuatorLag) || found.lifts_by(Change::IdealActuator) {
+        let what = |times: f64| format!("a drive {times:.3} times as fast");
+        ways.push(Way::new(Some(Change::IdealActuator), &TIMES, what, quicken_drives));
     }
-    if has(Cause::Saturation) {
+    if found.has(Cause::Saturation) {
         let what = |times: f64| format!("limits {times:.3} times as high");
-        add(Some(Change::NoSaturation), &TIMES, what, Box::new(raise_limits));
+        ways.push(Way::new(Some(Change::NoSaturation), &TIMES, what, raise_limits));
     }
-    if has(Cause::StictionOrQuantiser) {
-        add(
+    if found.has(Cause::StictionOrQuantiser) {
+        ways.push(Way::new(
             Some(Change::NoFriction),
             &MANY_TIMES,
             |times| format!("friction {times:.3} times as small, by compensation or another guide"),
-            Box::new(|s, times| fade(s, times, |effect| effect.has(Trait::DryFriction))),
-        );
-        add(
-            Some(Change::NoQuantiser),
-            &MANY_TIMES,
-            |times| format!("sensors and outputs {times:.3} times as fine"),
-            Box::new(refine_steps),
-        );
+            |s, times| fade(s, times, |effect| effect.has(Trait::DryFriction)),
+        ));
+        let what = |times: f64| format!("sensors and outputs {times:.3} times as fine");
+        ways.push(Way::new(Some(Change::NoQuantiser), &MANY_TIMES, what, refine_steps));
     }
-    if has(Cause::SensorNoise) {
-        add(
+    if found.has(Cause::SensorNoise) {
+        ways.push(Way::new(
             Some(Change::NoNoise),
             &TIMES,
             |times| format!("sensors with {times:.3} times less noise"),
-            Box::new(|s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times)),
-        );
+            |s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times),
+        ));
     }
-    if has(Cause::LossOfContact) {
-        add(
-            Some(Change::SlowerApproach),
-            &MANY_TIMES,
-            |times| format!("an approach {times:.3} times as slow"),
-            Box::new(move |s, times| {
-                slow_down(s, times);
-                *s = arriving_later(s, baseline, times);
-            }),
-        );
+    if found.has(Cause::LossOfContact) {
+        let apply = move |s: &mut Scenario, times: f64| {
+            slow_down(s, times);
+            *s = arriving_later(s, baseline, times);
+        };
+        let what = |times: f64| format!("an approach {times:.3} times as slow");
+        ways.push(Way::new(Some(Change::SlowerApproach), &MANY_TIMES, what, apply));
     }
-    add(
-        None,
-        &SHARES,
-        |share| format!("joint damping of {:.0} % of critical", 100.0 * share),
-        Box::new(add_damping),
-    );
-    add(
-        None,
-        &TIMES,
-        |times| format!("a pad on the tool, {times:.3} times as soft"),
-        Box::new(|s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times)),
-    );
+    ways
+}
+
+/// Against any cause.
+fn of_any(scenario: &Scenario) -> Vec<Way<'static>> {
+    let damping = |share: f64| format!("joint damping of {:.0} % of critical", 100.0 * share);
+    let mut ways = vec![
+        Way::new(None, &SHARES, damping, add_damping),
+        Way::new(
+            None,
+            &TIMES,
+            |times| format!("a pad on the tool, {times:.3} times as soft"),
+            |s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times),
+        ),
+    ];
     // From the loop's own bandwidth on.
     ways.extend(bandwidth_hz(scenario).map(|zero_hz| Way {
         what: Box::new(move |times| {

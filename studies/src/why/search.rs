@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use feeler_engine::Scenario;
 use rayon::prelude::*;
 
-use super::change::{Cause, Change, SLOWER, SLOWER_STILL, slow_down};
+use super::change::{Cause, Change, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down};
 use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
@@ -188,19 +188,6 @@ impl<'a> Search<'a> {
             |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
         result.as_ref().is_ok_and(|measured| size(measured) > LEFT_BY_CURE * size(&self.baseline))
     }
-}
-
-/// Time of the first touch, s.
-fn first_contact_s(baseline: &Measured) -> f64 {
-    let contacts = baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s);
-    contacts.fold(0.0, f64::max)
-}
-
-/// A scenario whose tool arrives later by a factor, with a run that is longer by the same delay.
-pub(super) fn arriving_later(slower: &Scenario, baseline: &Measured, times: f64) -> Scenario {
-    let mut longer = slower.clone();
-    longer.run.duration_s += (times - 1.0) * first_contact_s(baseline);
-    longer
 }
 
 fn is_noisy(scenario: &Scenario) -> bool {

@@ -3,9 +3,7 @@
 use feeler_engine::Scenario;
 use feeler_files::{Assignment, Document, Setting, assignment, rounded, settings_between, to_toml};
 use rayon::prelude::*;
-use serde::Serialize;
 
-use super::change::Change;
 use super::explanation::is_at_rest;
 use crate::run::Candidate;
 
@@ -15,19 +13,6 @@ const DIGITS: usize = 4;
 /// Bisections, by ratio, of the step between an insufficient and a sufficient size: of a factor of four, to a
 /// fifth.
 const HALVINGS: usize = 3;
-
-/// A sufficient change.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Size {
-    /// Of which change.
-    pub of: Change,
-    /// The required change, in words with its numbers.
-    pub what: String,
-    /// Factor by which its quantity is smaller or larger than in the scenario.
-    pub times: f64,
-    /// The `--set` arguments that apply it.
-    pub settings: Vec<String>,
-}
 
 /// A scenario that can be written to a file, so that a trial equals a file with the settings.
 pub(super) struct Written {

@@ -99,103 +99,118 @@ fn places(response: &Response) -> Vec<Place> {
 }
 
 fn charts(response: &Response) -> Vec<Chart> {
-    let estimate = &response.estimate;
-    let places = places(response);
-    let column = |of: &dyn Fn(&Row) -> f64| {
-        places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>()
-    };
-    let measured = |name: &str, unit: &str, values: Vec<f64>| {
+    let drawing = Drawing { response, places: places(response) };
+    let linear_deg = degrees(&drawing.places.iter().map(|place| place.linear).collect::<Vec<_>>());
+    // Noise shifts a continued phase by whole turns permanently; the linear response does not have that.
+    let off: Vec<C64> = drawing.places.iter().map(|place| place.measured / place.linear).collect();
+    let measured_deg =
+        linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
+    let phase = drawing.chart(
+        "Phase,",
+        "measured and by linear theory; whole turns are those that bring both nearest.",
+        "phase (°)",
+        vec![
+            drawing.measured("measured", "°", measured_deg),
+            Series::new("linear", "°", linear_deg).dashed(),
+        ],
+    );
+    let mut all = vec![drawing.magnitude(), phase, drawing.difference(&off)];
+    if response.estimate.coherence.is_some() {
+        let caption = "the share of the output that the input explains linearly; below 1 there is noise, \
+                       leakage or nonlinearity.";
+        let series = drawing.measured("coherence", "", drawing.column(&|r| r.coherence));
+        all.push(drawing.chart("Coherence,", caption, "coherence", vec![series]));
+    }
+    if let Some(levels) = &response.separated {
+        all.push(drawing.levels(levels.evidence.is_beyond_noise));
+    }
+    all
+}
+
+/// The charts of a response over their frequencies.
+struct Drawing<'a> {
+    response: &'a Response,
+    places: Vec<Place>,
+}
+
+impl Drawing<'_> {
+    fn column(&self, of: &dyn Fn(&Row) -> f64) -> Vec<f64> {
+        self.places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect()
+    }
+
+    fn measured(&self, name: &str, unit: &str, values: Vec<f64>) -> Series {
         let series = Series::new(name, unit, values);
-        if response.isolated { series.dots() } else { series }
-    };
-    let band = format!("{} % band", plain(100.0 * response.confidence));
-    let new = |title: &str, caption: &str, label: &str, series: Vec<Series>| {
+        if self.response.isolated { series.dots() } else { series }
+    }
+
+    fn chart(&self, title: &str, caption: &str, label: &str, series: Vec<Series>) -> Chart {
         let mut chart = Chart::new(ChartKind::Line, title, "frequency (Hz)", label);
         caption.clone_into(&mut chart.caption);
         (chart.x_log, chart.together) = (true, Some(TOGETHER));
-        chart.x = places.iter().map(|place| place.frequency_hz).collect();
+        chart.x = self.places.iter().map(|place| place.frequency_hz).collect();
         chart.series = series;
         chart
-    };
-    let magnitude = vec![
-        measured("measured", "dB", column(&|r| r.magnitude_db)),
-        Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect())
-            .dashed(),
-        measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)).faint().coloured(0),
-        measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)).faint().coloured(0),
-    ];
-    let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
-    // Noise shifts a continued phase by whole turns permanently; the linear response does not have that.
-    let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
-    let measured_deg =
-        linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
-    let phase =
-        vec![measured("measured", "°", measured_deg), Series::new("linear", "°", linear_deg).dashed()];
-    let mut all = vec![
-        new(
+    }
+
+    fn magnitude(&self) -> Chart {
+        let band = format!("{} % band", plain(100.0 * self.response.confidence));
+        let edge =
+            |side: &str, values| self.measured(&format!("{band}, {side}"), "dB", values).faint().coloured(0);
+        let linear = self.places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect();
+        let mut chart = self.chart(
             "Magnitude,",
             "measured and by linear theory, with the confidence band of the measurement.",
             "magnitude (dB)",
-            magnitude,
-        ),
-        new(
-            "Phase,",
-            "measured and by linear theory; whole turns are those that bring both nearest.",
-            "phase (°)",
-            phase,
-        ),
-    ];
-    if !response.isolated {
-        all[0].between.push([3, 2]);
+            vec![
+                self.measured("measured", "dB", self.column(&|r| r.magnitude_db)),
+                Series::new("linear", "dB", linear).dashed(),
+                edge("low", self.column(&|r| r.low_db)),
+                edge("high", self.column(&|r| r.high_db)),
+            ],
+        );
+        if !self.response.isolated {
+            chart.between.push([3, 2]);
+        }
+        chart
     }
-    // Well and poorly known parts are separate.
-    let is_known = response.is_known();
-    let known_at: Vec<f64> =
-        estimate.frequencies_hz.iter().zip(&is_known).filter(|(_, k)| **k).map(|(f, _)| *f).collect();
-    let apart = |wanted: bool| {
-        let of = |(place, g): (&Place, &C64)| {
-            let known = known_at.binary_search_by(|f| f.total_cmp(&place.frequency_hz)).is_ok();
-            if known == wanted { 20.0 * g.norm().log10() } else { f64::NAN }
+
+    /// Measured over linear, well and poorly known parts apart.
+    fn difference(&self, off: &[C64]) -> Chart {
+        let (estimate, is_known) = (&self.response.estimate, self.response.is_known());
+        let known_at: Vec<f64> =
+            estimate.frequencies_hz.iter().zip(&is_known).filter(|(_, k)| **k).map(|(f, _)| *f).collect();
+        let apart = |wanted: bool| {
+            let of = |(place, g): (&Place, &C64)| {
+                let known = known_at.binary_search_by(|f| f.total_cmp(&place.frequency_hz)).is_ok();
+                if known == wanted { 20.0 * g.norm().log10() } else { f64::NAN }
+            };
+            self.places.iter().zip(off).map(of).collect::<Vec<f64>>()
         };
-        places.iter().zip(&off).map(of).collect::<Vec<f64>>()
-    };
-    let mut difference = new(
-        "Difference,",
-        "measured over linear, magnitude; in a second colour where noise or nonlinearity is large.",
-        "difference (dB)",
-        vec![
-            measured("where well known", "dB", apart(true)),
-            Series::new("where poorly known", "dB", apart(false)).dots(),
-        ],
-    );
-    difference.lines.push(Line { y: 0.0, label: "no difference".into() });
-    all.push(difference);
-    if estimate.coherence.is_some() {
-        let caption = "the share of the output that the input explains linearly; below 1 there is noise, \
-                       leakage or nonlinearity.";
-        all.push(new(
-            "Coherence,",
-            caption,
-            "coherence",
-            vec![measured("coherence", "", column(&|r| r.coherence))],
-        ));
+        let mut chart = self.chart(
+            "Difference,",
+            "measured over linear, magnitude; in a second colour where noise or nonlinearity is large.",
+            "difference (dB)",
+            vec![
+                self.measured("where well known", "dB", apart(true)),
+                Series::new("where poorly known", "dB", apart(false)).dots(),
+            ],
+        );
+        chart.lines.push(Line { y: 0.0, label: "no difference".into() });
+        chart
     }
-    if let Some(levels) = &response.separated {
-        let beyond = levels.evidence.is_beyond_noise;
-        let caption = if beyond {
+
+    fn levels(&self, is_beyond_noise: bool) -> Chart {
+        let caption = if is_beyond_noise {
             "differences between periods are noise; further differences between realisations are nonlinear \
              distortion."
         } else {
             "differences between periods are noise; there is no sign of nonlinear distortion."
         };
-        let mut series = vec![
-            measured("response", "dB", column(&|r| r.magnitude_db)),
-            measured("noise", "dB", column(&|r| r.noise_db)),
-        ];
-        series.extend(beyond.then(|| measured("nonlinear distortion", "dB", column(&|r| r.distortion_db))));
-        all.push(new("Noise and distortion,", caption, "level (dB)", series));
+        let level = |name: &str, of: &dyn Fn(&Row) -> f64| self.measured(name, "dB", self.column(of));
+        let mut series = vec![level("response", &|r| r.magnitude_db), level("noise", &|r| r.noise_db)];
+        series.extend(is_beyond_noise.then(|| level("nonlinear distortion", &|r| r.distortion_db)));
+        self.chart("Noise and distortion,", caption, "level (dB)", series)
     }
-    all
 }
 
 fn capital(text: &str) -> String {

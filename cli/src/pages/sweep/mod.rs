@@ -37,6 +37,13 @@ use crate::{terminal, words};
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
+/// What the points of bifurcation diagrams are.
+const PEAKS: &str = "The largest force of each of the last contacts. One point: all are alike. Two: the \
+                     period has doubled. Many: no two are alike. No point: the tool stays in contact.";
+const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \
+                      speed of impact. If the tool stays in contact: the largest force of each cycle. One \
+                      point: every cycle is like the last. Two: the period has doubled.";
+
 /// The variants of a sweep that its page draws.
 pub(crate) struct Shown {
     drawn: Drawn,
@@ -262,29 +269,19 @@ impl Report<'_> {
                 drawings.push((format!("{name}{suffix}"), svg));
             };
             if let Some(lists) = self.table.lists("impact_peaks_n") {
-                let caption = "The largest force of each of the last contacts. One point: all are alike. \
-                               Two: the period has doubled. Many: no two are alike. No point: the tool \
-                               stays in contact.";
                 let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
                 let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
-                let caption = format!(
-                    "{caption}{}",
-                    about_predictions(&predictions, "the cycle that describing functions predict")
-                );
+                let about = about_predictions(&predictions, "the cycle that describing functions predict");
                 draw(
                     "impacts",
                     "Per impact",
-                    &caption,
+                    &format!("{PEAKS}{about}"),
                     &format!("peak {force} of an impact"),
                     lists,
                     &predictions,
                 );
             }
             if let Some(lists) = self.table.lists("strobe_n") {
-                let caption = "The force one sample of the controller after each touch-down, which grows \
-                               with the speed of impact. If the tool stays in contact: the largest force \
-                               of each cycle. One point: every cycle is like the last. Two: the period \
-                               has doubled.";
                 let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
                 let about = about_predictions(
                     &predictions,
@@ -293,19 +290,14 @@ impl Report<'_> {
                 draw(
                     "strobe",
                     "Stroboscopic",
-                    &format!("{caption}{about}"),
+                    &format!("{STROBE}{about}"),
                     &format!("{force} once per cycle"),
                     lists,
                     &predictions,
                 );
             }
-            let amplitudes: Vec<Vec<f64>> = self
-                .table
-                .reals("amplitude_n")
-                .unwrap_or_default()
-                .iter()
-                .map(|value| value.iter().copied().collect())
-                .collect();
+            let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
+            let amplitudes: Vec<Vec<f64>> = amplitudes.iter().map(|a| a.iter().copied().collect()).collect();
             if amplitudes.len() == self.table.rows {
                 let caption = "Half of the lasting peak-to-peak force.";
                 draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);

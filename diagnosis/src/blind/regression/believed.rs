@@ -41,8 +41,7 @@ impl Believed {
     /// the chain is held.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
-        let (drive, _) = dataset.drives.first()?;
-        let (_, actuator) = machine.actuators.get_index(*drive)?;
+        let (_, actuator) = machine.actuators.get_index(dataset.drives.first()?.drive)?;
         if !matches!(actuator.kind, ActuatorKind::Force { .. }) {
             return None;
         }
@@ -76,8 +75,8 @@ impl Believed {
 /// Free records: the first drive's command and the first position of its chain.
 pub(super) fn measured(dataset: &Dataset) -> Option<Vec<Measured>> {
     let machine = &dataset.machine;
-    let (drive, _) = dataset.drives.first()?;
-    let chain = together(machine, &machine.actuators.get_index(*drive)?.1.on);
+    let drive = dataset.drives.first()?.drive;
+    let chain = together(machine, &machine.actuators.get_index(drive)?.1.on);
     let is_position = |source: Source| match source {
         Source::Sensor(i) => {
             let reads = &machine.sensors[i].reads;

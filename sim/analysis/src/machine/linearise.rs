@@ -1,7 +1,6 @@
 //! Linearisation: the state space of small motions of a machine about rest.
 
 use feeler_engine::EngineError;
-use feeler_lti::StateSpace;
 use feeler_plant::assembly::{Assembly, Drive, Source, assemble, resolve};
 use feeler_plant::description::{Machine, Quantity, SignalName};
 use feeler_plant::motion::{Equations, Mode, Motion, Row};
@@ -9,9 +8,7 @@ use feeler_plant::motion::{Equations, Mode, Motion, Row};
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::error::AnalysisError;
-use crate::machine::channel::{Channel, reduce};
 use crate::machine::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_gradients};
-use crate::machine::imposed;
 use crate::machine::prepare::{View, without_switches};
 
 /// Small motions of a machine about an operating point: `x' = A x + B u`, with the command of each drive as
@@ -168,42 +165,5 @@ impl LinearMachine {
         let part = &self.motion.assembly().drives[drive];
         let is_force = part.sampling().is_some();
         SignalName::new(&part.name, if is_force { Quantity::Force } else { Quantity::Command })
-    }
-
-    /// From the command of an actuator to a signal, with only the states that matter and the delays of both
-    /// ends.
-    ///
-    /// Bodies that nothing holds in place are described by their distances from one of them. Their drift is
-    /// then a pole at exactly zero, and is left out if the output does not observe it.
-    ///
-    /// # Errors
-    /// Those of [`Self::drive`] and [`Self::output`].
-    pub fn channel(&self, input: &SignalName, output: &SignalName) -> Result<Channel, AnalysisError> {
-        let drive = self.drive(input)?;
-        let row = match self.output(self.source(output)?) {
-            Err(AnalysisError::NotLinear { .. }) => {
-                return Err(AnalysisError::NotLinear { name: output.to_string() });
-            }
-            other => other?,
-        };
-        self.channel_of(drive, &row)
-    }
-
-    /// From the command of drive `drive` to an output.
-    ///
-    /// # Errors
-    /// [`AnalysisError::ImposedOutput`] if the output differentiates an imposed motion;
-    /// [`AnalysisError::Lti`] where a number is not finite.
-    pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
-        if let Some(channel) = imposed::channel(self, drive, output) {
-            return channel;
-        }
-        let c = DMatrix::from_fn(1, self.a.ncols(), |_, j| output.c[j]);
-        let d = DMatrix::from_element(1, 1, output.d[drive]);
-        let part =
-            reduce(&self.a, &self.b.columns(drive, 1).into_owned(), &c, self.motion.layout().coordinates());
-        let states = part.names(&self.motion.state_names());
-        let system = StateSpace::new(part.a, part.b, part.c, d)?;
-        Ok(Channel { system, states, delay_s: output.delay_s + self.motion.assembly().drives[drive].delay })
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod assumptions;
 pub(crate) mod channel;
 pub(crate) mod equilibrium;
+mod from_drive;
 pub(crate) mod imposed;
 pub(crate) mod linearise;
 pub(crate) mod modes;

@@ -4,6 +4,7 @@ mod account;
 mod chains;
 mod closed_loop;
 mod common;
+mod delays;
 mod frf;
 mod linearise;
 mod loops;

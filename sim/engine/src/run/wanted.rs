@@ -2,11 +2,13 @@
 
 use feeler_plant::assembly::Source;
 
-/// A sensor with a reader: the sensor and its wanted signal.
+/// A sensor with a reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Tapped {
-    pub(crate) sensor: usize,
-    pub(crate) signal: usize,
+pub struct Tapped {
+    /// Which sensor.
+    pub sensor: usize,
+    /// Which of the signals it reads.
+    pub signal: usize,
 }
 
 /// The signals of the plant that have a reader.

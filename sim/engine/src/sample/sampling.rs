@@ -1,6 +1,6 @@
 //! Actions at instants: gaps advance, delayed readings are taken, controllers sample, commands arrive.
 
-use feeler_lanes::{Lane, LaneMask};
+use feeler_lanes::Lane;
 
 use crate::carry::lanes::Lanes;
 use crate::error::EngineError;
@@ -46,10 +46,10 @@ impl<L: Lane> Sampling<L> {
         let profiles = gaps.chain(assembly.drives.iter().filter_map(|drive| drive.imposed.as_deref()));
         Ok(Self {
             gaps: profiles.map(GapClock::new).collect(),
-            any_late: loops.iter().any(|control| control.delay_s > 0.0)
-                || servos.iter().any(|servo| servo.delay_s > 0.0)
+            any_late: loops.iter().any(|control| control.sampler.is_late())
+                || servos.iter().any(|servo| servo.sampler.is_late())
                 || drives.iter().any(|drive| drive.delay_s > 0.0),
-            any_delayed: loops.iter().any(ControlLoop::is_delayed),
+            any_delayed: loops.iter().any(|control| control.sampler.is_delayed()),
             loops,
             drives,
             servos,
@@ -61,18 +61,19 @@ impl<L: Lane> Sampling<L> {
     pub(crate) fn next_instant_s(&self) -> f64 {
         let mut next = f64::INFINITY;
         for control in &self.loops {
-            next = earlier(next, control.next_sample_s);
+            next = earlier(next, control.sampler.next_sample_s);
         }
         for servo in &self.servos {
-            next = earlier(next, servo.next_sample_s);
+            next = earlier(next, servo.sampler.next_sample_s);
         }
         if self.any_late {
-            next = self.servos.iter().fold(next, |next, servo| earlier(next, servo.next_arrival_s()));
-            next = self.loops.iter().fold(next, |next, control| earlier(next, control.next_arrival_s()));
+            next = self.servos.iter().fold(next, |next, servo| earlier(next, servo.sampler.next_arrival_s()));
+            next =
+                self.loops.iter().fold(next, |next, control| earlier(next, control.sampler.next_arrival_s()));
             next = self.drives.iter().fold(next, |next, drive| earlier(next, drive.next_arrival_s()));
         }
         if self.any_delayed {
-            next = self.loops.iter().fold(next, |next, control| earlier(next, control.next_take_s()));
+            next = self.loops.iter().fold(next, |next, control| earlier(next, control.sampler.next_take_s()));
         }
         self.gaps.iter().fold(next, |next, gap| earlier(next, gap.next_s()))
     }
@@ -93,7 +94,9 @@ impl<L: Lane> Sampling<L> {
     #[inline(always)]
     pub(crate) fn take_delayed(&mut self, lanes: &Lanes<L>) {
         if self.any_delayed {
-            self.loops.iter_mut().for_each(|control| control.take_delayed(lanes.time_s(), lanes.signals()));
+            self.loops
+                .iter_mut()
+                .for_each(|control| control.sampler.take_delayed(lanes.time_s(), lanes.signals()));
         }
     }
 
@@ -102,7 +105,7 @@ impl<L: Lane> Sampling<L> {
     pub(crate) fn sample(&mut self, lanes: &mut Lanes<L>) -> Result<bool, EngineError> {
         let mut sampled = false;
         for i in 0..self.loops.len() {
-            while due(self.loops[i].next_sample_s, lanes.time_s()) {
+            while due(self.loops[i].sampler.next_sample_s, lanes.time_s()) {
                 let output = self.loops[i].sample(lanes.time_s(), lanes.signals(), &self.sensors);
                 if let Some(output) = output {
                     self.apply(i, output, lanes)?;
@@ -120,8 +123,7 @@ impl<L: Lane> Sampling<L> {
             return Ok(());
         }
         for i in 0..self.loops.len() {
-            while due(self.loops[i].next_arrival_s(), lanes.time_s()) {
-                let Some((_, output)) = self.loops[i].pending.pop_front() else { break };
+            while let Some(output) = self.loops[i].sampler.arrive(lanes.time_s()) {
                 self.apply(i, output, lanes)?;
             }
         }
@@ -133,8 +135,7 @@ impl<L: Lane> Sampling<L> {
             }
         }
         for servo in &mut self.servos {
-            while due(servo.next_arrival_s(), lanes.time_s()) {
-                let Some((_, output)) = servo.pending.pop_front() else { break };
+            while let Some(output) = servo.sampler.arrive(lanes.time_s()) {
                 lanes.set_input(servo.drive, output)?;
             }
         }
@@ -145,7 +146,7 @@ impl<L: Lane> Sampling<L> {
     #[inline(always)]
     pub(crate) fn sample_servos(&mut self, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
         for servo in &mut self.servos {
-            while due(servo.next_sample_s, lanes.time_s()) {
+            while due(servo.sampler.next_sample_s, lanes.time_s()) {
                 if let Some(output) = servo.sample(lanes.time_s(), lanes.signals(), &self.sensors) {
                     lanes.set_input(servo.drive, output)?;
                 }
@@ -211,7 +212,7 @@ impl<L: Lane> Sampling<L> {
 
     /// Whether some controller of lane `l` was in its approach at its last sample.
     pub(crate) fn is_approaching(&self, l: usize) -> bool {
-        self.loops.iter().any(|used| used.has_sampled() && !used.controller.in_contact_phase().test(l))
+        self.loops.iter().any(|control| control.sampler.is_approaching(l))
     }
 
     /// Charges each controller with its command times the stroke of the interval; `before` are the strokes at

@@ -1,28 +1,19 @@
-//! The loop of a sampled servo, of every lane: its target, its samples and its outputs in transit.
+//! The loop of a sampled servo, of every lane, with its target.
 
-use std::collections::VecDeque;
-
-use feeler_control::{Controller, Inputs, SampleClock};
+use feeler_control::Controller;
 use feeler_lanes::Lane;
 use feeler_plant::assembly::Drive;
 
 use crate::error::EngineError;
 use crate::run::program::Program;
-use crate::sample::reading::Reading;
+use crate::sample::sampler::Sampler;
 use crate::sample::sensing::Sensing;
 
 /// The running sampled servo of every lane.
 #[derive(Debug)]
 pub(crate) struct ServoLoop<L: Lane> {
     pub(super) drive: usize,
-    controller: Controller<L>,
-    clock: SampleClock,
-    next_sample: u64,
-    pub(super) next_sample_s: f64,
-    pub(super) delay_s: f64,
-    /// Outputs in transit: arrival time and value.
-    pub(super) pending: VecDeque<(f64, L)>,
-    encoder: Reading<L>,
+    pub(super) sampler: Sampler<L>,
     /// The target that has arrived.
     target: L,
     /// The rate-limited target, after the first sample.
@@ -46,16 +37,10 @@ impl<L: Lane> ServoLoop<L> {
         let chain = |f: fn(&feeler_plant::assembly::TargetChain) -> f64| {
             number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
         };
-        let next_sample_s = wired.clock.sample_time_s(0);
+        let (clock, tapped) = (wired.clock.clone(), [Some(wired.encoder), None]);
         Ok(Self {
             drive: wired.drive,
-            controller,
-            clock: wired.clock.clone(),
-            next_sample: 0,
-            next_sample_s,
-            delay_s: wired.spec.delay_s,
-            pending: VecDeque::new(),
-            encoder: Reading::new(wired.encoder, sensors, next_sample_s),
+            sampler: Sampler::new(controller, clock, wired.spec.delay_s, tapped, false, sensors),
             target: start,
             followed: start,
             step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
@@ -70,24 +55,17 @@ impl<L: Lane> ServoLoop<L> {
 
     /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
-        let sample_s = self.next_sample_s;
-        let reading = self.encoder.read(t_s, signals, sensors);
-        self.followed += (self.target - self.followed).clamp_to(self.step);
-        let error = self.followed - reading;
-        let reference = reading + (error - error.clamp_to(self.error_deadband));
-        let inputs = Inputs { reading, motion: L::zero(), motion_is_velocity: false };
-        let output = self.controller.sample(sample_s, &inputs, reference);
-        self.next_sample += 1;
-        self.next_sample_s = self.clock.sample_time_s(self.next_sample);
-        if self.delay_s > 0.0 {
-            self.pending.push_back((sample_s + self.delay_s, output));
-            return None;
-        }
-        Some(output)
+        let Self { sampler, target, followed, step, error_deadband, .. } = self;
+        let sampled = sampler.sample(t_s, signals, sensors, |_, reading| {
+            follow(followed, *target, reading, *step, *error_deadband)
+        });
+        sampler.send(sampled.sample_s, sampled.output)
     }
+}
 
-    /// When the next output arrives.
-    pub(super) fn next_arrival_s(&self) -> f64 {
-        self.pending.front().map_or(f64::INFINITY, |(t, _)| *t)
-    }
+/// The reference of a servo at a sample: its target, limited in rate to `step`, less errors within `deadband`.
+pub fn follow<L: Lane>(followed: &mut L, target: L, reading: L, step: L, deadband: L) -> L {
+    *followed += (target - *followed).clamp_to(step);
+    let error = *followed - reading;
+    reading + (error - error.clamp_to(deadband))
 }

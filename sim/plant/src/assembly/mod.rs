@@ -9,11 +9,13 @@ mod drive;
 mod friction;
 mod laws;
 mod rates;
+mod resolve;
 
-pub use build::{assemble, resolve};
+pub use build::assemble;
 pub use drive::{Drive, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource};
 pub use friction::Friction;
 pub use laws::{Bristle, Pull, Ripple, Weight};
+pub use resolve::resolve;
 
 use std::sync::Arc;
 

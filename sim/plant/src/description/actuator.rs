@@ -2,9 +2,10 @@
 
 use feeler_catalogue::{
     Absent, Bound, Dimension, Field, Form, Key, Kind, LONGEST_DELAY, Record, Role, Unit, field, form, number,
-    optional, required, words,
+    optional, required,
 };
 
+use super::motor::{DcMotor, MotorInput};
 use super::{GROUND, Quantity};
 use crate::effects::EffectUse;
 
@@ -113,82 +114,6 @@ pub struct PositionServo {
     pub resolution_m: Option<f64>,
     /// Resolution of the output of a sampled loop, N.
     pub output_resolution_n: Option<f64>,
-}
-
-/// A DC motor with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DcMotor {
-    /// The quantity that the command sets.
-    pub input: MotorInput,
-    /// `R`, > 0, ohm.
-    pub resistance_ohm: f64,
-    /// `K_t`, > 0, N m/A.
-    pub torque_constant: f64,
-    /// `K_e`, V s/rad; equal to `K_t` by default.
-    pub back_emf_constant: Option<f64>,
-    /// `N`, turns of the motor per turn of the driven body.
-    pub gear_ratio: f64,
-    /// Largest voltage; a duty cycle is a share of it. `None` without a limit.
-    pub supply_voltage_v: Option<f64>,
-    /// Largest current, A.
-    pub current_limit_a: Option<f64>,
-    /// Inertia of the rotor on the motor's side of the gear, kg m^2. It adds `N^2` times this to the driven
-    /// body.
-    pub rotor_inertia: f64,
-    /// `L`, H.
-    pub inductance_h: f64,
-}
-
-impl DcMotor {
-    /// `K_e`, by default equal to `K_t`.
-    pub fn back_emf(&self) -> f64 {
-        self.back_emf_constant.unwrap_or(self.torque_constant)
-    }
-}
-
-impl Default for DcMotor {
-    fn default() -> Self {
-        Self {
-            input: MotorInput::Voltage,
-            resistance_ohm: 1.0,
-            torque_constant: 1.0,
-            back_emf_constant: None,
-            gear_ratio: 1.0,
-            supply_voltage_v: None,
-            current_limit_a: None,
-            rotor_inertia: 0.0,
-            inductance_h: 0.0,
-        }
-    }
-}
-
-/// The quantity that commands a motor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MotorInput {
-    /// The voltage at the winding.
-    #[default]
-    Voltage,
-    /// The voltage at the winding as a share of the supply voltage, from -1 to 1.
-    Duty,
-    /// The current, which an amplifier holds within the limits of the supply voltage.
-    Current,
-}
-
-words!(MotorInput {
-    Voltage = "voltage", "the voltage at the winding";
-    Duty = "duty", "the share of the supply voltage, from -1 to 1";
-    Current = "current", "the current, kept as far as the supply voltage allows";
-});
-
-impl MotorInput {
-    /// Dimension of the command.
-    pub fn command(self) -> Dimension {
-        match self {
-            Self::Voltage => Dimension::VOLTAGE,
-            Self::Duty => Dimension::NONE,
-            Self::Current => Dimension::CURRENT,
-        }
-    }
 }
 
 const BODY: Kind = Kind::Name("a body or `ground`");

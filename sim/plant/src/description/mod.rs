@@ -7,13 +7,15 @@
 mod actuator;
 mod building;
 mod contact;
+mod motor;
 mod profile;
 mod sensor;
 mod signal;
 mod site;
 
-pub use actuator::{Actuator, ActuatorKind, DcMotor, MotorInput, PositionServo};
+pub use actuator::{Actuator, ActuatorKind, PositionServo};
 pub use contact::{Contact, ContactLaw, Engagement};
+pub use motor::{DcMotor, MotorInput};
 pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};

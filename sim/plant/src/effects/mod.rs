@@ -6,14 +6,15 @@
 
 #[macro_use]
 mod definition;
+mod error;
 #[cfg(test)]
 mod fixture;
 mod law;
 
 pub use definition::{
-    ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Parameters, Place,
-    Scale, Trait,
+    ABOVE_ZERO, Change, Definition, EffectUse, Host, HostKind, Parameter, Parameters, Place, Scale, Trait,
 };
+pub use error::EffectError;
 pub use law::{Curve, Law};
 
 use definition::ChangesPlant;

@@ -1,0 +1,49 @@
+//! Predictions as far ahead as each horizon reaches.
+
+use super::horizons::{Horizon, WINDOWS_S};
+use crate::fit::least_squares::{Fitted, Task};
+use crate::fit::scored::Scored;
+use crate::gap::size::square_errors_over;
+
+/// The horizons that fit at least twice into the shortest check record, and the free run.
+fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
+    let records = checks.iter().map(|&r| &task.dataset.records[r]);
+    let shortest = records.map(|record| record.spacing_s * record.len() as f64).fold(f64::INFINITY, f64::min);
+    let held = |seconds: &f64| *seconds == WINDOWS_S[0] || 2.0 * seconds <= shortest;
+    WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
+}
+
+/// A model's root mean square error over the scale at one horizon; `None` if it is not finite.
+pub(super) fn error(
+    task: &Task<'_>,
+    fitted: &Fitted,
+    theta: &[f64],
+    checks: &[usize],
+    seconds: Option<f64>,
+) -> Option<f64> {
+    let squares = square_errors_over(task, &fitted.model, theta, checks, seconds)?;
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    mean.is_finite().then(|| mean.sqrt())
+}
+
+/// Errors of the machine as given, calibrated and repaired, at every horizon.
+pub(super) fn horizons(
+    task: &Task<'_>,
+    calibrated: &Scored,
+    accepted: &Scored,
+    checks: &[usize],
+    floor: f64,
+) -> Vec<Horizon> {
+    let start = calibrated.fitted.model.start();
+    let of = |seconds: Option<f64>| {
+        let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
+        Horizon {
+            seconds,
+            before: error(&calibrated.fitted, &start),
+            refit: error(&calibrated.fitted, &calibrated.fitted.theta),
+            after: error(&accepted.fitted, &accepted.fitted.theta),
+            floor,
+        }
+    };
+    lengths(task, checks).into_iter().map(of).collect()
+}

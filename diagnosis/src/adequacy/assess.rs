@@ -1,0 +1,81 @@
+//! Holds an answer against all conditions.
+
+use super::criteria::Criteria;
+use super::{
+    Adequacy, Condition, Shortfall, ahead, balance, held, horizons, plausible, residual, rivals, tolerance,
+};
+use crate::fit::scored::Scored;
+use crate::judge::Judge;
+
+/// What of an answer's size the conditions need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// What noise alone leaves of short predictions, over each channel's variation.
+    pub(crate) floor: f64,
+    /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than
+    /// the floor.
+    pub(crate) closed: Option<f64>,
+    /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
+    /// makes, N.
+    pub(crate) missing_force_n: [f64; 2],
+}
+
+/// Holds an answer against all conditions. `rivals` are the causes that were weighed against the accepted
+/// ones, `balanced` those that balance the forces as well.
+pub(crate) fn assess(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    rivals: &[Scored],
+    balanced: &[&Scored],
+    sizes: Sizes,
+) -> Adequacy {
+    let criteria = Criteria::default();
+    let task = &judge.search.task;
+    let calibrated = &judge.search.calibrated;
+    let checks = judge.checks();
+    let horizons = ahead::horizons(task, calibrated, accepted, &checks, sizes.floor);
+    let residual = residual::of(task, accepted, &checks, &criteria);
+    let mut shortfalls = Vec::new();
+    let mut short = |condition: Condition, found: Vec<String>| {
+        shortfalls.extend(found.into_iter().map(|what| Shortfall { condition, what }));
+    };
+    let missing = sizes.missing_force_n;
+    let is_found = !accepted.causes.is_empty();
+    // A balance, where it weighs, leaves the noise of the command out.
+    let shares = balance::missing(judge, accepted);
+    let is_balanced = balance::is_small(shares, &criteria);
+    let missing = shares.map_or(missing, |shares| shares.map(|share| share * residual.drive_force_n));
+    short(
+        Condition::Left,
+        horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
+    );
+    if task.dataset.machine.contacts.is_empty() {
+        short(Condition::Left, horizons::lost(&horizons, &criteria).into_iter().collect());
+    }
+    if is_found && !is_balanced {
+        let unclosed = sizes.closed.and_then(|closed| horizons::unclosed(closed, &criteria));
+        short(Condition::Left, unclosed.into_iter().collect());
+    }
+    short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
+    let smooth = balance::beyond(judge, accepted, &criteria);
+    short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
+    short(Condition::Rivals, balance::named(balanced));
+    short(Condition::Tolerance, tolerance::limits(accepted));
+    if is_found {
+        short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
+        let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
+        let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
+        short(Condition::Horizons, strayed.into_iter().collect());
+        short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
+        short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
+    }
+    Adequacy {
+        criteria,
+        horizons,
+        drive_force_n: residual.drive_force_n,
+        residual: residual.traces,
+        shortfalls,
+        smooth: smooth.map(|smooth| smooth.place),
+        is_balanced,
+    }
+}

@@ -1,0 +1,46 @@
+//! Where a machine is along a record, with the loops that run beside it.
+
+use std::collections::VecDeque;
+
+use feeler_control::{Controller, ControllerSpec};
+use feeler_problem::{Problem, Remedy};
+
+use crate::error::DiagnosisError;
+
+/// Where a machine is, and in which mode.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub(super) xi: Vec<f64>,
+    pub(super) flow: usize,
+    /// The loops of sampled servos.
+    pub(super) loops: Vec<LoopState>,
+}
+
+/// Where one loop is.
+#[derive(Clone, Debug)]
+pub(super) struct LoopState {
+    pub(super) controller: Controller<f64>,
+    pub(super) target: f64,
+    pub(super) followed: f64,
+    pub(super) samples: u64,
+    /// Outputs under way: when they arrive, and what they are.
+    pub(super) pending: VecDeque<(f64, f64)>,
+    /// Of each sensor, signals that were taken for later samples, and how many were ever taken.
+    pub(super) taken: [(VecDeque<f64>, u64); 2],
+}
+
+impl LoopState {
+    pub(super) fn of(spec: ControllerSpec, stands: f64, key: &str) -> Result<Self, DiagnosisError> {
+        let controller = Controller::new(&[spec]).map_err(|error| DiagnosisError::Machine {
+            problems: vec![Problem::new(key, error.to_string(), error.remedy())],
+        })?;
+        let pending = VecDeque::new();
+        let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
+        Ok(Self { controller, target: stands, followed: stands, samples: 0, pending, taken })
+    }
+
+    /// A target arrives.
+    pub(super) fn aim(&mut self, target: f64) {
+        self.target = target;
+    }
+}

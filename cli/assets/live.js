@@ -1,4 +1,4 @@
-// A page that moves: sliders ask the command for the state that follows, one request at a time, the latest wish first.
+// A page that moves: sliders ask the command for the run and the theory that follow, each one at a time, the latest wish first.
 (() => {
   "use strict";
   const data = JSON.parse(document.getElementById("data").textContent);
@@ -19,8 +19,10 @@
     }
   };
   const STEPS = 1000, REACH = 10, LATENCIES = 400;
-  const knobs = new Map(), latencies = [];
-  let version = 0, pinned = null, state = null;
+  // The figures of each part of a state.
+  const PARTS = { run: ["force", "drive"], theory: ["step", "magnitude", "phase", "nyquist", "locus"] };
+  const knobs = new Map(), answers = {};
+  let version = 0, pinned = null;
 
   // Sliders of positive numbers go by ratio, others by difference; zero has a range of its own.
   const scale = (value) => value > 0 ? { low: value / REACH, high: value * REACH, log: true }
@@ -46,7 +48,7 @@
     const moved = new URLSearchParams(Object.entries(settings()).map(([key, v]) => [key, String(v)])).toString();
     history.replaceState(null, "", moved ? `#${moved}` : location.pathname);
   };
-  const moved = (key, v) => { set(key, v); remember(); ask(); };
+  const moved = (key, v) => { set(key, v); ask(); };
 
   const knob = ({ key, value: v, unit }) => {
     const id = `knob-${key}`, name = key.split(".").slice(2).join(".") || key;
@@ -85,15 +87,18 @@
   told.setAttribute("aria-live", "polite");
   const button = (text, act) => make("button", { type: "button", textContent: text, onclick: act });
   const pin = button("Pin", () => {
-    pinned = pinned ? null : state;
+    pinned = pinned ? null : { ...answers };
     pin.textContent = pinned ? "Unpin" : "Pin";
     pin.setAttribute("aria-pressed", String(Boolean(pinned)));
-    if (state) render(state);
+    renderAll();
   });
   const acts = make("div", { className: "acts" },
     pin,
-    button("As in the file", () => { for (const [key, one] of knobs) set(key, one.file); remember(); ask(); }),
-    button("Copy link", () => navigator.clipboard?.writeText(location.href).then(() => { told.textContent = "link copied"; }, () => { told.textContent = location.href; })),
+    button("As in the file", () => { for (const [key, one] of knobs) set(key, one.file); ask(); }),
+    button("Copy link", () => {
+      remember();
+      navigator.clipboard?.writeText(location.href).then(() => { told.textContent = "link copied"; }, () => { told.textContent = location.href; });
+    }),
     button("Copy --set", () => {
       const words = Object.entries(settings()).map(([key, v]) => `--set ${key}=${v}`).join(" ");
       navigator.clipboard?.writeText(words).then(() => { told.textContent = words || "nothing is moved"; }, () => { told.textContent = words; });
@@ -121,11 +126,11 @@
     return { ...chart, series: [...chart.series, ...old] };
   };
   const drawn = new Map();
-  const drawChart = (name, chart) => {
+  const drawChart = (name, chart, held) => {
     const place = $(name), figure = place.closest("figure");
     figure.hidden = !chart;
     if (!chart) { drawn.get(name)?.u?.destroy(); drawn.delete(name); return; }
-    const whole = withPinned({ height: 230, ...chart }, pinned?.charts[name]);
+    const whole = withPinned({ height: 230, ...chart }, held);
     const before = drawn.get(name), names = whole.series.map((series) => series.name).join("|");
     if (before && before.names === names) feeler.update(before.u, before.chart, whole);
     else {
@@ -134,51 +139,85 @@
       if (u) drawn.set(name, { u, chart: whole, names });
     }
   };
-  const drawPlane = (name, plane) => {
+  const drawPlane = (name, plane, held) => {
     const place = $(name);
     place.closest("figure").hidden = !plane;
     if (!plane) return;
-    const held = pinned?.planes[name];
     const paths = held ? [...held.paths.map((path) => ({ ...path, name: `${path.name}, pinned`, colour: 9 })), ...plane.paths] : plane.paths;
     const whole = { ...plane, paths };
     const before = drawn.get(name);
     if (before) before.update(whole); else drawn.set(name, feeler.plane(place, whole));
   };
-  const render = (next) => {
-    state = next;
-    $("problem").textContent = next.problem ?? "";
+  // Figures out of sight are drawn once no slider moves, or when they come into sight.
+  const away = new Set(), late = new Map();
+  const drawLate = (name) => { const draw = late.get(name); late.delete(name); draw?.(); };
+  const sight = new IntersectionObserver((seen) => {
+    for (const { target, isIntersecting } of seen) {
+      const name = target.id.slice("of-".length);
+      if (isIntersecting) { away.delete(name); drawLate(name); } else away.add(name);
+    }
+  }, { rootMargin: "100px" });
+  Object.values(PARTS).flat().forEach((name) => sight.observe($(`of-${name}`)));
+  const render = (part) => {
+    const all = Object.keys(PARTS).map((name) => answers[name] ?? {}), next = answers[part];
+    $("problem").textContent = [...new Set(all.map((one) => one.problem))].filter(Boolean).join("\n");
     if (!next.charts) return;
-    $("lead").textContent = next.lead;
-    $("stable").textContent = next.stable;
-    $("tiles").innerHTML = next.tiles;
-    for (const name of ["force", "drive", "step", "magnitude", "phase"]) drawChart(name, next.charts[name]);
-    for (const name of ["nyquist", "locus"]) drawPlane(name, next.planes[name]);
-    map.here();
+    $("lead").textContent = all.map((one) => one.lead).filter(Boolean).join(" ");
+    if (part === "theory") $("stable").textContent = next.stable;
+    $(`tiles-${part}`).innerHTML = next.tiles;
+    for (const name of PARTS[part]) {
+      late.set(name, () => {
+        const [now, held] = [answers[part], pinned?.[part]];
+        const isPlane = $(name).classList.contains("plane");
+        if (isPlane) drawPlane(name, now.planes[name], held?.planes?.[name]); else drawChart(name, now.charts[name], held?.charts?.[name]);
+      });
+      if (!away.has(name)) drawLate(name);
+    }
+    if (part === "run") map.here();
   };
+  const renderAll = () => { Object.keys(answers).forEach(render); settle(); };
 
-  // One request at a time; what is wished meanwhile is asked for next.
-  let busy = false, wished = false, since = 0;
-  const ask = async () => {
-    if (!busy) since = performance.now();
-    if (busy) { if (!wished) since = performance.now(); wished = true; return; }
-    busy = true;
-    document.body.dataset.busy = "yes";
-    do {
-      wished = false;
-      const began = since;
-      const next = await post("state", { settings: settings() });
-      render(next);
+  // One request of each part at a time; what is wished meanwhile is asked for next, and computed while this is drawn.
+  const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, { pending: null, wished: false, since: 0, latencies: [] }]));
+  const isBusy = () => Object.values(asked).some((one) => one.pending);
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  const follow = async (part) => {
+    const one = asked[part];
+    if (!one.wished) one.since = performance.now();
+    one.wished = true;
+    if (one.pending) return;
+    const send = () => { one.wished = false; one.pending = post("state", { settings: settings(), part }); return one.since; };
+    let began = send();
+    while (one.pending) {
+      const next = await one.pending, since = began;
+      if (one.wished) began = send(); else one.pending = null;
+      // A mistake leaves what is drawn.
+      answers[part] = next.charts ? next : { ...answers[part], problem: next.problem };
+      render(part);
       // Drawn when the frame after it comes.
-      await new Promise((done) => requestAnimationFrame(done));
-      latencies.push(performance.now() - began);
-      if (latencies.length > LATENCIES) latencies.shift();
-    } while (wished);
-    busy = false;
-    delete document.body.dataset.busy;
-    const sorted = [...latencies].sort((a, b) => a - b);
-    document.querySelector("footer").dataset.latency = `${short(sorted[sorted.length >> 1], 3)} ms from move to picture (median)`;
+      frame().then(() => { if (one.latencies.push(performance.now() - since) > LATENCIES) one.latencies.shift(); });
+    }
+    await frame();
+    if (!isBusy()) settle();
+  };
+  const ask = () => { document.body.dataset.busy = "yes"; Object.keys(PARTS).forEach(follow); };
+
+  // What waits until no slider moves: the link, the map, the records, and figures out of sight, one a frame.
+  let rests = 0;
+  const settle = async () => {
+    const mine = ++rests, isOver = () => mine !== rests || isBusy();
+    const median = (all) => [...all].sort((a, b) => a - b)[all.length >> 1] ?? 0;
+    const slower = Math.max(...Object.values(asked).map((one) => median(one.latencies)));
+    document.querySelector("footer").dataset.latency = `${short(slower, 3)} ms from move to picture (median)`;
+    remember();
     map.stale();
     replay();
+    for (const name of [...late.keys()]) {
+      if (isOver()) return;
+      drawLate(name);
+      await frame();
+    }
+    if (!isOver()) delete document.body.dataset.busy;
   };
 
   const watch = async () => {
@@ -190,15 +229,14 @@
       const moves = settings();
       build(file);
       for (const [key, v] of Object.entries(moves)) set(key, v);
-      remember();
-      await ask();
+      ask();
     }
     return true;
   };
 
   // What becomes of it at the points of two numbers, the present one marked.
   const map = (() => {
-    const COLUMNS = 20, ROWS = 14, WIDTH = 640, HEIGHT = 380, LEFT = 100, BOTTOM = 58, TOP = 8, RIGHT = 12, CHUNK = 40;
+    const COLUMNS = 20, ROWS = 14, WIDTH = 640, HEIGHT = 380, LEFT = 100, BOTTOM = 58, TOP = 8, RIGHT = 12;
     const holder = $("map");
     let keys = [], cells = [], timer, run = 0, shown = "";
     const choose = (which) => {
@@ -255,8 +293,10 @@
         for (let j = 0; j < ROWS; j++) for (let i = 0; i < COLUMNS; i++) if (i % 2 === odd && j % 2 === step) all.push([i, j]);
       }
       const seen = new Set();
-      for (let from = 0; from < all.length; from += CHUNK) {
-        const part = all.slice(from, from + CHUNK);
+      for (let from = 0; from < all.length; from += data.chunk) {
+        // A slider that moves goes first.
+        while (isBusy()) await new Promise((done) => setTimeout(done, 50));
+        const part = all.slice(from, from + data.chunk);
         const points = part.map(([i, j]) => [at(a.range, i, COLUMNS), at(b.range, j, ROWS)]);
         const answer = await post("map", { settings: settings(), keys: { x: a.key, y: b.key }, points });
         if (mine !== run || !answer.outcomes) return;
@@ -268,7 +308,7 @@
           const label = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}: ${data.outcomes[name]?.label ?? "cannot run"}`;
           cell.append(node("title", {}, label));
           cell.onpointerenter = () => { read.textContent = label; };
-          cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); remember(); ask(); };
+          cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); ask(); };
           group.append(cell);
           cells.push(cell);
         });
@@ -337,7 +377,7 @@
   new URLSearchParams(location.hash.slice(1)).forEach((v, key) => set(key, Number(v)));
   map.fill();
   ask();
-  setInterval(() => { if (!document.hidden && !busy) watch(); }, 700);
+  setInterval(() => { if (!document.hidden && !isBusy()) watch(); }, 700);
   let waiting;
   window.addEventListener("resize", () => {
     clearTimeout(waiting);
@@ -345,6 +385,6 @@
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     for (const [name, one] of [...drawn]) if (one.u) { one.u.destroy(); drawn.delete(name); }
-    if (state) render(state);
+    renderAll();
   });
 })();

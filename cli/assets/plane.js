@@ -4,6 +4,7 @@
   "use strict";
   const LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
   const REACH = 24;
+  const INKS = ["first", "second", "third", "fourth", "fifth", "sixth"];
   const NS = "http://www.w3.org/2000/svg";
   const node = (name, attributes, text) => {
     const made = document.createElementNS(NS, name);
@@ -105,7 +106,8 @@
       }
       plane.paths.forEach((path) => inner.append(curve(path.x, path.y, { class: `plane-path plane-colour-${path.colour}${path.dashed ? " plane-dashed" : ""}` })));
       for (const mark of plane.marks) {
-        const px = x(mark.x), py = y(mark.y), kind = { class: `plane-mark plane-${mark.shape}` };
+        const px = x(mark.x), py = y(mark.y), own = mark.colour == null ? "" : " plane-own";
+        const kind = { class: `plane-mark plane-${mark.shape}${own}`, ...(own && { style: `--own: var(--${INKS[mark.colour]})` }) };
         if (mark.shape === "pole") inner.append(node("path", { d: `M${px - 5} ${py - 5}l10 10m0 -10l-10 10`, ...kind }));
         else if (mark.shape === "now") inner.append(node("rect", { x: px - 4, y: py - 4, width: 8, height: 8, ...kind }));
         else inner.append(node("circle", { cx: px, cy: py, r: 5, ...kind }));

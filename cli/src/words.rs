@@ -70,14 +70,15 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
         Outcome::Driven if summary.response.is_none() => {
             "The drive follows its commands to the end of the run; nothing regulates the force.".to_owned()
         }
-        Outcome::Driven => {
-            "The reference moves until the end of the run, and the force follows it without loss of contact."
-                .to_owned()
-        }
-        Outcome::FollowsSurface => {
-            "The surface moves to the end of the run, and contact is kept while the force follows it."
-                .to_owned()
-        }
+        Outcome::Driven => format!(
+            "The reference moves until the end of the run, and the force follows it without loss of \
+             contact{}.",
+            follows(summary, units)
+        ),
+        Outcome::FollowsSurface => format!(
+            "The surface moves to the end of the run, and contact is kept{}.",
+            follows(summary, units)
+        ),
         Outcome::NoContact if summary.bounces > 0 => {
             format!(
                 "The tool touches, leaves after {} in contact, and does not return.",
@@ -90,6 +91,26 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
         _ => undecided(summary.verdict.undecided, summary.simulated_s),
     }
+}
+
+/// How closely the force follows over the tail of the run, as the end of a sentence.
+fn follows(summary: &Summary, units: Units) -> String {
+    let found = summary.response.and_then(|response| response.tracking);
+    found.map_or_else(String::new, |tracking| {
+        format!(
+            ": from {} on, the force stays within {} of its reference",
+            with_unit(summary.verdict.tail_s[0], "s"),
+            with_unit(tracking.largest_error_n, units.force)
+        )
+    })
+}
+
+/// Largest and mean distance from the reference, of a force that follows.
+pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)> {
+    let found = summary.response?.tracking?;
+    let from_s = with_unit(summary.verdict.tail_s[0], "s");
+    let mean = with_unit(found.rms_error_n, units.force);
+    Some((found.largest_error_n, format!("at most, from {from_s} on; {mean} root mean square")))
 }
 
 /// Why a run ends without contact, as far as its file says; `doubts` are those about the file.

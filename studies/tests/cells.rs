@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use feeler_arm::Others;
 use feeler_files::{ArmFile, CellFile, Document, Draft, cell_schema};
 use feeler_studies::arm::{ToolContact, axis_file};
-use feeler_studies::run::{CellRun, Undecided, run, run_cell};
+use feeler_studies::run::{CellRun, Outcome, Undecided, run, run_cell};
 
 fn arms() -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join("arms")
@@ -50,6 +50,21 @@ fn regress_an_arm_on_its_way_has_not_missed_the_workpiece() {
         let verdict = go(&load(file, settings)).summary.figures.verdict;
         assert_eq!(verdict.undecided, Some(Undecided::StillApproaching), "{file}: {verdict:?}");
     }
+}
+
+/// A tool that leaves a workpiece with its drives idle comes back only where something pushes it: a load on a
+/// joint does so within half a second.
+#[test]
+fn regress_a_load_on_a_joint_brings_a_tool_back() {
+    let loaded = "joints.lift.effects.constant-load={ force = 2 }";
+    let of = |settings: &[&str]| go(&load("impact.toml", settings)).summary.figures;
+    let [free, pushed] = [of(&[]), of(&[loaded])];
+    assert_eq!([free.bounces, pushed.bounces], [1, 1]);
+    assert_eq!([free.verdict.outcome, pushed.verdict.outcome], [Outcome::NoContact, Outcome::Undecided]);
+    assert_eq!(pushed.verdict.undecided, Some(Undecided::StillApproaching));
+    let later = of(&[loaded, "run.duration=0.6"]);
+    let touches = later.events.iter().filter(|event| event.what == "touch").count();
+    assert!(touches > 1, "{touches}");
 }
 
 #[test]

@@ -208,9 +208,13 @@ fn figures(summary: &Summary, units: Units) -> String {
             response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
             words::overshoot_of(summary, units),
         );
-        let within = || format!("to within {} until the end", with_unit(response.band_n, units.force));
-        let band = words::rests_outside(summary, units).unwrap_or_else(within);
-        row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
+        if let Some((largest, remark)) = words::tracking(summary, units) {
+            row("tracking error", split(largest, units.force), remark);
+        } else {
+            let within = || format!("to within {} until the end", with_unit(response.band_n, units.force));
+            let band = words::rests_outside(summary, units).unwrap_or_else(within);
+            row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
+        }
     }
     row("bounces", (summary.bounces.to_string(), String::new()), String::new());
     row(

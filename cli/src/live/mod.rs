@@ -2,8 +2,13 @@
 
 mod session;
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::io::Read;
+use std::net::TcpListener;
+#[cfg(unix)]
+use std::net::TcpStream;
+#[cfg(unix)]
+use std::os::fd::OwnedFd;
 
 use serde_json::{Value, json};
 use tiny_http::{Header, Method, Request, Response, Server};
@@ -12,9 +17,9 @@ use crate::terminal::failure::{BadInput, Failure};
 
 pub(crate) use session::{Measured, Session};
 
-/// Number of requests that are answered in parallel: one moves, one fills the map, one asks whether the file
-/// has changed.
-const WORKERS: usize = 3;
+/// Number of requests that are answered in parallel: run and theory move, one fills the map, one replays
+/// records, one asks whether the file has changed.
+const WORKERS: usize = 5;
 /// Largest request in bytes.
 const LONGEST: u64 = 1 << 16;
 /// Bytes of the secret.
@@ -33,12 +38,15 @@ pub(crate) struct Live {
 impl Live {
     /// Opens a port of the loopback address; any free one by default.
     pub(crate) fn new(port: Option<u16>) -> crate::Result<Self> {
-        let server = Server::http(("127.0.0.1", port.unwrap_or(0))).map_err(|error| {
+        let cannot = |error: &dyn Display| {
             BadInput::error(
                 format!("cannot listen on 127.0.0.1: {error}"),
                 "leave --port out, and a free port is taken",
             )
-        })?;
+        };
+        let listener = TcpListener::bind(("127.0.0.1", port.unwrap_or(0))).map_err(|error| cannot(&error))?;
+        promptly(&listener);
+        let server = Server::from_listener(listener, None).map_err(|error| cannot(&error))?;
         let mut bytes = [0; SECRET];
         getrandom::fill(&mut bytes).map_err(Failure::internal)?;
         let secret = bytes.iter().fold(String::new(), |mut text, byte| {
@@ -91,7 +99,8 @@ impl Live {
                 return;
             }
         };
-        let mut response = Response::from_string(text);
+        // In one piece, whose length the head tells.
+        let mut response = Response::from_string(text).with_chunked_threshold(usize::MAX);
         let headers = [
             ("Content-Type", kind),
             ("Cache-Control", "no-store"),
@@ -107,6 +116,18 @@ impl Live {
         // A closed page waits for no response.
         let _ = request.respond(response);
     }
+}
+
+/// Makes all connections send small answers at once. Otherwise the body waits until the browser has confirmed
+/// the head, which it does 40 ms late.
+fn promptly(listener: &TcpListener) {
+    // Connections inherit the option from their listener; `std` sets it on streams only.
+    #[cfg(unix)]
+    if let Ok(copy) = listener.try_clone() {
+        let _ = TcpStream::from(OwnedFd::from(copy)).set_nodelay(true);
+    }
+    #[cfg(not(unix))]
+    let _ = listener;
 }
 
 /// The content of a request; an empty object if it is not JSON.

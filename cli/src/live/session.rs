@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay_record;
 use feeler_engine::Scenario;
 use feeler_files::{Document, Draft, Edit, FormatError, Setting};
 use feeler_plant::description::Machine;
-use feeler_studies::glimpse::{Glimpse, outcomes};
-use feeler_studies::run::Outcome;
+use feeler_studies::glimpse::{Glimpse, outcomes, theory};
+use feeler_studies::run::{Outcome, run_once};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -65,7 +65,8 @@ impl Session {
         let records = self.measured.iter().flat_map(|measured| &measured.dataset.records);
         let records: Vec<&str> = records.map(|record| record.name.as_str()).collect();
         let file = self.file();
-        live::page(&self.current().document, &self.path.display().to_string(), &records, &file)
+        let chunk = (BLOCK * rayon::current_num_threads()).min(MOST_POINTS);
+        live::page(&self.current().document, &self.path.display().to_string(), &records, &file, chunk)
     }
 
     /// The file now: its version, its numbers, and its mistake.
@@ -88,19 +89,22 @@ impl Session {
         json!({ "version": file.version, "problem": file.problem, "numbers": numbers })
     }
 
-    /// The results of the scenario with some numbers set.
+    /// The results of the scenario with some numbers set: the part asked for, `run` or `theory`, else both.
     pub(crate) fn state(&self, asked: &Value) -> Value {
-        let began = Instant::now();
         let document = match self.document(asked) {
             Ok(document) => document,
             Err(error) => return json!({ "problem": plainly(&error) }),
         };
-        let glimpse = Glimpse::of(&document.scenario);
-        let computed_s = began.elapsed().as_secs_f64();
-        let shown = Shown { document: &document, glimpse: &glimpse };
-        let mut state = shown.to_json();
-        state["computed_s"] = computed_s.into();
-        state
+        let scenario = &document.scenario;
+        let (run, theory) = match asked["part"].as_str() {
+            Some("run") => (Some(run_once(scenario)), None),
+            Some("theory") => (None, Some(theory(scenario))),
+            _ => {
+                let Glimpse { run, theory } = Glimpse::of(scenario);
+                (Some(run), Some(theory))
+            }
+        };
+        Shown { document: &document, run, theory }.to_json()
     }
 
     /// The outcomes of the scenario at some points of two numbers.

@@ -1,5 +1,7 @@
 //! The page that compares scenarios or datasets.
 
+mod planes;
+
 use feeler_analysis::{Curves, Report};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_files::Document;
@@ -9,7 +11,7 @@ use feeler_studies::run::{RunResult, Summary};
 use indexmap::IndexMap;
 
 use crate::numbers::{count, percent, plain, with_unit};
-use crate::pages::analyze::{as_set, degrees, nyquist};
+use crate::pages::analyze::{as_set, degrees};
 use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Page, Series, by_extremes};
 use crate::units::Units;
 use crate::words;
@@ -126,12 +128,7 @@ pub(crate) fn page(taken: &[Taken]) -> String {
     for chart in theory(taken) {
         page.chart(&chart);
     }
-    for one in taken {
-        if let Some(mut plane) = one.theory().and_then(|(report, curves)| nyquist(report, curves)) {
-            plane.title = format!("Nyquist's curve, {},", one.name);
-            page.plane(&plane);
-        }
-    }
+    planes::draw(taken, &mut page);
     page.render()
 }
 

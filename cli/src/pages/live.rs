@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use feeler_analysis::{Curves, Report};
+use feeler_analysis::{AnalysisError, Curves, Report};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::Replay;
 use feeler_files::Document;
 use feeler_plant::description::Machine;
-use feeler_studies::glimpse::Glimpse;
-use feeler_studies::run::Outcome;
+use feeler_studies::run::{Outcome, RunError, RunResult};
 use serde_json::{Map, Value, json};
 
 use crate::numbers::with_unit;
@@ -43,13 +42,15 @@ const PLACES: [[&str; 3]; 9] = [
 ];
 
 /// The page: sliders for the numbers of a file, and sections for the results.
-pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Value) -> String {
+/// `chunk` is the number of points of the map to ask for at a time.
+pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Value, chunk: usize) -> String {
     let machine = &document.scenario.machine;
     let mut body = format!(
         "<header><h1>{}</h1><p class=\"about\">{}</p></header>\n<div class=\"live\">\
          <form id=\"knobs\" aria-label=\"numbers of the file\"></form>\
          <div class=\"views\"><p class=\"lead\" id=\"lead\" aria-live=\"polite\"></p>\
-         <p id=\"stable\"></p><p id=\"problem\" role=\"alert\"></p><div id=\"tiles\"></div>",
+         <p id=\"stable\"></p><p id=\"problem\" role=\"alert\"></p><div id=\"tiles\">\
+         <div id=\"tiles-run\"></div><div id=\"tiles-theory\"></div></div>",
         escape(&machine.name),
         escape(&machine.about)
     );
@@ -79,14 +80,16 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
     let data = json!({
         "charts": [], "planes": [], "maps": [], "scenes": [],
         "path": path, "file": file, "outcomes": outcomes, "gain": gain, "records": records,
+        "chunk": chunk,
     });
     own_page(&format!("{} · live", machine.name), STYLE, &body, &data, &[SCRIPT])
 }
 
-/// One state of the page.
+/// One state of the page, or a part of it.
 pub(crate) struct Shown<'a> {
     pub(crate) document: &'a Document,
-    pub(crate) glimpse: &'a Glimpse,
+    pub(crate) run: Option<Result<RunResult, RunError>>,
+    pub(crate) theory: Option<Result<(Report, Curves), AnalysisError>>,
 }
 
 impl Shown<'_> {
@@ -95,8 +98,8 @@ impl Shown<'_> {
         let (mut charts, mut planes) = (Map::new(), Map::new());
         let (mut said, mut figures, mut problems) = (Vec::new(), Vec::new(), Vec::new());
         let mut outcome = Value::Null;
-        match &self.glimpse.run {
-            Ok(result) => {
+        match &self.run {
+            Some(Ok(result)) => {
                 for (name, chart) in ["force", "drive"].into_iter().zip(run::glance(self.document, result)) {
                     charts.insert(name.into(), chart.to_json());
                 }
@@ -104,17 +107,19 @@ impl Shown<'_> {
                 said.push(words::outcome(&result.summary, units));
                 figures.extend(run::tiles(&result.summary, units, None));
             }
-            Err(error) => problems.push(error.to_string()),
+            Some(Err(error)) => problems.push(error.to_string()),
+            None => {}
         }
         let mut stable = String::new();
-        match &self.glimpse.theory {
-            Ok((report, curves)) => {
+        match &self.theory {
+            Some(Ok((report, curves))) => {
                 theory(report, curves, &mut charts, &mut planes);
                 stable = stable_gains(report);
                 said.extend(as_set(report));
                 figures.extend(tiles(report));
             }
-            Err(error) => problems.push(format!("no linear theory: {error}")),
+            Some(Err(error)) => problems.push(format!("no linear theory: {error}")),
+            None => {}
         }
         json!({
             "outcome": outcome, "lead": said.join(" "), "stable": stable, "problem": problems.join("\n"),

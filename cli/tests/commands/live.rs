@@ -98,6 +98,19 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
         assert!(calm["charts"][chart]["series"][0]["values"].is_object(), "{chart}");
     }
     assert!(calm["planes"]["nyquist"].is_object() && calm["planes"]["locus"].is_object());
+    // The page asks for run and theory by themselves, and gets the same.
+    let part = |part: &str| {
+        served.post("state", &json!({ "settings": { "controllers.force.kp": 0.05 }, "part": part }))
+    };
+    let [run, theory] = ["run", "theory"].map(part);
+    for (part, charts) in [(&run, &["force", "drive"][..]), (&theory, &["step", "magnitude", "phase"])] {
+        let own: Vec<&str> = part["charts"].as_object().unwrap().keys().map(String::as_str).collect();
+        assert!(own.len() == charts.len() && charts.iter().all(|name| own.contains(name)), "{own:?}");
+        assert!(own.iter().all(|name| part["charts"][name] == calm["charts"][name]));
+    }
+    assert_eq!(theory["planes"], calm["planes"]);
+    let lead = [&run, &theory].map(|part| part["lead"].as_str().unwrap()).join(" ");
+    assert_eq!(calm["lead"], lead);
     assert_ne!(calm["lead"], wild["lead"]);
     assert_eq!(calm["stable"], wild["stable"], "stable gains do not depend on the gain");
     assert!(wild["lead"].as_str().unwrap().contains("unstable"), "{}", wild["lead"]);
@@ -149,13 +162,33 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
         text[from..text.find("wrote").unwrap()].split_whitespace().map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(figures(&of_runs.out), figures(&of_file.out));
-    assert!(bench.read("runs/report.html").contains("What differs"));
+    let page = bench.read("runs/report.html");
+    assert!(page.contains("What differs"));
+    let data = data_of(&page);
+    let planes = data["planes"].as_array().unwrap();
+    assert_eq!(planes.len(), 2, "Nyquist's curves, and root loci");
+    for (kind, plane) in ["nyquist", "roots"].iter().zip(planes) {
+        assert_eq!(plane["kind"], *kind);
+        for (colour, name) in ["out/press", "out/press,kp=0.3"].iter().enumerate() {
+            let own = |path: &&Value| path["colour"] == colour && path["name"] == format!("{name} sampled");
+            let of = |path: &&Value| path["colour"] == colour && path["name"] == *name;
+            let paths = plane["paths"].as_array().unwrap();
+            let found = paths.iter().find(|path| own(path) || of(path)).unwrap_or_else(|| panic!("{plane}"));
+            assert!(found["x"].is_object() && found["y"].is_object(), "a curve of many points: {found}");
+        }
+    }
     assert_eq!(bench.feeler(&["compare", "press.toml"]).code, BAD_INPUT);
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);
 }
 
+/// What the scripts of a page draw from.
+pub(crate) fn data_of(page: &str) -> Value {
+    let (_, data) = page.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(&data.split_once("</script>").unwrap().0.replace("<\\/", "</")).unwrap()
+}
+
 /// Values of a curve of a page: the bytes of floats in base64.
-fn values(series: &Value) -> Vec<f64> {
+pub(crate) fn values(series: &Value) -> Vec<f64> {
     let bytes = STANDARD.decode(series["values"]["f32"].as_str().unwrap()).unwrap();
     let four = bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap()));
     four.map(f64::from).collect()

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
+use crate::live::{data_of, values};
 
 /// Times and roundings depend on the machine; the lines with them are removed.
 fn without_times(text: &str) -> String {
@@ -364,4 +365,35 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     let setting = "controllers.force.reference=[[0, 10], [0.2, -10]]";
     let pulled = bench.feeler(&["run", "press.toml", "--set", setting, "--out", "out"]);
     assert!(pulled.out.contains("does not end above zero"), "{}", pulled.out);
+}
+
+/// Under 10 N a surface of 10 kN/m yields by 1 mm on average while it moves up and down by another.
+#[test]
+fn truth_a_surface_that_moves_is_drawn_and_the_error_of_tracking_is_told() {
+    let bench = Bench::new();
+    let turns = (3..=10).map(|i| format!(", [{}, {}]", 0.1 * f64::from(i), f64::from(i % 2) * 1e-3));
+    let offset: String = turns.collect();
+    let profile = format!("[contacts.tool.profile]\noffset = [[0, 0], [0.2, 0]{offset}]\n");
+    bench.write("wavy.toml", &format!("{PRESS}\n{profile}"));
+    let said = bench.feeler(&["run", "wavy.toml", "--set", "run.duration=1", "--out", "out"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let summary = summary(&bench, "out");
+    assert_eq!(summary["outcome"], "follows-surface");
+    let error_n = |name: &str| summary["response"]["tracking"][name].as_f64().unwrap();
+    let [largest, rms] = ["largest_error_n", "rms_error_n"].map(error_n);
+    assert!(0.5 * largest < rms && rms < largest && largest < 2.0, "{summary}");
+    for word in ["the force stays within", "tracking error", "root mean square"] {
+        assert!(said.out.contains(word), "{word}: {}", said.out);
+    }
+    let page = data_of(&bench.read("out/report.html"));
+    let mut charts = page["charts"].as_array().unwrap().iter();
+    let chart = charts.find(|chart| chart["series"][0]["name"] == "surface").unwrap();
+    let [surface, tip] = [0, 1].map(|i| values(&chart["series"][i]));
+    let (low, high) = surface.iter().fold((f64::MAX, 0.0), |(l, h), x| (x.min(l), x.max(h)));
+    assert_eq!(chart["y"]["label"], "position (mm)");
+    assert!((low - 1.0).abs() < 1e-6 && (high - 2.0).abs() < 1e-6, "{low} to {high} mm");
+    let late = surface.len() * 6 / 10;
+    let depths = tip.iter().zip(&surface).skip(late).map(|(tip, surface)| tip - surface);
+    let depth = depths.sum::<f64>() / (surface.len() - late) as f64;
+    assert!((depth - 1.0).abs() < 0.02, "{depth} mm deep");
 }

@@ -121,8 +121,13 @@ impl<'a> Finished<'a> {
     pub(super) fn summary(&self) -> Summary {
         let main_contact = self.force_loop.map(|found| found.contact).or_else(|| self.hardest());
         let main = main_contact.map(|i| &self.contacts[i]);
-        let mut response = self.response();
+        let answer = self.answer();
+        let mut response = answer.map(|answer| answer.response());
         let verdict = self.verdict(main, response.as_ref());
+        let follows = matches!(verdict.outcome, Outcome::Driven | Outcome::FollowsSurface);
+        if let (true, Some(answer), Some(response)) = (follows, answer, response.as_mut()) {
+            response.tracking = answer.tracking(verdict.tail_s[0]);
+        }
         // A force that is within the band at the end by chance has not settled.
         if let Some(response) = response
             .as_mut()
@@ -196,18 +201,17 @@ impl<'a> Finished<'a> {
         self.record.column(&SignalName::new(controller, Quantity::Reference).to_string())
     }
 
-    fn response(&self) -> Option<Response> {
+    fn answer(&self) -> Option<Answer<'a>> {
         let force_loop = self.force_loop?;
         let contact = &self.contacts[force_loop.contact];
-        let answer = Answer {
+        Some(Answer {
             t_s: &self.record.t_s,
             force_n: self.record.column(&contact.force_signal())?,
             reference_n: self.reference_n(&force_loop.name)?,
             peak_force_n: contact.peak_force_n,
             first_contact_s: contact.first_contact_s()?,
             unresolved_n: force_loop.unresolved_n(self.scenario),
-        };
-        Some(answer.response())
+        })
     }
 
     /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor, but an

@@ -43,7 +43,7 @@ use search::{FINEST, Point, Scored, Search};
 use simulated::{Ran, Trouble};
 use theory::LinearPlant;
 
-/// Proposals that are simulated beside each other.
+/// Runs of proposals, or of controllers near one, that are simulated beside each other.
 const BESIDE: usize = 16;
 /// What theory alone allows is worth a word from this many times the bandwidth found on.
 const WORTH_TELLING: f64 = 1.01;
@@ -96,10 +96,9 @@ pub fn tune(
     let knobs = Knobs::new(scenario, base, spec)?;
     let at_work = knobs.all_at_work();
     let with_step = spec.limits.iter().any(|limit| limit.of == Measure::StepOvershoot);
-    let plants = machines
-        .iter()
-        .map(|machine| LinearPlant::new(machine, &name, &at_work, with_step))
-        .collect::<Result<Vec<_>, _>>()?;
+    let plants: Vec<_> =
+        machines.par_iter().map(|machine| LinearPlant::new(machine, &name, &at_work, with_step)).collect();
+    let plants = plants.into_iter().collect::<Result<Vec<_>, _>>()?;
     let before = plants[0].figures(base)?;
     let tuning = Tuning {
         spec,
@@ -241,8 +240,8 @@ impl Tuning<'_> {
         let (best, others) = meeting.split_at(1.min(meeting.len()));
         for some in std::iter::once(best).chain(others.chunks(BESIDE)) {
             *simulated += some.len();
-            let alone: Vec<Ran> = some.par_iter().map(|scored| self.run(&scored.point, active)).collect();
-            for (&scored, ran) in some.iter().zip(alone) {
+            let specs: Vec<ControllerSpec> = some.iter().map(|scored| self.at(&scored.point)).collect();
+            for (&scored, ran) in some.iter().zip(self.run(&specs, self.spec, active)) {
                 match self.with_those_around(&scored.point, ran, active, simulated) {
                     Ok(runs) if best.contains(&scored) => return Ok((scored.clone(), runs)),
                     Ok(mut runs) => {
@@ -260,20 +259,22 @@ impl Tuning<'_> {
         Err(nothing_settles(first_trouble))
     }
 
-    fn run(&self, point: &[f64], machines: &[usize]) -> Ran {
-        self.run_with(&self.knobs.spec(&Search::sizes(point)), self.spec, machines)
+    /// The controller at a point.
+    fn at(&self, point: &[f64]) -> ControllerSpec {
+        self.knobs.spec(&Search::sizes(point))
     }
 
-    fn run_with(&self, controller: &ControllerSpec, asked: &Spec, machines: &[usize]) -> Ran {
+    fn run(&self, controllers: &[ControllerSpec], asked: &Spec, machines: &[usize]) -> Vec<Ran> {
         let machines: Vec<&Scenario> = machines.iter().map(|&i| &self.machines[i]).collect();
-        Runs::of(&machines, self.name, controller, asked)
+        Runs::of(&machines, self.name, controllers, asked)
     }
 
     /// What the runs of each share of the gains come to, the whole last, or the first machine on which a
     /// point, a share or a neighbour fails.
     fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
         *simulated += 1;
-        self.with_those_around(point, self.run(point, machines), machines, simulated)
+        let alone = self.run(&[self.at(point)], self.spec, machines).swap_remove(0);
+        self.with_those_around(point, alone, machines, simulated)
     }
 
     /// The same of a point that has been run. Limits bind the point alone: of shares and neighbours, rest is
@@ -289,23 +290,29 @@ impl Tuning<'_> {
             return Err(failing);
         }
         let asked = Spec { limits: Vec::new(), ..Spec::default() };
-        let tuned = self.knobs.spec(&Search::sizes(point));
+        let tuned = self.at(point);
         let near = |what: &str, trouble| Trouble::Near(what.into(), Box::new(trouble));
         let mut runs = Vec::new();
         let shares = order::on_the_way(&tuned);
         for (what, spec) in &shares {
-            if let Some(i) = machines.iter().position(|&machine| !self.search.is_stable(spec, machine)) {
+            let falls = |&machine: &usize| !self.search.is_stable(spec, machine);
+            if let Some(i) = machines.par_iter().position_first(falls) {
                 return Err((i, near(what, Trouble::Ends(Outcome::Unstable))));
             }
         }
         let steps = shares.len();
-        for (what, spec) in shares.into_iter().chain(neighbours(&tuned)) {
-            *simulated += 1;
-            let (of_this, trouble) = self.run_with(&spec, &asked, machines);
-            if let Some((machine, trouble)) = trouble {
-                return Err((machine, near(&what, trouble)));
+        let (names, specs): (Vec<String>, Vec<ControllerSpec>) =
+            shares.into_iter().chain(neighbours(&tuned)).unzip();
+        // Many machines keep all processors busy with one controller; the first that fails ends the trial.
+        let beside = (BESIDE / machines.len().max(1)).max(1);
+        for (names, specs) in names.chunks(beside).zip(specs.chunks(beside)) {
+            *simulated += specs.len();
+            for (what, (of_this, trouble)) in names.iter().zip(self.run(specs, &asked, machines)) {
+                if let Some((machine, trouble)) = trouble {
+                    return Err((machine, near(what, trouble)));
+                }
+                runs.push(of_this);
             }
-            runs.push(of_this);
         }
         runs.truncate(steps);
         runs.push(alone);

@@ -1,6 +1,7 @@
 //! In which order to try gains on the robot, and what tells to stop.
 
 use feeler_control::ControllerSpec;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::knobs::Knobs;
@@ -63,7 +64,8 @@ pub(super) fn steps(
     let mut specs: Vec<ControllerSpec> = on_the_way(tuned).into_iter().map(|(_, spec)| spec).collect();
     specs.push(tuned.clone());
     let step = |(((share, spec), settings), expected): (((f64, &ControllerSpec), Vec<String>), Runs)| {
-        let figures: Option<Vec<_>> = plants.iter().map(|plant| plant.figures(spec).ok().flatten()).collect();
+        let figures: Option<Vec<_>> =
+            plants.par_iter().map(|plant| plant.figures(spec).ok().flatten()).collect();
         let figures = figures?;
         let nearest = figures.iter().max_by(|a, b| a.sensitivity.total_cmp(&b.sensitivity))?;
         Some(Step {

@@ -42,6 +42,7 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         point: [-1.0, 0.0],
         at: None,
         shape: PlaneShape::Pole,
+        colour: None,
     };
     Some(Plane {
         kind: PlaneKind::Nyquist,
@@ -112,7 +113,13 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
     };
     let paths: Vec<PlanePath> = locus.branches.iter().map(path).collect();
     let starts = locus.branches.iter().filter_map(|branch| branch.first());
-    let mark = |name: &str, p: &C64, at, shape| PlaneMark { name: name.into(), point: place(p), at, shape };
+    let mark = |name: &str, p: &C64, at, shape| PlaneMark {
+        name: name.into(),
+        point: place(p),
+        at,
+        shape,
+        colour: None,
+    };
     let mut marks: Vec<PlaneMark> =
         starts.map(|p| mark("pole at gain zero", p, Some(0.0), PlaneShape::Pole)).collect();
     marks.extend(locus.zeros.iter().map(|p| mark("zero", p, None, PlaneShape::Zero)));
@@ -188,6 +195,7 @@ pub(super) fn map(report: &Report) -> Plane {
         point: [p[0], p[1] / TAU],
         at: None,
         shape,
+        colour: None,
     };
     let mut marks: Vec<PlaneMark> = report.poles.iter().map(|p| mark("pole", p, PlaneShape::Pole)).collect();
     marks.extend(report.zeros.iter().map(|p| mark("zero", p, PlaneShape::Zero)));

@@ -41,6 +41,8 @@ pub(crate) struct PlaneMark {
     pub(crate) point: [f64; 2],
     pub(crate) at: Option<f64>,
     pub(crate) shape: PlaneShape,
+    /// Index in the palette; `None` for the colour of the symbol.
+    pub(crate) colour: Option<usize>,
 }
 
 /// The meaning of a circle in a plane.
@@ -107,7 +109,9 @@ impl Plane {
                 PlaneShape::Now => "now",
             };
             let [x, y] = mark.point;
-            json!({ "name": mark.name, "x": x, "y": y, "at": mark.at, "shape": shape })
+            json!({
+                "name": mark.name, "x": x, "y": y, "at": mark.at, "shape": shape, "colour": mark.colour,
+            })
         };
         let circle = |circle: &Circle| {
             let kind = match circle.kind {

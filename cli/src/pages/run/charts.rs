@@ -1,5 +1,7 @@
 //! The charts of a run.
 
+mod surface;
+
 use std::ops::Range;
 
 use feeler_engine::ControllerUse;

@@ -36,6 +36,7 @@ pub(crate) fn page(
     let view = View::new(document, result, units);
     // The most important charts come first: the force over the whole run, then a close-up of an oscillation.
     view.whole_run(&mut page);
+    view.surface(&mut page);
     view.close_up(&mut page);
     view.phase_portrait(&mut page);
     view.spectrum(&mut page);
@@ -82,12 +83,16 @@ pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) 
         let overshoot = share.map_or("-".into(), |share| format!("{} %", percent(share)));
         let tone = if much { Tone::Bad } else { Tone::Plain };
         tiles.push(Tile::new("overshoot", overshoot, of).toned(tone));
-        let outside = words::rests_outside(summary, units);
-        let absent = if outside.is_some() { "-" } else { "not settled" };
-        let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
-        let band =
-            outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
-        tiles.push(tile("settling time", time, band));
+        if let Some((largest, remark)) = words::tracking(summary, units) {
+            tiles.push(tile("tracking error", with_unit(largest, units.force), remark));
+        } else {
+            let outside = words::rests_outside(summary, units);
+            let absent = if outside.is_some() { "-" } else { "not settled" };
+            let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
+            let band =
+                outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
+            tiles.push(tile("settling time", time, band));
+        }
     }
     if !summary.contacts.is_empty() {
         tiles.push(tile("bounces", summary.bounces.to_string(), "times the tool left the workpiece".into()));

@@ -25,6 +25,9 @@ pub(super) struct Predicted<'a> {
 /// One variant that chatters or oscillates between limits, in simulation and in theory.
 struct Pair {
     at: f64,
+    /// Impacts after which the motion repeats; `None` without impacts, or if no two are alike.
+    impacts: Option<f64>,
+    /// Of impacts: after a doubling of the period there are two in each.
     frequency_hz: [f64; 2],
     peak_force_n: [f64; 2],
 }
@@ -58,7 +61,7 @@ impl<'a> Predicted<'a> {
 
     fn pairs(&self) -> Vec<Pair> {
         let column = |name: &str| self.report.table.reals(name).unwrap_or_default();
-        let frequencies = column("frequency_hz");
+        let (frequencies, per_period) = (column("frequency_hz"), column("impacts_per_period"));
         let list = |name: &str| self.report.table.lists(name).unwrap_or_default();
         // If the tool stays in contact, the force once per cycle is its maximum.
         let (impacts, cycles_n) = (list("impact_peaks_n"), list("strobe_n"));
@@ -71,9 +74,11 @@ impl<'a> Predicted<'a> {
             };
             let peak = peaks.get(*row)?.iter().copied().reduce(f64::max)?;
             let frequency = (*frequencies.get(*row)?)?;
+            let impacts = per_period.get(*row).copied().flatten();
             Some(Pair {
                 at: *at,
-                frequency_hz: [frequency, cycle.frequency_hz],
+                impacts,
+                frequency_hz: [impacts.unwrap_or(1.0) * frequency, cycle.frequency_hz],
                 peak_force_n: [peak, cycle.peak_force_n],
             })
         };
@@ -94,7 +99,7 @@ impl<'a> Predicted<'a> {
         page.paragraph(&summary(&pairs, &self.axis.key));
         let step = pairs.len().div_ceil(MOST_ROWS);
         let rows = pairs.iter().step_by(step).map(|pair| {
-            let mut row = vec![plain(pair.at)];
+            let mut row = vec![plain(pair.at), pair.impacts.map_or_else(|| "-".to_owned(), plain)];
             for both in [pair.frequency_hz, pair.peak_force_n] {
                 row.extend([plain(both[0]), plain(both[1]), percent(departure(both))]);
             }
@@ -104,6 +109,7 @@ impl<'a> Predicted<'a> {
         let peaks = ["simulated", "predicted"].map(|which| format!("{which} peak ({unit})"));
         let header = [
             &self.axis.key,
+            "impacts per period",
             "simulated (Hz)",
             "predicted (Hz)",
             "apart (%)",
@@ -111,7 +117,7 @@ impl<'a> Predicted<'a> {
             &peaks[1],
             "apart (%)",
         ];
-        page.table(&header, &[0, 1, 2, 3, 4, 5, 6], &rows.collect::<Vec<_>>());
+        page.table(&header, &[0, 1, 2, 3, 4, 5, 6, 7], &rows.collect::<Vec<_>>());
     }
 }
 

@@ -8,6 +8,7 @@ mod located;
 mod map;
 mod nearest;
 mod palette;
+mod periods;
 mod png;
 mod report;
 mod tally;
@@ -33,6 +34,11 @@ use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Page, Tile};
 use crate::units::Units;
 use crate::{terminal, words};
+
+/// What the stroboscopic diagram shows.
+const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \
+                      speed of impact. If the tool stays in contact: the largest force of each cycle. One \
+                      point: every cycle is like the last. Two: the period has doubled.";
 
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
@@ -302,25 +308,30 @@ impl Report<'_> {
                 let caption = "Half of the lasting peak-to-peak force.";
                 draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
             }
+            self.periods(axis, &diagram.rows, &of_panel, page);
             theory.compare(&of_panel, page);
         }
     }
 
     fn counts(&self, page: &mut Page) {
         page.heading("Outcomes");
-        let known = Outcome::ALL.map(|(outcome, name)| (name, words::outcome_label(outcome)));
-        let others = [("error", "failed"), ("done", "outcome not kept")];
         let entry = |(name, label): (&str, &str)| {
             let variants = self.tally.count(name);
             (variants > 0)
                 .then(|| (of_outcome(name), format!("{label}: {}", count(variants, "variant", "variants"))))
         };
-        let entries: Vec<_> = known.into_iter().chain(others).filter_map(entry).collect();
+        let entries: Vec<_> = labels().filter_map(entry).collect();
         page.swatches(&entries);
         if let Some((row, error)) = &self.tally.first_error {
             page.paragraph(&format!("The first failure is variant {row}: {error}"));
         }
     }
+}
+
+/// Names of outcomes in tables, each with its words.
+fn labels() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let known = Outcome::ALL.map(|(outcome, name)| (name, words::outcome_label(outcome)));
+    known.into_iter().chain([("error", "failed"), ("done", "outcome not kept")])
 }
 
 /// Behaviour of variants that do not settle, as text after their number.

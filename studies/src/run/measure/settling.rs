@@ -66,6 +66,17 @@ pub struct Response {
     pub settling_time_s: Option<f64>,
     /// Mean of the last tenth of the run less the reference, N.
     pub steady_error_n: Option<f64>,
+    /// How closely the force follows, if its reference or the surface moves to the end.
+    pub tracking: Option<Tracking>,
+}
+
+/// How closely a force follows its reference over the tail of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tracking {
+    /// Largest distance from the reference, N.
+    pub largest_error_n: f64,
+    /// Root mean square of the distance, N.
+    pub rms_error_n: f64,
 }
 
 /// A force and its reference over the rows of a record.
@@ -95,7 +106,22 @@ impl Answer<'_> {
             overshoot: reference.filter(|r| *r != 0.0).map(|r| self.overshoot(r, starts_at_s)),
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
             steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
+            tracking: None,
         }
+    }
+
+    /// How closely the force follows from `from_s` on; `None` without rows there.
+    pub(in crate::run) fn tracking(&self, from_s: f64) -> Option<Tracking> {
+        let first = self.t_s.partition_point(|&t| t < from_s);
+        let errors = || {
+            let rows = self.force_n.iter().zip(self.reference_n).skip(first);
+            rows.map(|(force, reference)| force - reference).filter(|error| error.is_finite())
+        };
+        let count = errors().count();
+        (count > 0).then(|| Tracking {
+            largest_error_n: errors().fold(0.0, |most, error| most.max(error.abs())),
+            rms_error_n: (errors().map(|error| error * error).sum::<f64>() / count as f64).sqrt(),
+        })
     }
 
     /// The scale of the band: the reference, or for a zero reference the earlier ones, or the force.
@@ -203,6 +229,28 @@ mod tests {
         assert!((down.overshoot.unwrap() - 0.1).abs() < 1e-12, "{down:?}");
         let moving: Vec<f64> = t_s.iter().map(|t| 10.0 + t).collect();
         assert_eq!(Answer { reference_n: &moving, ..answer }.response().final_reference_n, None);
+    }
+
+    /// A force 0.5 N above a rising reference, with a sine of 1 N on top: at most 1.5 N away, and
+    /// `sqrt(0.5^2 + 1 / 2)` N on average. What came before the tail does not count.
+    #[test]
+    fn truth_tracking_is_the_distance_from_a_reference_that_moves() {
+        let t_s: Vec<f64> = (0..2000).map(|i| f64::from(i) * 1e-3).collect();
+        let reference_n: Vec<f64> = t_s.iter().map(|t| 10.0 + 5.0 * t).collect();
+        let error_n = |t: f64| if t < 1.0 { 9.0 } else { 0.5 + (std::f64::consts::TAU * 10.0 * t).sin() };
+        let force_n: Vec<f64> = t_s.iter().zip(&reference_n).map(|(t, r)| r + error_n(*t)).collect();
+        let answer = Answer {
+            t_s: &t_s,
+            force_n: &force_n,
+            reference_n: &reference_n,
+            peak_force_n: 25.0,
+            first_contact_s: 0.1,
+            unresolved_n: 0.0,
+        };
+        let found = answer.tracking(1.0).unwrap();
+        assert!((found.largest_error_n - 1.5).abs() < 1e-9, "{found:?}");
+        assert!((found.rms_error_n - 0.75_f64.sqrt()).abs() < 1e-9, "{found:?}");
+        assert_eq!(answer.tracking(3.0), None);
     }
 
     /// Rows 1 ms apart over 1 s, with changes at these instants.

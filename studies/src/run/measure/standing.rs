@@ -3,7 +3,7 @@
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Scenario, Simulation};
 use feeler_lanes::Lane;
-use feeler_manipulator::Cell;
+use feeler_manipulator::{Cell, JointPart};
 use feeler_plant::description::Engagement;
 
 use crate::run::measure::contact::ContactRun;
@@ -42,13 +42,16 @@ impl Standing {
     }
 }
 
-/// Whether anything moves the motors of an arm: its position control, or a controller with a law or a
-/// reference.
+/// Whether anything moves the motors of an arm: its position control, a controller with a law or a reference,
+/// or a joint's load or ripple.
 fn is_driven(cell: &Cell) -> bool {
     let drives = |used: &ControllerUse| {
         !matches!(used.spec.law, Law::OpenLoop) || used.spec.reference != ReferenceSpec::Constant(0.0)
     };
-    cell.hold.bandwidth_hz > 0.0 || cell.scenario.controllers.values().any(drives)
+    let loaded = |joint: &JointPart| joint.guide.load != 0.0 || !joint.drive.ripples.is_empty();
+    cell.hold.bandwidth_hz > 0.0
+        || cell.scenario.controllers.values().any(drives)
+        || cell.joints.iter().any(loaded)
 }
 
 /// Whether a negative compression becomes positive within `horizon_s`.

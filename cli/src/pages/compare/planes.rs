@@ -1,0 +1,86 @@
+//! Nyquist's curves and root loci of several loops over each other.
+
+use crate::pages::analyze::{loci, nyquist};
+use crate::pages::parts::{Page, Plane, PlaneKind, PlaneShape};
+
+use super::Taken;
+
+/// The colours of the curves, in order.
+const INKS: [&str; 6] =
+    ["var(--first)", "var(--second)", "var(--third)", "var(--fourth)", "var(--fifth)", "var(--sixth)"];
+
+/// Nyquist's curves in one plane, and the loci that have the same plane: continuous ones, and those of one
+/// period.
+pub(super) fn draw(taken: &[Taken], page: &mut Page) {
+    let mut curves: Vec<(usize, Plane)> = Vec::new();
+    let mut roots: Vec<Vec<(usize, Plane)>> = Vec::new();
+    for (i, one) in taken.iter().enumerate() {
+        let Some((report, found)) = one.theory() else { continue };
+        curves.extend(nyquist(report, found).map(|plane| (i, sampled(plane))));
+        let Some(plane) = loci(report, found).into_iter().next() else { continue };
+        let same = |other: &Vec<(usize, Plane)>| {
+            other.iter().any(|(_, other)| (other.kind, other.period_s) == (plane.kind, plane.period_s))
+        };
+        match roots.iter_mut().find(|other| same(other)) {
+            Some(other) => other.push((i, plane)),
+            None => roots.push(vec![(i, plane)]),
+        }
+    }
+    let caption = "of the open loops, sampled, gains as set; negative frequencies dashed; the cross is −1, the \
+                   thin circle modulus 1.";
+    one_plane(curves, "Nyquist's curves", caption, taken, page);
+    for planes in roots {
+        let loops =
+            if planes.iter().any(|(_, plane)| plane.kind == PlaneKind::Z) { "sampled" } else { "continuous" };
+        let caption = format!(
+            "of the {loops} loops: crosses are poles at gain zero, circles zeros, squares the gain of each file; \
+             the grey line is the border of stability."
+        );
+        one_plane(planes, "Root loci", &caption, taken, page);
+    }
+}
+
+/// The curve of the sampled loop; the continuous one where there is no other.
+fn sampled(mut plane: Plane) -> Plane {
+    let is_sampled = |name: &str| name.starts_with("sampled");
+    if plane.paths.iter().any(|path| is_sampled(&path.name)) {
+        plane.paths.retain(|path| is_sampled(&path.name));
+    }
+    plane
+}
+
+/// Planes over each other, each in its colour, with a legend.
+fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[Taken], page: &mut Page) {
+    let legend: Vec<(&str, String)> =
+        planes.iter().map(|(i, _)| (INKS[i % INKS.len()], taken[*i].name.clone())).collect();
+    let mut all: Option<Plane> = None;
+    for (i, mut plane) in planes {
+        let colour = i % INKS.len();
+        for path in &mut plane.paths {
+            path.name = [taken[i].name.as_str(), &path.name].join(" ").trim().to_owned();
+            path.colour = colour;
+        }
+        // The critical point is that of all.
+        let is_common = plane.kind == PlaneKind::Nyquist;
+        for mark in plane.marks.iter_mut().filter(|_| !is_common) {
+            mark.name = format!("{}: {}", taken[i].name, mark.name);
+            mark.colour = Some(colour);
+        }
+        // A disk margin is that of one.
+        plane.circles.truncate(1);
+        if let Some(all) = &mut all {
+            all.paths.append(&mut plane.paths);
+            all.marks.extend(plane.marks.into_iter().filter(|_| !is_common));
+            let ([left, right, low, high], of) = (all.view, plane.view);
+            all.view = [left.min(of[0]), right.max(of[1]), low.min(of[2]), high.max(of[3])];
+        } else {
+            all = Some(Plane { title: title.into(), caption: caption.into(), ..plane });
+        }
+    }
+    if let Some(mut all) = all {
+        // What is set lies over what it lies on.
+        all.marks.sort_by_key(|mark| mark.shape == PlaneShape::Now);
+        page.plane(&all);
+        page.swatches(&legend);
+    }
+}

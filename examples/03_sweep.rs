@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("gain {:.3}: {}", gains[row], outcomes[row].as_deref().unwrap_or("failed"));
     }
 
-    // Next to the edge a swing grows or decays so slowly that a run leaves it undecided: the edge lies
+    // Next to the edge a swing grows or decays so slowly that a run leaves it undecided. The edge lies
     // between the last gain that settles and the first that is unstable.
     let last = ends_as("settled").next_back().ok_or("no gain settles")?;
     let first = ends_as("unstable").next().ok_or("no gain is unstable")?;

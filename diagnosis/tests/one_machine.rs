@@ -2,12 +2,12 @@
 //! exponentials, other root finders and the same hybrid semantics ([`feeler_plant::motion::modes`]).
 //!
 //! Tolerance. Both locate events to a thousandth of a picosecond and carry states to rounding, 1e-14 of the
-//! motion per row, over up to 8e4 rows: [`AGREEMENT`] of the largest value has room for that. A motion that
-//! takes errors apart (a guide that breaks loose under friction that falls with speed, a row of impacts) may
-//! differ by as much as it differs from itself when it starts [`NUDGE_M_PER_S`] faster. The predictor's
-//! extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a row, some
-//! 0.01 m/s: 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong side or a row
-//! late is off by 1e-4 at least.
+//! motion per row, over up to 8e4 rows. [`AGREEMENT`] of the largest value has room for that. Some motions
+//! take errors apart: a guide that breaks loose under friction that falls with speed, or a row of impacts.
+//! Such a motion may differ by as much as from its own when that starts [`NUDGE_M_PER_S`] faster. The
+//! predictor's extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a row,
+//! some 0.01 m/s: 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong side or a
+//! row late is off by 1e-4 at least.
 
 use std::path::Path;
 
@@ -293,7 +293,7 @@ fn prop_drawn_machines_are_predicted_as_they_run() {
     assert!(2 * touched > DRAWN, "only {touched} of {DRAWN} touched the wall");
 }
 
-/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it: their
+/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it. Their
 /// loops run inside the prediction as they run in the machine.
 #[test]
 fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {

@@ -1,5 +1,5 @@
-//! Columns of a dataset that are inputs under other names than `<actuator>.command`: the reference of a
-//! controller in the machine file (`controllers.force.reference`), an imposed position
+//! Columns of a dataset that are inputs under other names than `<actuator>.command`. They are the reference
+//! of a controller in the machine file (`controllers.force.reference`), an imposed position
 //! (`bodies.rig.position`), and the current of a motor that it commands.
 
 use feeler_catalogue::Dimension;

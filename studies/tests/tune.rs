@@ -56,7 +56,7 @@ fn rests(scenario: Scenario) -> bool {
 }
 
 /// Whether a loop with some settings comes to rest, and so do each share of its gains in the order of trying,
-/// and its neighbours: 5 % less and more of the gains, and of each frequency that is set.
+/// and its neighbours. These have 5 % less and more of the gains, and of each frequency that is set.
 fn rests_around(
     document: &Document,
     controller: &str,
@@ -88,8 +88,8 @@ fn tuned_settings(tuned: &Tuned) -> Vec<(String, f64)> {
     pairs.map(|(key, value)| (key.to_owned(), value.parse().unwrap())).collect()
 }
 
-/// The largest allowed bandwidth of a dense grid over factors on some gains of the file together, and over
-/// values of another number, that comes to rest with all around it.
+/// The largest allowed bandwidth of a dense grid that comes to rest with all around it. The grid is over
+/// factors on some gains of the file together, and over values of another number.
 fn by_brute_force(
     document: &Document,
     controller: &str,

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::error::ValidationError;
 use crate::table::Row;
 
-/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N. The numbers come from
+/// Reference machines, and the largest contact force (N) of each on a grid of 0.1 ms. The numbers come from
 /// three independent integrations with located events, which agree to 1e-9 N.
 const MACHINES: [(&str, f64); 3] =
     [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
@@ -21,7 +21,7 @@ const INDEPENDENT_N: f64 = 1e-6;
 /// rows of 10 us, (w h)^4 of 1e-3.
 const EXACT: f64 = 1e-9;
 /// Fixed-step methods handle an event at the end of its step, which is first order. The position of the event
-/// within the step is random; after averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm
+/// within the step is random. After averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm
 /// remains, over steps that span a factor of 32.
 const ORDER: [f64; 2] = [0.85, 1.15];
 /// The first impact ends before this, s.

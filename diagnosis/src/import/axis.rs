@@ -112,8 +112,8 @@ impl Beliefs {
         chains.filter_map(on_it).max_by_key(|(chain, _)| chain.joints())
     }
 
-    /// The joint with this name in the log: by its name, by words that both names share, or else by its index
-    /// if both have the same number and no name contradicts.
+    /// The joint with this name in the log: by its name, or by words that both names share. Else by its
+    /// index, if both have the same number and no name contradicts.
     pub(super) fn find(&self, name: &str, among: &[String]) -> Option<(&AxisBelief, String)> {
         let place = among.iter().position(|other| other == name)?;
         let named = by_names(among, &self.names());

@@ -18,8 +18,8 @@ pub(super) struct Arm {
     chain: Chain,
     /// The joint's place in the chain.
     at: usize,
-    /// For each joint of the chain its column of positions, and one of its numbers in SI; `None` where the
-    /// log has none, and the joint is taken to stand at zero.
+    /// For each joint of the chain its column of positions, and one of its numbers in SI. `None` if the log
+    /// has none; the joint is then taken to stand at zero.
     positions: Vec<Option<(String, f64)>>,
 }
 

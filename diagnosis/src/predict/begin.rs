@@ -14,8 +14,8 @@ const STANDARD_ERRORS: f64 = 4.0;
 const SPEED_SHARE: f64 = 0.05;
 /// A record tells no more digits of a motion.
 const DIGITS: f64 = 1e-9;
-/// A way of this many steps of the readings is one, and this share of it in half the time a motion that goes
-/// on: from rest it is a quarter.
+/// A way of more than this many steps of the readings is clear. In half the time, a motion that goes on makes
+/// more than this share of it, about half; from rest it makes a quarter.
 const CLEAR_STEPS: f64 = 8.0;
 const HALF_WAY: f64 = 0.35;
 /// Scatter over the step of the readings up to which a motion is a parabola.
@@ -72,8 +72,8 @@ pub(super) fn beginning(
     stands_out.then_some([begun.value, begun.speed / spacing_s])
 }
 
-/// Whether a motion has a speed at its first row: half of the rows in which it leaves the steps of its
-/// readings then make about half of the way, and from rest a quarter at most.
+/// Whether a motion has a speed at its first row. In half of the rows in which it leaves the steps of its
+/// readings it then makes about half of the way. From rest it makes a quarter at most.
 pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     let step = step.max(DIGITS * series.iter().fold(0.0_f64, |most, x| most.max((x - series[0]).abs())));
     let way = |row: usize| (series[row] - series[0]).abs();
@@ -81,8 +81,8 @@ pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     middle.is_some_and(|half| way(half) > HALF_WAY * way(2 * half))
 }
 
-/// A parabola through rows: value and speed (per row) at the first, root mean square of what it leaves, and
-/// the standard error of the speed over that of a row.
+/// A parabola through rows: value and speed (per row) at the first, and the root mean square of the
+/// residuals. Also the standard error of the speed over that of a row.
 pub(super) struct Parabola {
     rows: usize,
     pub(super) value: f64,

@@ -20,8 +20,8 @@ const COLUMNS: usize = 10;
 /// Agreement of two columns, relative to every state's size over the span: the roundings of the parts, grown
 /// by the weights of the extrapolation, some hundreds.
 const AGREEMENT: f64 = 1e-13;
-/// A span is not cut below this share: a kink of the motion is then crossed as it is, and what that leaves is
-/// the square of so short a time.
+/// A span is not cut below this share. A kink of the motion is then crossed as it is, which leaves an error
+/// of the square of so short a time.
 const SMALLEST_SHARE: f64 = 1e-9;
 /// Share of a span over which the slope of a law that is not linear is taken.
 const SLOPE_SHARE: f64 = 1e-5;

@@ -78,8 +78,8 @@ impl LinearSystem {
         modes
     }
 
-    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a large
-    /// part of a slow drive force to the contact, else the one that carries most of it.
+    /// Frequency of the mode in which drive and tool move on a contact, Hz. It is the first mode that carries
+    /// a large part of a slow drive force to the contact, else the one that carries most of it.
     pub(crate) fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
         let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return f64::NAN };

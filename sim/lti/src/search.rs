@@ -34,8 +34,8 @@ pub(crate) fn bisect<E>(
     Ok(a + 0.5 * (b - a))
 }
 
-/// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the larger, by
-/// interpolation that never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
+/// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the larger. The
+/// interpolation never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
 /// Trans. Mathematical Software 47, 2020: ITP).
 pub(crate) fn smooth_root<E>(
     mut a: f64,

@@ -63,9 +63,9 @@ const FARTHEST: f64 = 0.2;
 /// A step that lowers the residuals by less than this share is the last.
 const LAST_STEP: f64 = 1e-7;
 
-/// Residuals: slope and missing curvature of the end-point's acceleration at its target peaks, phases at the
-/// landmarks over 4 degrees, excesses of other phases over their bounds, and distances of the parameters'
-/// logarithms from the start of the fit.
+/// Residuals: slope and missing curvature of the end-point's acceleration at its target peaks, and phases at
+/// the landmarks over 4 degrees. Also the excesses of other phases over their bounds, and the distances of
+/// the parameters' logarithms from the start of the fit.
 fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     let chain = Chain::from_logs(logs);
     let mut all = Vec::new();

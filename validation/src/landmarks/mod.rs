@@ -202,8 +202,8 @@ fn nearest_resonances(found_hz: &[f64]) -> [f64; 5] {
     })
 }
 
-/// The landmarks from white-noise experiments on the simulated machine: crossings of measured phases, peaks
-/// of the measured acceleration of the end-point, and resonances as the common poles of the two measured
+/// The landmarks from white-noise experiments on the simulated machine: crossings of measured phases, and
+/// peaks of the measured acceleration of the end-point. Resonances are the common poles of the two measured
 /// accelerations.
 ///
 /// # Errors

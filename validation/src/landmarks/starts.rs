@@ -39,9 +39,9 @@ impl Guess {
     const NEUTRAL: Self =
         Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
-    /// A random choice: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a
-    /// base of a third to ten times the rest, joints damped by 0.3 to 5 %, a source with half to twice the
-    /// critical damping.
+    /// A random choice: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade,
+    /// and a base of a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has half to
+    /// twice the critical damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");
         let between = |index, low: f64, high: f64| low * (high / low).powf(stream.uniform_at(index));

@@ -1,6 +1,6 @@
-//! A plain regression that the diagnosis is held against: the balance of forces, smoothed without phase a
-//! few times above the motion; mass, damping and the terms of one cause by bounded least squares on the
-//! experiments to be fitted; causes ranked by their likelihood on the others.
+//! A plain regression against which the diagnosis is compared: the balance of forces. It is smoothed without
+//! phase, a few times above the motion. Bounded least squares on the experiments to be fitted give mass,
+//! damping and the terms of one cause. Causes are ranked by their likelihood on the others.
 //!
 //! It shares its low-pass with the diagnosis and nothing else: nothing is predicted forward.
 
@@ -52,8 +52,8 @@ pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regres
     found.into_iter().collect()
 }
 
-/// Causes that the library has by what they gain on the check experiments, the best first; empty where the
-/// dataset has no free experiments with a command and a position to fit and to check. A cause is named where
+/// Causes of the library by what they gain on the check experiments, the best first. The list is empty if the
+/// dataset lacks free experiments, with a command and a position, to fit and to check. A cause is named if
 /// [`named`] says so.
 fn regress(dataset: &Dataset) -> Vec<Regressed> {
     let prepared = Believed::of(dataset).zip(believed::measured(dataset));

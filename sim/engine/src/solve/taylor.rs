@@ -256,7 +256,7 @@ impl Polynomial {
         self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span)
     }
 
-    /// For a value of zero at the start: the first evaluated instant with a positive value, a negative number
+    /// For a value of zero at the start: the first evaluated instant with a positive value. A negative number
     /// if the value falls at once, `None` if it stays at zero.
     fn leave_zero(&self, span: f64, slope_size: f64) -> Option<f64> {
         // Just after the start the sign is that of the lowest power of time whose term matters at the end of

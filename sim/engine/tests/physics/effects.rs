@@ -199,7 +199,7 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
     }
 }
 
-/// An arm of 10 N m, held by its drive, on a base of 1000 N m/rad: the weight turns the base, whether it is a
+/// An arm of 10 N m, held by its drive, on a base of 1000 N m/rad. The weight turns the base, whether it is a
 /// body of its own or an effect of the guide.
 #[test]
 fn regress_the_weight_of_an_arm_loads_the_base_that_an_effect_makes() {

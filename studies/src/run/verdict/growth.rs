@@ -6,8 +6,8 @@
 //! must fall into the tail, or the tool must be away at the end, so that it has not come to rest since.
 //!
 //! Sensor noise keeps a stable loop moving; the closer the loop is to its limit, the slower its amplitude
-//! varies. The three amplitudes then also rise by chance: in one run of a hundred by 1.5 times each, and in
-//! one of ten so that a line through their logarithms exceeds four of its standard errors. Up to 100 sigma
+//! varies. The three amplitudes then also rise by chance. In one run of a hundred they rise by 1.5 times
+//! each. In one of ten a line through their logarithms exceeds four of its standard errors. Up to 100 sigma
 //! the motion may be a response to noise. It then grows only if the rise from window to window is significant
 //! against the spread of these rises ([`Trend::in_noise`]).
 

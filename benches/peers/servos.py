@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Servos against closed forms and against MuJoCo, in one run: prints the table of docs/servos.md.
 
-Usage: servos.py [FEELER], the binary to measure (target/release/feeler where absent). Needs `pip install mujoco`.
+Usage: servos.py [FEELER], the binary to measure (target/release/feeler if absent). Needs `pip install mujoco`.
 """
 
 import csv

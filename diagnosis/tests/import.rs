@@ -312,7 +312,7 @@ fn regress_files_without_numbers_and_models_of_another_sort_are_refused_in_one_l
     for (model, said) in [
         (Model::Mjcf(urdf), "this is a URDF"),
         (Model::Urdf(file("m.xml", b"<mujoco/>")), "this is an MJCF model"),
-        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is no XML"),
+        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is not XML"),
         (Model::Urdf(file("latin.urdf", b"<robot>\n<!-- \xe4 -->")), "line 2: byte 13 is not UTF-8"),
     ] {
         let options =

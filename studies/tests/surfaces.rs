@@ -132,7 +132,7 @@ fn truth_bad_surfaces_are_one_clear_error_each() {
     let cases: [(String, &[&str]); 8] = [
         (mesh("absent.stl"), &["absent.stl", "No such file"]),
         (mesh("text.obj"), &["text.obj", "line 2"]),
-        (mesh("part.step"), &["`step` is no mesh format", "STL or OBJ"]),
+        (mesh("part.step"), &["`step` is not a mesh format", "STL or OBJ"]),
         (
             format!("{ball}\n{}\nfeed = {{ velocity_y = 0.1, duration = 1.0 }}", block(0.1)),
             &["does not meet the workpiece", "move the workpiece"],

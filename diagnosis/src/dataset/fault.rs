@@ -201,7 +201,7 @@ impl FaultKind {
                 let others = if known.is_empty() { "" } else { "rename the column that it is, or " };
                 let remedy = near
                     .as_ref()
-                    .map_or_else(|| format!("{others}record it, or take it out of [columns]"), rename);
+                    .map_or_else(|| format!("{others}record it, or remove it from [columns]"), rename);
                 return (format!("the column is missing{there}"), remedy.into());
             }
             Self::NoCommand => (

@@ -288,8 +288,8 @@ fn parsed<T>(
     })?;
     let xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
     for (other, what, remedy) in [
-        ("<robot", "this is a URDF, and no MJCF model", "name it by --urdf"),
-        ("<mujoco", "this is an MJCF model, and no URDF", "name it by --mjcf"),
+        ("<robot", "this is a URDF, not an MJCF model", "name it by --urdf"),
+        ("<mujoco", "this is an MJCF model, not a URDF", "name it by --mjcf"),
     ] {
         if xml && other != root && text.contains(other) && !text.contains(root) {
             return Err(refuse(what.into(), remedy));
@@ -297,7 +297,7 @@ fn parsed<T>(
     }
     if !xml {
         let remedy = "name a URDF by --urdf, an MJCF model by --mjcf, a machine file by --machine";
-        return Err(refuse("this is no XML, and so neither URDF nor MJCF".into(), remedy));
+        return Err(refuse("this is not XML, so neither URDF nor MJCF".into(), remedy));
     }
     parse(&text).map_err(|error| wrong(path, &error))
 }

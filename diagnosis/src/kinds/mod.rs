@@ -205,7 +205,9 @@ pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use feeler_plant::effects::{CoulombFriction, LIBRARY};
+    use feeler_plant::description::{Contact, GROUND, Machine, Site, Table};
+    use feeler_plant::effects::{ContactStiffness, CoulombFriction, LIBRARY, LoadFriction};
+    use indexmap::IndexMap;
 
     use super::*;
 
@@ -219,6 +221,20 @@ mod tests {
             assert!(a != *b && dossier(*b).apart.iter().all(|(kind, _)| *kind != a), "{a} {b}");
         }
         assert_eq!(apart(Kind::Backlash, Kind::AddedMass), None);
+    }
+
+    #[test]
+    fn truth_a_value_within_tolerance_departs_from_one_that_is_known_exactly() {
+        let mut machine = Machine::default();
+        machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 0.0));
+        let tolerance = IndexMap::from([("contacts.tool.stiffness".to_owned(), 0.1)]);
+        let contact = Element::at(Site { table: Table::Contacts, index: 0 }, &machine, &tolerance);
+        let seen = Seen { stroke_m: 1.0, command_n: 1.0, step_m: 0.0, instant_s: 0.0 };
+        let trivial =
+            |element: &Element<'_>, stiffness| ContactStiffness { stiffness }.is_trivial(element, seen);
+        assert!(trivial(&contact, 1.05e5) && !trivial(&contact, 1.2e5));
+        assert!(!trivial(&contact.known_exactly(), 1.05e5));
+        assert!(LoadFriction { ratio: 100.0 }.is_trivial(&contact.known_exactly(), seen));
     }
 
     #[test]

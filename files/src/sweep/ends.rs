@@ -71,7 +71,8 @@ pub(super) fn try_ends(
             value.mistake.note(problems);
         }
     } else if let Some(value) = doubtful.into_iter().next() {
-        let message = format!("no combination of the ends is right; the first: {}", value.mistake.message);
+        let message =
+            format!("every combination of the ends is invalid; the first: {}", value.mistake.message);
         Mistake { path: "axes".into(), message, ..value.mistake }.note(problems);
     }
     Some(units)

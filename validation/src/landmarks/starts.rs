@@ -39,8 +39,8 @@ impl Guess {
     const NEUTRAL: Self =
         Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
-    /// A random choice: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade,
-    /// and a base of a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has half to
+    /// A random choice. The motor has 20 to 90 % of the mass, the flexible modes have shares within a decade,
+    /// and the base has a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has half to
     /// twice the critical damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");

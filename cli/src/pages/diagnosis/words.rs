@@ -247,9 +247,8 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
                      several that fit"
                 }
                 (None, false) => {
-                    "simulate with machine.toml; it predicts what these records show as well as its rivals \
-                     would, but do not rely on \
-                 which of them is the cause before they are told apart"
+                    "simulate with machine.toml: it predicts these records as well as its rivals would; do \
+                     not rely on its cause before an experiment separates them"
                 }
             }
         }

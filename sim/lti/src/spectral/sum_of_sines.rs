@@ -102,7 +102,7 @@ pub fn find_sines(record: &[f64], period_s: f64) -> Result<SineSum, LtiError> {
 ///
 /// # Errors
 /// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
-/// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate;
+/// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate.
 /// [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be separated.
 pub fn response_at_sines(
     input: &[f64],

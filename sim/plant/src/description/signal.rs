@@ -151,13 +151,13 @@ impl fmt::Display for SignalName {
 #[non_exhaustive]
 pub enum ParseSignalError {
     /// There is no dot.
-    #[error("`{text}` is no signal")]
+    #[error("`{text}` is not a signal")]
     NoDot {
         /// What was written.
         text: String,
     },
     /// The part after the dot is not a quantity.
-    #[error("`{quantity}` is no quantity of a signal")]
+    #[error("`{quantity}` is not a quantity of a signal")]
     UnknownQuantity {
         /// What was written.
         quantity: String,

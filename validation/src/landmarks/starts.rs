@@ -40,8 +40,8 @@ impl Guess {
         Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
     /// A random choice. The motor has 20 to 90 % of the mass, the flexible modes have shares within a decade,
-    /// and the base has a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has half to
-    /// twice the critical damping.
+    /// and the base has a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has half
+    /// to twice the critical damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");
         let between = |index, low: f64, high: f64| low * (high / low).powf(stream.uniform_at(index));

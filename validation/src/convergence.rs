@@ -185,10 +185,16 @@ pub fn markdown(study: &Study) -> String {
     let mut text = String::from(
         "# Convergence through an impact\n\
          \n\
+         ```text\n\
+         feeler validate convergence\n\
+         ```\n\
+         \n\
+         ![Error of the peak force against computing time](work-precision.svg)\n\
+         \n\
          The reference machines M1, M2 and M4 (`scenarios/reference/`) meet a wall or a workpiece under\n\
          sampled force control. The tables show the relative error of the largest contact force, by\n\
          integrator and step. The order is the slope of log error over log step, by regression. The\n\
-         command `feeler validate convergence` makes this page.\n\
+         command makes this page; the picture is that of [performance](performance.md).\n\
          \n\
          Each number is the root mean square over sixteen steps within 9 % of the nominal one. These steps\n\
          are incommensurate with the controller's period of 1 ms, so events fall anywhere in a step. Steps\n\

@@ -1,4 +1,4 @@
-//! The book as its readers use it: every page is in the contents, every link has a target, and the commands
+//! The book as its readers use it: every page is in the contents, and every link has a target. The commands
 //! and files in it work.
 //!
 //! The language of a fenced block decides its test:

@@ -185,7 +185,7 @@ fn prop_the_bandwidth_is_that_of_brute_force_everywhere() {
     compare("paper/flexible-contact.toml", "structure = gains+filter", Some(("low_pass", band)), 60);
 }
 
-/// By theory alone the best notch lies at the edge of chatter: a run settles at 20.45 Hz, and chatters at
+/// By theory alone the best notch lies at the edge of chatter. A run settles at 20.45 Hz, and chatters at
 /// 20.5 Hz, and at three quarters of the gain.
 #[test]
 fn regress_a_proposal_at_the_edge_of_chatter_is_refused() {

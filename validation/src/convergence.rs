@@ -17,8 +17,8 @@ const MACHINES: [(&str, f64); 3] =
     [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
 /// Tolerance of those numbers, N: the requirement on the exact integrator.
 const INDEPENDENT_N: f64 = 1e-6;
-/// Peaks of the exact integrator at any two steps agree to this share: rounding, and the parabola through
-/// rows of 10 us, (w h)^4 of 1e-3.
+/// Peaks of the exact integrator at any two steps agree to this share. It covers rounding, and the parabola
+/// through rows of 10 us, (w h)^4 of 1e-3.
 const EXACT: f64 = 1e-9;
 /// Fixed-step methods handle an event at the end of its step, which is first order. The position of the event
 /// within the step is random. After averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm

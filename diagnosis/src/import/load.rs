@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use super::axis::Beliefs;
 use super::roles::{Guess, Role, UnitGuess};
 
-/// Half of the time over which a position is smoothed for its speed and acceleration, s: other joints couple
+/// Half of the time over which a position is smoothed for its speed and acceleration, s. Other joints couple
 /// by motions that last longer, and steps of encoders average out.
 const HALF_SPAN_S: f64 = 0.08;
 /// Readings on either side within that time.

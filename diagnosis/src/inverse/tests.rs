@@ -91,7 +91,7 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
-/// A level loses some percent about its reversals, where the smooth direction turns; a noise of 2 % over
+/// A level loses some percent about its reversals, where the smooth direction turns. A noise of 2 % over
 /// thousands of rows shifts nothing by a percent.
 const OFF: f64 = 0.05;
 

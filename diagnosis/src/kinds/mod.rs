@@ -181,7 +181,7 @@ pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>
     (dossier(outer).embed)(inner, values)
 }
 
-/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`: several if there are
+/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`. Several if there are
 /// several candidates, and empty if it does not contain it.
 pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
     (dossier(outer).nearest)(inner, values)

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Share of the excursion by which a motion must have moved for its speed to be read off, so that neither
-/// noise nor steps of the encoder count.
+/// Share of the excursion by which a motion must have moved for its speed to be read off. Then neither noise
+/// nor steps of the encoder count.
 const MOVED: f64 = 0.5;
 /// Pairs of rows that tell how far a motion moves in a time.
 const MOST_PAIRS: usize = 500;
@@ -21,8 +21,8 @@ const HALF_WAY: f64 = 0.35;
 /// Scatter over the step of the readings up to which a motion is a parabola.
 const SCATTER: f64 = 2.0;
 
-/// Frequency of a motion, rad/s, that of a sine which moves as far in a short time, and its excursion (root
-/// mean square); `None` where nothing moves.
+/// Frequency of a motion, rad/s, and its excursion (root mean square); `None` if nothing moves. The frequency
+/// is that of a sine which moves as far in a short time.
 pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
@@ -43,9 +43,9 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
         })
 }
 
-/// Position and speed at the first row by a parabola through the first rows: those of `stretch_s`, or fewer
-/// where the motion is no parabola for so long. `None` where no speed other than the believed one stands out
-/// of the scatter and the steps of the readings, `step` each.
+/// Position and speed at the first row by a parabola through the first rows. These are the rows of
+/// `stretch_s`, or fewer if the motion is no parabola for so long. `None` if no speed other than the believed
+/// one stands out of the scatter and the steps of the readings (`step`).
 pub(super) fn beginning(
     series: &[f64],
     spacing_s: f64,

@@ -289,9 +289,9 @@ impl Flow {
         self.states
     }
 
-    /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen,
-    /// whose exponentials are kept, then over the rest by its Taylor series. A stiff mode costs no more than
-    /// a soft one.
+    /// Carries `xi` over any span, into `out`. It goes over halves, quarters and so on of the longest span
+    /// seen, whose exponentials are kept. Then over the rest by its Taylor series. A stiff mode costs no more
+    /// than a soft one.
     pub(super) fn carry_once(
         &mut self,
         span_s: f64,

@@ -120,9 +120,9 @@ impl Arm {
     /// whole arm's. The second is the axis of [`Self::reduce_with_branches`] with the fewest branches that
     /// keep the crossover within 0.5 % of its value with all of them. If several modes share the tool's
     /// displacement, this may miss the 1 %, too. Then bodies are joined to the tool as well, and all numbers
-    /// except mass and friction are fitted to the arm's response: with one body first, then two, then three.
-    /// The result is the nearest axis in any case; [`Agreement::is_trusted`] reports whether the difference
-    /// exceeds 5 %.
+    /// except mass and friction are fitted to the arm's response. This is done with one body first, then two,
+    /// then three. The result is the nearest axis in any case; [`Agreement::is_trusted`] reports whether the
+    /// difference exceeds 5 %.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].

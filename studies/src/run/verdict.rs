@@ -2,11 +2,11 @@
 //!
 //! The *tail* is the second half of the time after the last change of the reference or the first touch,
 //! whichever is later. If the reference moves to the end, it is the second half of the time after the first
-//! touch. The tail is divided into three equal parts with the amplitudes `A1, A2, A3` (half of peak to peak
-//! of the force, less its reference if that moves). They separate growth from decay. The criteria apply in
-//! this order:
+//! touch. The tail is divided into three equal parts with the amplitudes `A1, A2, A3`. They are half of peak
+//! to peak of the force, less its reference if that moves. The three separate growth from decay. The criteria
+//! apply in this order:
 //!
-//! - *unstable*: the motion left all bounds; or it grows ([`growth`]) and never left the workpiece, or it
+//! - *unstable*: the motion left all bounds. Or it grows ([`growth`]) and never left the workpiece, or it
 //!   still grows at the end of the longest extension.
 //! - *no-contact*: the tool never touched, or left before the tail without return, and is not on its way.
 //!   That is, no controller approaches, and no gap would close at its present rate and acceleration within
@@ -15,9 +15,9 @@
 //!   3 % that continues to the end. And the last impacts do not each fall by 1 % from the one before.
 //! - *driven*: a reference moves to the end, possibly in even steps, so there is nothing to settle at.
 //! - *settled*, *bounces-then-settles*: `A3` is within the settling band, and no growth from part to part
-//!   continues. There is no lift-off in the last part, no controller is in its approach, and no command moves
+//!   continues. There is no lift-off in the last part, and no controller is in its approach. No command moves
 //!   on while the force rests. The band is 2 % of the reference force, or four sigma of the sensor's noise if
-//!   that is more; steps of the sensor do not widen it. The two differ in whether the tool had left the
+//!   that is more. Steps of the sensor do not widen it. The two differ in whether the tool had left the
 //!   workpiece.
 //! - *limit-cycle*: the force oscillates and does not decay, and a drive or controller is at its limit for
 //!   over 1 % of the tail.

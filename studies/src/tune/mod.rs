@@ -269,7 +269,7 @@ impl Tuning<'_> {
         Runs::of(&machines, self.name, controller, asked)
     }
 
-    /// What the runs of each share of the gains come to, the whole last, or the first machine on which a
+    /// What the runs of each share of the gains come to, the whole last. Else the first machine on which a
     /// point, a share or a neighbour fails.
     fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
         *simulated += 1;

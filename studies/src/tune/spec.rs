@@ -111,8 +111,8 @@ pub struct Spec {
     pub controller: Option<String>,
 }
 
-/// Margins that hold unless a specification states others: those that textbooks ask for (Astrom and Murray,
-/// Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
+/// Margins that hold unless a specification states others. They are those that textbooks ask for (Astrom and
+/// Murray, Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
 const DEFAULT_LIMITS: [Limit<Measure>; 2] = [
     Limit { of: Measure::PhaseMargin, at_least: true, bound: 45.0 },
     Limit { of: Measure::GainMargin, at_least: true, bound: 2.0 },

@@ -35,7 +35,7 @@ pub(crate) fn achieved_name(report: &Report) -> &'static str {
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
-/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence;
+/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence.
 /// `None` if no loop is closed.
 pub(crate) fn as_set(report: &Report) -> Option<String> {
     let gain = report.gain()?;

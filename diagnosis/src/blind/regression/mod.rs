@@ -174,8 +174,8 @@ mod tests {
 
     const OMEGA: f64 = 5.0;
 
-    /// Records of 1.2 kg moving by 0.3 m under the forces of `law`, which is given position, speed and time;
-    /// with noise of 2 % of the command.
+    /// Records of 1.2 kg moving by 0.3 m under the forces of `law`, which is given position, speed and time.
+    /// The command has noise of 2 %.
     fn records(law: impl Fn(f64, f64, f64) -> f64) -> Vec<Measured> {
         let mut random = super::super::noise::Random::new(11);
         let waves = |t: f64, order: i32, shift: f64| {
@@ -237,7 +237,7 @@ mod tests {
         let believed = Believed { mass: 1.3, damping: 7.0, ..believed() };
         let regression = Regression { believed: &believed, rows: &rows, seen };
         let found = regression.evaluate(&CAUSES[1], None).unwrap().coefficients;
-        // Noise of 2 % over thousands of rows shifts none of them by a percent; the smooth sign of a speed
+        // Noise of 2 % over thousands of rows shifts none of them by a percent. The smooth sign of a speed
         // loses a few percent of the level about its reversals.
         for (value, truth) in found.iter().zip([1.2, 4.0, 6.0]) {
             assert!((value / truth - 1.0).abs() < 0.05, "{found:?}");

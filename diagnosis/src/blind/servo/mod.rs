@@ -3,7 +3,7 @@
 //! sampled loop.
 //!
 //! The joint ([`axis`](super::axis)) is that of the blind benches, and the loop ([`firmware`]) is written out
-//! by hand: neither the simulator nor its library of effects makes the data.
+//! by hand. Neither the simulator nor its library of effects makes the data.
 
 pub(super) mod conditions;
 mod draw;

@@ -27,8 +27,8 @@ pub enum Quantity {
     Gap,
     /// Of a contact: its rate.
     GapRate,
-    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way along the
-    /// axis, in the frame of the shapes.
+    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way. It lies along
+    /// the axis, in the frame of the shapes.
     PointX,
     /// See [`Self::PointX`].
     PointY,

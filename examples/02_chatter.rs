@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let limit = held.sampled_bands("controllers.force.kp")?.bands.first().and_then(|band| band.upper.clone());
     let Some(limit) = limit else { return Err("every gain is stable".into()) };
     println!(
-        "linear theory: stable up to a gain of {:.3}, then swings at {:.1} Hz",
+        "linear theory: stable up to a gain of {:.3}, then oscillates at {:.1} Hz",
         limit.gain, limit.frequency_hz
     );
 

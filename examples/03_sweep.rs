@@ -1,6 +1,6 @@
 //! A sweep: the same machine in many variants, and where between them stability ends.
 //!
-//! A rigid axis of 12 kg is held to its force sensor, a spring `k` of 200 kN/m; guide and sensor damp it with
+//! A rigid axis of 12 kg is held to its force sensor, a spring `k` of 200 kN/m. Guide and sensor damp it with
 //! `b` of 180 N s/m together. Force feedback with gain `K` is sampled every `T` of 1 ms. Each held command is
 //! half a period late on average, and that feeds `K k T / 2` of negative damping into the motion. What the
 //! machine damps must outweigh it:
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("gain {:.3}: {}", gains[row], outcomes[row].as_deref().unwrap_or("failed"));
     }
 
-    // Next to the edge a swing grows or decays so slowly that a run leaves it undecided: the edge lies
+    // Next to the edge a swing grows or decays so slowly that a run leaves it undecided. The edge lies
     // between the last gain that settles and the first that is unstable.
     let last = ends_as("settled").next_back().ok_or("no gain settles")?;
     let first = ends_as("unstable").next().ok_or("no gain is unstable")?;

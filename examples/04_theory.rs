@@ -2,8 +2,8 @@
 //!
 //! A motor of 7 kg moves a tip of 5 kg through a transmission of 1.2 MN/m. Seen at the motor, the response
 //! has a zero before its mode: there the tip swings on the spring and holds the motor still. Seen at the tip,
-//! that zero is gone, and with it the phase that it gives back: the trouble of every sensor that does not sit
-//! where the drive pushes.
+//! that zero is gone, and with it the phase that it gives back. This is the trouble of every sensor that does
+//! not sit where the drive pushes.
 //!
 //! ```console
 //! cargo run --release --example 04_theory
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Two masses on a spring swing against each other; the rigid motion is the other mode.
     let reduced_kg = 1.0 / (1.0 / MOTOR_KG + 1.0 / TIP_KG);
     let hz = (STIFFNESS_N_PER_M / reduced_kg).sqrt() / TAU;
-    println!("the mode swings at {:.4} Hz, by hand {hz:.4} Hz", mode.frequency_hz);
+    println!("the mode oscillates at {:.4} Hz, by hand {hz:.4} Hz", mode.frequency_hz);
 
     // Its damping ratio is that of the reduced mass on spring and damper.
     let ratio = 0.5 * DAMPING_N_S_PER_M / (STIFFNESS_N_PER_M * reduced_kg).sqrt();

@@ -2,9 +2,9 @@
 //!
 //! The folder holds six records of an axis and the file that its designer believes. Two effects are hidden in
 //! the records, and every believed value is some per cent off. The diagnosis sees neither. The records were
-//! made by a bench that shares no code with the simulator, and `scenarios/datasets/bench-axis/README.md` says
-//! in its last section what was hidden: dry friction of 7.53 N in the guide, and commands that are 1.92 ms
-//! late.
+//! made by a bench that shares no code with the simulator. The last section of
+//! `scenarios/datasets/bench-axis/README.md` says what was hidden: dry friction of 7.53 N in the guide, and
+//! commands that are 1.92 ms late.
 //!
 //! ```console
 //! cargo run --release --example 05_diagnose        # half a minute on two cores

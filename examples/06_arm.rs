@@ -1,7 +1,7 @@
 //! A whole arm: six flexible joints come down on a dome and press it with 20 N.
 //!
-//! Nothing is reduced to an axis here. The arm is read from a URDF file, with dry friction in its joints; the
-//! dome is a mesh; the tool is a ball that may touch it anywhere. Force control along the normal works beside
+//! Nothing is reduced to an axis here. The arm is read from a URDF file, with dry friction in its joints. The
+//! dome is a mesh. The tool is a ball that may touch it anywhere. Force control along the normal works beside
 //! position control of the other directions.
 //!
 //! ```console

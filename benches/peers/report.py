@@ -33,7 +33,8 @@ TURNS = 3
 
 
 def run(*command, **options):
-    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True, cwd=ROOT, **options).stdout
+    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True,
+        cwd=ROOT, **options).stdout
 
 
 def cargo_target():
@@ -43,7 +44,8 @@ def cargo_target():
 def simulator(into):
     """The simulator as anybody builds it, and the hand-written loops for the processor at hand; in turns, since the machine may be busy."""
     run("cargo", "build", "--release", "-p", "feeler-benches", "--example", "work_precision")
-    run("rustc", "--edition=2024", "-Copt-level=3", "-Ctarget-cpu=native", HERE / "hand_written.rs", "-o", into / "hand_written")
+    run("rustc", "--edition=2024", "-Copt-level=3", "-Ctarget-cpu=native", HERE / "hand_written.rs", "-o",
+        into / "hand_written")
     return "".join(run(into / "hand_written") + run(cargo_target() / "release/examples/work_precision") for _ in range(TURNS))
 
 
@@ -51,7 +53,8 @@ def build_mujoco(into):
     package = pathlib.Path(importlib.util.find_spec("mujoco").origin).parent
     library = next(package.glob("libmujoco.so*"))
     program = into / "mujoco_loop"
-    run("cc", "-O3", "-march=native", "-I", package / "include", HERE / "mujoco_loop.c", "-o", program, library, f"-Wl,-rpath,{package}", "-lm", "-lpthread")
+    run("cc", "-O3", "-march=native", "-I", package / "include", HERE / "mujoco_loop.c", "-o", program,
+        library, f"-Wl,-rpath,{package}", "-lm", "-lpthread")
     return program
 
 
@@ -60,7 +63,8 @@ def mujoco(into):
 
 
 def rapier(into):
-    run("cargo", "build", "--release", "--locked", "--manifest-path", HERE / "rapier/Cargo.toml", "--target-dir", into / "rapier")
+    run("cargo", "build", "--release", "--locked", "--manifest-path", HERE / "rapier/Cargo.toml",
+        "--target-dir", into / "rapier")
     return run(into / "rapier/release/rapier-loop")
 
 
@@ -85,7 +89,8 @@ def simulator_map(into):
     for _ in range(TURNS):
         shutil.rmtree(into / "map", ignore_errors=True)
         start = time.monotonic()
-        run(cargo_target() / "release/feeler", "sweep", "scenarios/sweeps/flexible-map.toml", "--out", into / "map")
+        run(cargo_target() / "release/feeler", "sweep", "scenarios/sweeps/flexible-map.toml", "--out",
+            into / "map")
         seconds.append(time.monotonic() - start)
     return statistics.median(seconds)
 
@@ -102,21 +107,24 @@ def read(text):
     for (who, method, machine, step, peak), times in walls.items():
         error = max(REFERENCE_ERROR, abs(float(peak) / PEAK_N[machine] - 1.0))
         step_s = float(step) if step else None
-        rows.append({"who": who, "method": method, "machine": machine, "step_s": step_s, "wall_s": statistics.median(times), "error": error})
+        rows.append({"who": who, "method": method, "machine": machine, "step_s": step_s,
+            "wall_s": statistics.median(times), "error": error})
     return rows
 
 
 def table(rows):
     """One line for each method at 0.1 ms (or at a tolerance): how many times longer it takes than the exact integrator, and its error."""
     ours = {row["machine"]: row for row in rows if (row["who"], row["method"]) == SIMULATOR}
-    yardstick = {row["machine"]: row for row in rows if (row["who"], row["method"]) == YARDSTICK and row["step_s"] == 1e-4}
+    yardstick = {row["machine"]: row for row in rows if (row["who"],
+        row["method"]) == YARDSTICK and row["step_s"] == 1e-4}
     lines = ["| who | method, 0.1 ms | simulated s per s: " + " | ".join(MACHINES) + " | exact is faster: " + " | ".join(MACHINES) + " | peak force error: " + " | ".join(MACHINES) + " |"]
     lines.append("|" + "---|" * (2 + 3 * len(MACHINES)))
     for who, method in dict.fromkeys((row["who"], row["method"]) for row in rows):
         found = {
             row["machine"]: row
             for row in rows
-            if (row["who"], row["method"]) == (who, method) and (row["step_s"] is None or abs(row["step_s"] - 1e-4) < 1e-12)
+            if (row["who"], row["method"]) == (who,
+                method) and (row["step_s"] is None or abs(row["step_s"] - 1e-4) < 1e-12)
         }
         own = "own contact" in method
         # The whole force loop has been written out for some only.
@@ -138,7 +146,8 @@ def series(row):
 
 def diagram(rows, path):
     """Error of the peak force against time for a simulated second."""
-    plt.rcParams.update({"svg.hashsalt": "work-precision", "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9})
+    plt.rcParams.update({"svg.hashsalt": "work-precision", "svg.fonttype": "none",
+        "font.family": "sans-serif", "font.size": 9})
     figure, axes = plt.subplots(1, len(MACHINES), figsize=(14, 5), sharey=True, layout="constrained")
     rows = [row for row in rows if "own contact" not in row["method"] and "recorded" not in row["method"]]
     kinds = list(dict.fromkeys(map(series, rows)))
@@ -146,11 +155,13 @@ def diagram(rows, path):
     marks = "osD^v<>"
     for axis, machine in zip(axes, MACHINES):
         for who, method in kinds:
-            points = sorted((row["wall_s"], row["error"]) for row in rows if row["machine"] == machine and series(row) == (who, method))
+            points = sorted((row["wall_s"],
+                row["error"]) for row in rows if row["machine"] == machine and series(row) == (who, method))
             if not points:
                 continue
             which = [m for w, m in kinds if w == who].index(method)
-            axis.loglog(*zip(*points), marks[which], linestyle="-", color=f"C{people.index(who)}", label=f"{who}, {method}", markersize=5, linewidth=1)
+            axis.loglog(*zip(*points), marks[which], linestyle="-", color=f"C{people.index(who)}",
+                label=f"{who}, {method}", markersize=5, linewidth=1)
         axis.set_title(machine)
         axis.set_xlabel("seconds per simulated second")
         axis.grid(True, which="major", color="#dddddd")

@@ -31,7 +31,8 @@ def simulate(machine, method, rtol):
             matrix = modes[pushing]
             times = np.append(grid[(grid > t) & (grid < end)], end)
             run = solve_ivp(
-                lambda _, x, matrix=matrix: matrix @ x + drive, (t, end), x, method=method, t_eval=times, rtol=rtol, atol=1e-3 * rtol,
+                lambda _, x, matrix=matrix: matrix @ x + drive, (t,
+                    end), x, method=method, t_eval=times, rtol=rtol, atol=1e-3 * rtol,
                 events=lift if pushing else touch,
             )
             if pushing and run.y.size:

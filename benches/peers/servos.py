@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Servos against closed forms and against MuJoCo, in one run: prints the table of docs/servos.md.
 
-Usage: servos.py [FEELER], the binary to measure (target/release/feeler where absent). Needs `pip install mujoco`.
+Usage: servos.py [FEELER], the binary to measure (target/release/feeler if absent). Needs `pip install mujoco`.
 """
 
 import csv
@@ -75,14 +75,17 @@ SAMPLED = sampled()
 
 SERVO = f'kind = "position-servo"\nkp = {KP}\nkd = {KD}\n'
 POSITION = f'<position joint="axis" kp="{KP}" kv="{KD}"'
-# Name, actuator of a Feeler file, its command, load on the mass, actuator of MuJoCo, closed form. The delay of MuJoCo
+# Name, actuator of a Feeler file, its command, load on the mass, actuator of MuJoCo, closed form.
+# The delay of MuJoCo
 # is one of its samples of a command, of which it keeps one a step.
 CASES = [
     ("step", SERVO, TARGET, 0.0, POSITION + "/>", closed_step),
     ("load of 19.62 N", SERVO, TARGET, -MASS * GRAVITY, POSITION + "/>",
      lambda t: closed_step(t) - MASS * GRAVITY / KP * closed_step(t) / TARGET),
-    ("limit of 20 N", SERVO + "limit = 20.0\n", TARGET, 0.0, POSITION + ' forcelimited="true" forcerange="-20 20"/>', closed_limited),
-    ("target 20 ms late", SERVO + f"delay = {LATE}\n", TARGET, 0.0, POSITION + f' delay="{LATE}" nsample="{{samples}}"/>',
+    ("limit of 20 N", SERVO + "limit = 20.0\n", TARGET, 0.0,
+        POSITION + ' forcelimited="true" forcerange="-20 20"/>', closed_limited),
+    ("target 20 ms late", SERVO + f"delay = {LATE}\n", TARGET, 0.0,
+        POSITION + f' delay="{LATE}" nsample="{{samples}}"/>',
      lambda t: closed_step(max(t - LATE, 0.0))),
     ("sampled at 100 Hz", SERVO + f"period = {PERIOD}\n", TARGET, 0.0, '<motor joint="axis"/>', None),
     ("motor on 6 V", f'kind = "dc-motor"\nresistance = {OHMS}\ntorque_constant = {CONSTANT}\ngear_ratio = {RATIO}\n', VOLTS, 0.0,
@@ -179,12 +182,14 @@ def main():
     zeta = KD / (2 * math.sqrt(KP * MASS))
     hertz = math.sqrt(KP / MASS) * math.sqrt(1 - zeta**2) / (2 * math.pi)
     found = [damping_and_frequency(feeler(binary, SERVO, TARGET, 0.0))]
-    found += [damping_and_frequency(peer("step", POSITION + "/>", TARGET, 0.0, 2e-3, i)) for i in ("implicitfast", "RK4")]
+    found += [damping_and_frequency(peer("step", POSITION + "/>", TARGET, 0.0, 2e-3,
+        i)) for i in ("implicitfast", "RK4")]
     print(f"| damping ratio | {zeta:.4f} | " + " | ".join(f"{z:.4f}" for z, _ in found) + " |")
     print(f"| frequency of the swing, Hz | {hertz:.4f} | " + " | ".join(f"{f:.4f}" for _, f in found) + " |")
     under_load = next(closed for name, *_, closed in CASES if name.startswith("load"))
     ends = [feeler(binary, SERVO, TARGET, -MASS * GRAVITY)[-1][1]]
-    ends += [peer("load", POSITION + "/>", TARGET, -MASS * GRAVITY, 2e-3, i)[-1][1] for i in ("implicitfast", "RK4")]
+    ends += [peer("load", POSITION + "/>", TARGET, -MASS * GRAVITY, 2e-3, i)[-1][1] for i in ("implicitfast",
+        "RK4")]
     print(f"| under the load after {DURATION:g} s, mm | {under_load(DURATION) * 1e3:.4f} | " + " | ".join(f"{x * 1e3:.4f}" for x in ends) + " |")
 
 

@@ -1,7 +1,9 @@
-// Charts by uPlot from data: drawn, read by pointer and by keys, zoomed, saved. `feeler.chart` is also what a live page redraws with.
+// Charts by uPlot from data: drawn, read by pointer and by keys, zoomed, saved. `feeler.chart` is
+// also what a live page redraws with.
 const feeler = (() => {
   "use strict";
-  // Okabe and Ito's colours, told apart by all kinds of sight, in the order that stands out on light or on dark ground.
+  // Okabe and Ito's colours, told apart by all kinds of sight, in the order that stands out on
+  // light or on dark ground.
   const ON_LIGHT = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
   const ON_DARK = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
   const HEIGHT = 280, PATH_HEIGHT = 420;
@@ -21,7 +23,8 @@ const feeler = (() => {
     return out.buffer;
   };
   // A gap is `null` to uPlot.
-  const gaps = (values) => values.every(Number.isFinite) ? values : Array.from(values, (v) => Number.isFinite(v) ? v : null);
+  const gaps = (values) => values.every(Number.isFinite) ? values : Array.from(values, (v) =>
+      Number.isFinite(v) ? v : null);
   // Values as they are written in a page: a list, the bytes of floats, or even steps.
   const column = (values) => {
     if (Array.isArray(values)) return values;
@@ -32,10 +35,12 @@ const feeler = (() => {
 
   const linearTicks = (low, high, most, angle) => {
     const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
-    const steps = angle && rough > 1 ? [5, 15, 45, 90, 180, 360, 720, 1440, 3600] : [1, 2, 5, 10].map((m) => m * power);
+    const steps = angle && rough > 1 ? [5, 15, 45, 90, 180, 360, 720, 1440, 3600] : [1, 2, 5, 10].map((m) =>
+        m * power);
     const step = steps.find((s) => s >= rough * (1 - 1e-9)) ?? rough;
     const all = [];
-    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100; i++) all.push(i * step);
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100;
+      i++) all.push(i * step);
     return all;
   };
   const logTicks = (low, high, most) => {
@@ -56,10 +61,12 @@ const feeler = (() => {
   const tickTexts = (ticks) => {
     const largest = ticks.reduce((m, v) => Math.max(m, Math.abs(v)), 0);
     const least = ticks.slice(1).reduce((m, v, i) => Math.min(m, Math.abs(v - ticks[i])), Infinity);
-    const digits = Number.isFinite(least) && least > 0 ? Math.min(15, Math.max(1, Math.ceil(Math.log10(largest / least)) + 1)) : 5;
+    const digits = Number.isFinite(least) && least > 0 ? Math.min(15,
+        Math.max(1, Math.ceil(Math.log10(largest / least)) + 1)) : 5;
     return ticks.map((v) => {
       const shown = Number(v.toPrecision(digits)), size = Math.abs(shown);
-      const written = shown !== 0 && (size >= 1e6 || size < 1e-4) ? shown.toExponential().replace("e+", "e") : shown.toString();
+      const written = shown !== 0 && (size >= 1e6 || size < 1e-4) ? shown.toExponential().replace("e+", "e") :
+          shown.toString();
       return written.replace("-", "\u2212");
     });
   };
@@ -128,7 +135,8 @@ const feeler = (() => {
       for (const y of [from, to]) { ctx.moveTo(x - 5 * scale, y); ctx.lineTo(x + 5 * scale, y); }
       ctx.stroke();
       ctx.restore();
-      name(gauge.label, x + 8 * scale, Math.min(Math.max((from + to) / 2, top + 16 * scale), top + height - 8 * scale));
+      name(gauge.label, x + 8 * scale, Math.min(Math.max((from + to) / 2, top + 16 * scale), top +
+          height - 8 * scale));
     }
     for (const mark of chart.marks) {
       const [x, y] = at(mark.x, mark.y);
@@ -141,7 +149,8 @@ const feeler = (() => {
 
   // Room for named lines within the vertical range; a difference that is rounding fills no chart.
   const vertical = (chart) => chart.y.log
-    ? { distr: 3, log: 10, range: (u, low, high) => low == null ? [0.1, 1] : high > low ? [low / 1.3, high * 1.3] : [low / 10, high * 10] }
+    ? { distr: 3, log: 10, range: (u, low, high) => low == null ? [0.1, 1] : high > low ? [low / 1.3,
+        high * 1.3] : [low / 10, high * 10] }
     : {
       range: (u, low, high) => {
         if (low == null) return [0, 1];
@@ -163,27 +172,35 @@ const feeler = (() => {
   const curves = (chart) => chart.series.map((series, i) => {
     const paint = palette(series.colour ?? i);
     return {
-      label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint, width: series.dashed ? 1.5 : series.faint ? 1 : 1.4,
+      label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint, width: series.dashed ?
+          1.5 : series.faint ? 1 : 1.4,
       alpha: series.faint ? 0.55 : 1,
-      dash: series.dashed ? [7, 4] : undefined, value: (u, v, index) => v == null ? (series.span ??= span(chart.kind === "path" ? u.data[index][1] : u.data[index])) : short(v),
-      ...(series.dots ? { paths: () => null, points: { show: true, size: i === 0 ? 6 : 4, width: 1, fill: paint } } : { points: { show: false } }),
+      dash: series.dashed ? [7, 4] : undefined, value: (u, v, index) => v == null ?
+          (series.span ??= span(chart.kind === "path" ? u.data[index][1] : u.data[index])) : short(v),
+      ...(series.dots ? { paths: () => null, points: { show: true, size: i === 0 ? 6 : 4, width: 1,
+          fill: paint } } : { points: { show: false } }),
     };
   });
 
   const columns = (chart) => [column(chart.x.values), ...chart.series.map((series) => column(series.values))];
   const lineChart = (chart, width) => {
     const data = columns(chart);
-    const extent = (xs) => xs[xs.length - 1] > xs[0] ? [xs[0], xs[xs.length - 1]] : [(xs[0] ?? 0) - 1, (xs[0] ?? 0) + 1];
+    const extent = (xs) => xs[xs.length - 1] > xs[0] ? [xs[0], xs[xs.length - 1]] : [(xs[0] ?? 0) - 1,
+        (xs[0] ?? 0) + 1];
     const options = {
       width, height: chart.height ?? HEIGHT, padding: [12, 18, 0, 4],
-      cursor: { drag: { x: true, y: false }, ...(chart.x.together ? { sync: { key: chart.x.together } } : {}) },
+      cursor: { drag: { x: true, y: false }, ...(chart.x.together ? { sync: { key: chart.x.together } } :
+          {}) },
       scales: {
-        x: { time: false, ...(chart.x.log ? { distr: 3, log: 10 } : {}), range: (u, low, high) => low == null || low === high ? extent(u.data[0]) : [low, high] },
+        x: { time: false, ...(chart.x.log ? { distr: 3, log: 10 } : {}), range: (u, low, high) =>
+            low == null || low === high ? extent(u.data[0]) : [low, high] },
         y: vertical(chart),
       },
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
-      series: [{ label: chart.x.label, value: (u, v) => v == null ? span(u.data[0]) : Number(v.toPrecision(8)).toString() }, ...curves(chart)],
-      bands: (chart.between ?? []).map(([upper, lower]) => ({ series: [upper + 1, lower + 1], fill: colour("--shade") })),
+      series: [{ label: chart.x.label, value: (u, v) => v == null ? span(u.data[0]) :
+          Number(v.toPrecision(8)).toString() }, ...curves(chart)],
+      bands: (chart.between ?? []).map(([upper, lower]) =>
+          ({ series: [upper + 1, lower + 1], fill: colour("--shade") })),
       hooks: { drawClear: [shade(chart)], draw: [annotate(chart)] },
     };
     const reset = (u) => { const [min, max] = extent(u.data[0]); u.setScale("x", { min, max }); };
@@ -206,14 +223,16 @@ const feeler = (() => {
       const [xs, ys] = u.data[1];
       let best = null, least = 30 * 30;
       xs.forEach((x, i) => {
-        const dx = u.valToPos(x, "x") - u.cursor.left, dy = u.valToPos(ys[i], "y") - u.cursor.top, far = dx * dx + dy * dy;
+        const dx = u.valToPos(x, "x") - u.cursor.left, dy = u.valToPos(ys[i], "y") - u.cursor.top,
+            far = dx * dx + dy * dy;
         if (far < least) { least = far; best = i; }
       });
       return best;
     };
     const extent = (all) => {
       let low = Infinity, high = -Infinity;
-      for (const values of all) for (const v of values) if (v != null) { low = Math.min(low, v); high = Math.max(high, v); }
+      for (const values of all) for (const v of values) if (v != null) { low = Math.min(low, v);
+        high = Math.max(high, v); }
       const room = 0.05 * (high - low || Math.abs(high) || 1);
       return [low - room, high + room];
     };
@@ -221,16 +240,19 @@ const feeler = (() => {
     const options = {
       mode: 2, width, height: PATH_HEIGHT, padding: [12, 18, 0, 4],
       cursor: { drag: { x: true, y: true, uni: 20 }, dataIdx: nearest, points: { size: 7 } },
-      scales: { x: { time: false, auto: false, range: (u, low, high) => low == null || low === high ? xs : [low, high] },
+      scales: { x: { time: false, auto: false, range: (u, low, high) => low == null || low === high ? xs :
+          [low, high] },
                 y: { auto: false, range: (u, low, high) => low == null || low === high ? ys : [low, high] } },
       axes: [axis(chart.x.label, 2, false), axis(chart.y.label, 3, false)],
       series: [{}, ...curves(chart).map((curve) => ({
         ...curve, paths: path, facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }],
-        value: (u, v, index, i) => i == null ? span(u.data[index][1]) : `${short(u.data[index][0][i])}, ${short(u.data[index][1][i])}`,
+        value: (u, v, index, i) => i == null ? span(u.data[index][1]) :
+            `${short(u.data[index][0][i])}, ${short(u.data[index][1][i])}`,
       }))],
       hooks: { draw: [annotate(chart)], ready: [(u) => u.over.addEventListener("dblclick", () => reset(u))] },
     };
-    const reset = (u) => u.batch(() => { u.setScale("x", { min: xs[0], max: xs[1] }); u.setScale("y", { min: ys[0], max: ys[1] }); });
+    const reset = (u) => u.batch(() => { u.setScale("x", { min: xs[0], max: xs[1] });
+      u.setScale("y", { min: ys[0], max: ys[1] }); });
     return [options, [null, ...paths], reset, true];
   };
 
@@ -238,17 +260,20 @@ const feeler = (() => {
   const keys = (place, u, reset) => {
     place.onkeydown = (event) => {
       const width = u.over.clientWidth, at = u.cursor.left >= 0 ? u.cursor.left : width / 2;
-      const move = (by) => u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1), top: u.over.clientHeight / 2 });
+      const move = (by) => u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
+          top: u.over.clientHeight / 2 });
       const log = u.scales.x.distr === 3;
       const zoom = (factor) => {
         const { min, max } = u.scales.x, to = log ? Math.log : (v) => v, from = log ? Math.exp : (v) => v;
         const centre = to(u.posToVal(at, "x"));
-        u.setScale("x", { min: from(centre + factor * (to(min) - centre)), max: from(centre + factor * (to(max) - centre)) });
+        u.setScale("x", { min: from(centre + factor * (to(min) - centre)), max: from(centre +
+            factor * (to(max) - centre)) });
       };
       const fine = event.shiftKey ? 1 : width / 50;
       const acts = {
         ArrowLeft: () => move(-fine), ArrowRight: () => move(fine),
-        "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => reset(u), Escape: () => reset(u),
+        "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), 0: () => reset(u), Escape: () =>
+            reset(u),
       };
       if (!acts[event.key] || event.ctrlKey || event.metaKey) return;
       acts[event.key]();
@@ -267,11 +292,14 @@ const feeler = (() => {
   // A table of what a chart shows, and its picture.
   const csv = (chart) => {
     const all = columns(chart);
-    const head = [chart.x.label, ...chart.series.map((series) => series.name + (series.unit ? ` (${series.unit})` : ""))].map(quoted).join(",");
-    return [head, ...Array.from(all[0], (_, i) => all.map((values) => values[i] ?? "").join(","))].join("\n") + "\n";
+    const head = [chart.x.label, ...chart.series.map((series) => series.name +
+        (series.unit ? ` (${series.unit})` : ""))].map(quoted).join(",");
+    return [head, ...Array.from(all[0], (_, i) => all.map((values) =>
+        values[i] ?? "").join(","))].join("\n") + "\n";
   };
   const save = (place, chart) => {
-    const name = (place.getAttribute("aria-label") || "chart").replace(/[^A-Za-z0-9]+/g, "-").replace(/^-|-$/g, "").toLowerCase();
+    const name = (place.getAttribute("aria-label") || "chart").replace(/[^A-Za-z0-9]+/g,
+        "-").replace(/^-|-$/g, "").toLowerCase();
     const row = document.createElement("div");
     row.className = "save";
     const button = (label, act) => {
@@ -289,7 +317,8 @@ const feeler = (() => {
   // Draws one chart in its place; what goes wrong with one leaves the others as they are.
   const draw = (place, chart, { width, saves = true } = {}) => {
     try {
-      const [options, data, reset, begin] = (chart.kind === "path" ? pathChart : lineChart)(chart, width || place.clientWidth);
+      const [options, data, reset, begin] = (chart.kind === "path" ? pathChart : lineChart)(chart, width ||
+          place.clientWidth);
       place.replaceChildren();
       const u = new uPlot(options, data, place);
       if (begin) reset(u);
@@ -304,7 +333,8 @@ const feeler = (() => {
       return null;
     }
   };
-  // Another state of a chart of lines in the place of this one: what draws reads the chart, so that it changes in place. A zoomed view stays.
+  // Another state of a chart of lines in the place of this one: what draws reads the chart, so that
+  // it changes in place. A zoomed view stays.
   const update = (u, chart, next) => {
     const xs = u.data[0], { min, max } = u.scales.x, zoomed = min > xs[0] || max < xs[xs.length - 1];
     Object.assign(chart, next);

@@ -1,9 +1,11 @@
-// A page that moves: sliders ask the command for the run and the theory that follow, each one at a time, the latest wish first.
+// A page that moves: sliders ask the command for the run and the theory that follow, each one at a time,
+// the latest wish first.
 (() => {
   "use strict";
   const data = JSON.parse(document.getElementById("data").textContent);
   const $ = (id) => document.getElementById(id);
-  const make = (name, set, ...inside) => { const made = Object.assign(document.createElement(name), set); made.append(...inside); return made; };
+  const make = (name, set, ...inside) => { const made = Object.assign(document.createElement(name), set);
+    made.append(...inside); return made; };
   const node = (name, attributes, text) => {
     const made = document.createElementNS("http://www.w3.org/2000/svg", name);
     for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
@@ -27,9 +29,11 @@
   // Sliders of positive numbers go by ratio, others by difference; zero has a range of its own.
   const scale = (value) => value > 0 ? { low: value / REACH, high: value * REACH, log: true }
     : value < 0 ? { low: value * 2, high: 0, log: false } : { low: 0, high: 1, log: false };
-  const share = ({ low, high, log }, v) => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
+  const share = ({ low, high, log }, v) => log ? Math.log(v / low) / Math.log(high / low) :
+      (v - low) / (high - low);
   const value = ({ low, high, log }, s) => log ? low * (high / low) ** s : low + s * (high - low);
-  const settings = () => Object.fromEntries([...knobs].filter(([, knob]) => knob.value !== knob.file).map(([key, knob]) => [key, knob.value]));
+  const settings = () => Object.fromEntries([...knobs].filter(([, knob]) =>
+      knob.value !== knob.file).map(([key, knob]) => [key, knob.value]));
 
   const show = (knob) => {
     knob.slider.value = Math.round(STEPS * share(knob.range, knob.value));
@@ -40,12 +44,15 @@
     const knob = knobs.get(key);
     if (!knob || !Number.isFinite(v)) return;
     knob.value = v;
-    if (v < knob.range.low || v > knob.range.high) knob.range = { ...scale(v), low: Math.min(scale(v).low, knob.range.low), high: Math.max(scale(v).high, knob.range.high) };
-    if (knob.range.log && knob.range.low <= 0) knob.range = { low: Math.min(0, v), high: Math.max(knob.range.high, v), log: false };
+    if (v < knob.range.low || v > knob.range.high) knob.range = { ...scale(v), low: Math.min(scale(v).low,
+        knob.range.low), high: Math.max(scale(v).high, knob.range.high) };
+    if (knob.range.log && knob.range.low <= 0) knob.range = { low: Math.min(0, v),
+        high: Math.max(knob.range.high, v), log: false };
     show(knob);
   };
   const remember = () => {
-    const moved = new URLSearchParams(Object.entries(settings()).map(([key, v]) => [key, String(v)])).toString();
+    const moved = new URLSearchParams(Object.entries(settings()).map(([key, v]) => [key,
+        String(v)])).toString();
     history.replaceState(null, "", moved ? `#${moved}` : location.pathname);
   };
   const moved = (key, v) => { set(key, v); ask(); };
@@ -56,7 +63,8 @@
     const number = make("input", { type: "number", step: "any" });
     number.setAttribute("aria-label", `${key} in SI`);
     const slider = make("input", { type: "range", min: 0, max: STEPS, step: 1, id });
-    const row = make("div", { className: "knob" }, label, number, make("span", { textContent: unit }), slider);
+    const row = make("div", { className: "knob" }, label, number, make("span", { textContent: unit }),
+        slider);
     const made = { key, value: v, file: v, range: scale(v), slider, number, row, unit };
     slider.oninput = () => moved(key, Number(short(value(made.range, slider.value / STEPS), 4)));
     number.onchange = () => moved(key, Number(number.value));
@@ -76,11 +84,13 @@
       groups.get(group).push(knob(number));
     }
     const first = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
-    const folded = first.map(([group, rows]) => make("details", { open: rank(group) < 2 }, make("summary", { textContent: group }), ...rows));
+    const folded = first.map(([group, rows]) => make("details", { open: rank(group) < 2 },
+        make("summary", { textContent: group }), ...rows));
     $("knobs").replaceChildren(acts, told, ...folded);
     for (const [key, v] of Object.entries(kept)) set(key, v);
   };
-  const rank = (group) => ["controllers", "contacts", "springs", "sensors", "actuators"].indexOf(group.split(".")[0] ) >= 0
+  const rank = (group) => ["controllers", "contacts", "springs", "sensors",
+      "actuators"].indexOf(group.split(".")[0] ) >= 0
     ? ["controllers", "contacts", "springs", "sensors", "actuators"].indexOf(group.split(".")[0]) : 9;
 
   const told = make("p", { id: "told" });
@@ -97,11 +107,13 @@
     button("As in the file", () => { for (const [key, one] of knobs) set(key, one.file); ask(); }),
     button("Copy link", () => {
       remember();
-      navigator.clipboard?.writeText(location.href).then(() => { told.textContent = "link copied"; }, () => { told.textContent = location.href; });
+      navigator.clipboard?.writeText(location.href).then(() => { told.textContent = "link copied"; },
+        () => { told.textContent = location.href; });
     }),
     button("Copy --set", () => {
       const words = Object.entries(settings()).map(([key, v]) => `--set ${key}=${v}`).join(" ");
-      navigator.clipboard?.writeText(words).then(() => { told.textContent = words || "nothing is moved"; }, () => { told.textContent = words; });
+      navigator.clipboard?.writeText(words).then(() => { told.textContent = words || "nothing is moved"; },
+          () => { told.textContent = words; });
     }),
     button("Write to file", async () => {
       const answer = await post("write", { settings: settings() });
@@ -115,14 +127,17 @@
     return Array.from(at, (x) => {
       while (j + 2 < xs.length && xs[j + 1] < x) j++;
       if (x < xs[0] || x > xs[xs.length - 1] || ys[j] == null || ys[j + 1] == null) return null;
-      const part = log ? Math.log(x / xs[j]) / Math.log(xs[j + 1] / xs[j]) : (x - xs[j]) / (xs[j + 1] - xs[j]);
+      const part = log ? Math.log(x / xs[j]) / Math.log(xs[j + 1] / xs[j]) :
+          (x - xs[j]) / (xs[j + 1] - xs[j]);
       return ys[j] + Math.min(Math.max(part, 0), 1) * (ys[j + 1] - ys[j]);
     });
   };
   const withPinned = (chart, held) => {
     if (!held) return chart;
     const at = feeler.column(chart.x.values), xs = feeler.column(held.x.values);
-    const old = held.series.map((series, i) => ({ ...series, name: `${series.name}, pinned`, faint: true, dashed: false, colour: 3 + i, values: onto(xs, feeler.column(series.values), at, chart.x.log), span: undefined }));
+    const old = held.series.map((series, i) => ({ ...series, name: `${series.name}, pinned`, faint: true,
+        dashed: false, colour: 3 + i, values: onto(xs, feeler.column(series.values), at, chart.x.log),
+        span: undefined }));
     return { ...chart, series: [...chart.series, ...old] };
   };
   const drawn = new Map();
@@ -143,7 +158,8 @@
     const place = $(name);
     place.closest("figure").hidden = !plane;
     if (!plane) return;
-    const paths = held ? [...held.paths.map((path) => ({ ...path, name: `${path.name}, pinned`, colour: 9 })), ...plane.paths] : plane.paths;
+    const paths = held ? [...held.paths.map((path) => ({ ...path, name: `${path.name}, pinned`, colour: 9 })),
+        ...plane.paths] : plane.paths;
     const whole = { ...plane, paths };
     const before = drawn.get(name);
     if (before) before.update(whole); else drawn.set(name, feeler.plane(place, whole));
@@ -169,7 +185,8 @@
       late.set(name, () => {
         const [now, held] = [answers[part], pinned?.[part]];
         const isPlane = $(name).classList.contains("plane");
-        if (isPlane) drawPlane(name, now.planes[name], held?.planes?.[name]); else drawChart(name, now.charts[name], held?.charts?.[name]);
+        if (isPlane) drawPlane(name, now.planes[name], held?.planes?.[name]);
+        else drawChart(name, now.charts[name], held?.charts?.[name]);
       });
       if (!away.has(name)) drawLate(name);
     }
@@ -177,8 +194,10 @@
   };
   const renderAll = () => { Object.keys(answers).forEach(render); settle(); };
 
-  // One request of each part at a time; what is wished meanwhile is asked for next, and computed while this is drawn.
-  const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, { pending: null, wished: false, since: 0, latencies: [] }]));
+  // One request of each part at a time; what is wished meanwhile is asked for next, and computed while this
+  // is drawn.
+  const idle = () => ({ pending: null, wished: false, since: 0, latencies: [] });
+  const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, idle()]));
   const isBusy = () => Object.values(asked).some((one) => one.pending);
   const frame = () => new Promise((done) => requestAnimationFrame(done));
   const follow = async (part) => {
@@ -186,7 +205,11 @@
     if (!one.wished) one.since = performance.now();
     one.wished = true;
     if (one.pending) return;
-    const send = () => { one.wished = false; one.pending = post("state", { settings: settings(), part }); return one.since; };
+    const send = () => {
+      one.wished = false;
+      one.pending = post("state", { settings: settings(), part });
+      return one.since;
+    };
     let began = send();
     while (one.pending) {
       const next = await one.pending, since = began;
@@ -195,7 +218,9 @@
       answers[part] = next.charts ? next : { ...answers[part], problem: next.problem };
       render(part);
       // Drawn when the frame after it comes.
-      frame().then(() => { if (one.latencies.push(performance.now() - since) > LATENCIES) one.latencies.shift(); });
+      frame().then(() => {
+        if (one.latencies.push(performance.now() - since) > LATENCIES) one.latencies.shift();
+      });
     }
     await frame();
     if (!isBusy()) settle();
@@ -222,7 +247,8 @@
 
   const watch = async () => {
     let file;
-    try { file = await (await fetch("file")).json(); } catch { $("problem").textContent = "The command that serves this page has ended."; return false; }
+    try { file = await (await fetch("file")).json(); } catch {
+      $("problem").textContent = "The command that serves this page has ended."; return false; }
     if (file.version !== version) {
       version = file.version;
       if (file.problem) { $("problem").textContent = file.problem; return true; }
@@ -246,14 +272,17 @@
       return select;
     };
     const x = choose("horizontal"), y = choose("vertical");
-    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": "map of outcomes" });
+    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img",
+        "aria-label": "map of outcomes" });
     const legend = make("ul", { className: "swatches" }), read = make("p", { className: "told" });
     holder.append(make("div", { className: "chosen" }, "across ", x, " up ", y), svg, legend, read);
     const fill = () => {
       const names = [...knobs.keys()];
-      for (const select of [x, y]) select.replaceChildren(...names.map((name) => make("option", { value: name, textContent: name })));
+      for (const select of [x, y]) select.replaceChildren(...names.map((name) => make("option",
+          { value: name, textContent: name })));
       const gain = names.includes(data.gain) ? data.gain : names[0];
-      const other = names.find((name) => /^contacts\..*\.stiffness$/.test(name)) ?? names.find((name) => name !== gain);
+      const other = names.find((name) => /^contacts\..*\.stiffness$/.test(name)) ?? names.find((name) =>
+          name !== gain);
       if (!keys.every((key) => names.includes(key)) || !keys.length) keys = [gain, other ?? gain];
       [x.value, y.value] = keys;
     };
@@ -271,13 +300,16 @@
       for (const [one, count, across] of [[a, COLUMNS, true], [b, ROWS, false]]) {
         for (let k = 0; k <= 4; k++) {
           const v = short(value(one.range, k / 4), 3);
-          if (across) svg.append(node("text", { x: LEFT + width * k / 4, y: HEIGHT - 34, "text-anchor": k === 4 ? "end" : "middle" }, v));
-          else svg.append(node("text", { x: LEFT - 6, y: TOP + height * (1 - k / 4) + (k === 4 ? 16 : 5), "text-anchor": "end" }, v));
+          if (across) svg.append(node("text", { x: LEFT + width * k / 4, y: HEIGHT - 34,
+              "text-anchor": k === 4 ? "end" : "middle" }, v));
+          else svg.append(node("text", { x: LEFT - 6, y: TOP + height * (1 - k / 4) + (k === 4 ? 16 : 5),
+              "text-anchor": "end" }, v));
         }
       }
       const named = (one) => one.unit ? `${one.key} (${one.unit})` : one.key;
       svg.append(node("text", { x: LEFT + width / 2, y: HEIGHT - 8, "text-anchor": "middle" }, named(a)));
-      svg.append(node("text", { x: 18, y: TOP + height / 2, "text-anchor": "middle", transform: `rotate(-90 18 ${TOP + height / 2})` }, named(b)));
+      svg.append(node("text", { x: 18, y: TOP + height / 2, "text-anchor": "middle",
+          transform: `rotate(-90 18 ${TOP + height / 2})` }, named(b)));
     };
     const compute = async () => {
       const mine = ++run, began = performance.now();
@@ -290,7 +322,8 @@
       const all = [];
       // Coarsely over the whole first.
       for (const [odd, step] of [[0, 0], [1, 1], [0, 1], [1, 0]]) {
-        for (let j = 0; j < ROWS; j++) for (let i = 0; i < COLUMNS; i++) if (i % 2 === odd && j % 2 === step) all.push([i, j]);
+        for (let j = 0; j < ROWS; j++) for (let i = 0; i < COLUMNS; i++) if (i % 2 === odd &&
+            j % 2 === step) all.push([i, j]);
       }
       const seen = new Set();
       for (let from = 0; from < all.length; from += data.chunk) {
@@ -304,8 +337,10 @@
         part.forEach(([i, j], k) => {
           const name = answer.outcomes[k], [px, py] = place(i, j);
           seen.add(name);
-          const cell = node("rect", { x: px, y: py, width: width / COLUMNS + 0.5, height: height / ROWS + 0.5, fill: data.outcomes[name]?.colour ?? "#000000", class: "place" });
-          const label = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}: ${data.outcomes[name]?.label ?? "cannot run"}`;
+          const cell = node("rect", { x: px, y: py, width: width / COLUMNS + 0.5, height: height / ROWS + 0.5,
+              fill: data.outcomes[name]?.colour ?? "#000000", class: "place" });
+          const place = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}`;
+          const label = `${place}: ${data.outcomes[name]?.label ?? "cannot run"}`;
           cell.append(node("title", {}, label));
           cell.onpointerenter = () => { read.textContent = label; };
           cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); ask(); };
@@ -336,7 +371,8 @@
       const way = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 1], ArrowDown: [1, -1] }[event.key];
       if (!way || event.target !== holder) return;
       const one = knobs.get(keys[way[0]]);
-      moved(one.key, Number(short(value(one.range, Math.min(1, Math.max(0, share(one.range, one.value) + way[1] / COLUMNS))), 4)));
+      moved(one.key, Number(short(value(one.range, Math.min(1,
+          Math.max(0, share(one.range, one.value) + way[1] / COLUMNS))), 4)));
       event.preventDefault();
     };
     return { fill, here, stale };
@@ -366,9 +402,11 @@
     replaying = false;
   };
   if (records) {
-    const select = make("select", {}, ...data.records.map((name, i) => make("option", { value: i, textContent: name })));
+    const select = make("select", {}, ...data.records.map((name, i) =>
+        make("option", { value: i, textContent: name })));
     select.setAttribute("aria-label", "record");
-    select.onchange = () => { chosen = Number(select.value); charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); }); replay(); };
+    select.onchange = () => { chosen = Number(select.value);
+      charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); }); replay(); };
     records.append(make("div", { className: "chosen" }, select));
   }
 
@@ -381,7 +419,8 @@
   let waiting;
   window.addEventListener("resize", () => {
     clearTimeout(waiting);
-    waiting = setTimeout(() => { for (const { u } of [...drawn.values(), ...charts]) u?.setSize({ width: u.root.parentNode.clientWidth, height: u.height }); }, 100);
+    waiting = setTimeout(() => { for (const { u } of [...drawn.values(), ...charts]) u?.setSize({
+      width: u.root.parentNode.clientWidth, height: u.height }); }, 100);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     for (const [name, one] of [...drawn]) if (one.u) { one.u.destroy(); drawn.delete(name); }

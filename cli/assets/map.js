@@ -1,10 +1,12 @@
-// Says under each map what the pointer is over, and the command that shows more of it; a click copies the command.
+// Says under each map what the pointer is over, and the command that shows more of it; a click
+// copies the command.
 (() => {
   "use strict";
   const maps = JSON.parse(document.getElementById("data").textContent).maps;
   const short = (value) => typeof value === "number" ? Number(value.toPrecision(5)).toString() : value;
   document.querySelectorAll(".map").forEach((holder) => {
-    const map = maps[Number(holder.dataset.map)], svg = holder.querySelector("svg"), told = holder.nextElementSibling;
+    const map = maps[Number(holder.dataset.map)], svg = holder.querySelector("svg"),
+        told = holder.nextElementSibling;
     if (!map || !svg) return;
     const locate = (event) => {
       const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
@@ -18,9 +20,12 @@
     // A column with few different values has these once, and which of them each place has.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
     // Twelve digits say all but rounding.
-    const written = (value) => typeof value === "number" ? String(Number(value.toPrecision(12))) : String(value);
-    const setting = (column, row) => ` --set '${column[0]}=${written(of(column, row)).replaceAll("'", "'\\''")}'`;
-    const command = (row) => map.commands ? map.commands[row] : map.command + map.columns.slice(0, map.settings).map((column) => setting(column, row)).join("");
+    const written = (value) => typeof value === "number" ? String(Number(value.toPrecision(12))) :
+        String(value);
+    const setting = (column, row) =>
+        ` --set '${column[0]}=${written(of(column, row)).replaceAll("'", "'\\''")}'`;
+    const command = (row) => map.commands ? map.commands[row] : map.command + map.columns.slice(0,
+        map.settings).map((column) => setting(column, row)).join("");
     let shown = null;
     const tell = (row) => {
       if (row === shown) return;
@@ -34,13 +39,16 @@
     const copy = () => {
       const row = shown;
       if (row === null || !navigator.clipboard) return;
-      navigator.clipboard.writeText(command(row)).then(() => { if (shown === row && !told.textContent.endsWith("(copied)")) told.textContent += "   (copied)"; }, () => {});
+      navigator.clipboard.writeText(command(row)).then(() => {
+        if (shown === row && !told.textContent.endsWith("(copied)")) told.textContent += "   (copied)"; },
+          () => {});
     };
     holder.addEventListener("pointermove", (event) => tell(locate(event)));
     // A finger has not moved over the place before.
     holder.addEventListener("click", (event) => { tell(locate(event)); copy(); });
     holder.addEventListener("keydown", (event) => {
-      const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key], count = map.places.length;
+      const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key],
+          count = map.places.length;
       if (by) tell(((shown ?? (by > 0 ? -1 : 0)) + by + count) % count);
       else if (event.key === "Enter") copy();
       else return;

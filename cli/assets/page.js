@@ -6,13 +6,17 @@
   let drawn = [];
   const draw = (width) => {
     drawn.forEach((u) => u.destroy());
-    drawn = [...document.querySelectorAll(".chart[data-chart]")].map((place) => feeler.draw(place, page.charts[place.dataset.chart], { width })).filter(Boolean);
+    drawn = [...document.querySelectorAll(".chart[data-chart]")].map((place) => feeler.draw(place,
+        page.charts[place.dataset.chart], { width })).filter(Boolean);
   };
   draw();
   let waiting;
-  const widths = () => drawn.forEach((u) => u.setSize({ width: u.root.parentNode.clientWidth, height: u.height }));
+  const widths = () => drawn.forEach((u) => u.setSize({ width: u.root.parentNode.clientWidth,
+      height: u.height }));
   window.addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(widths, 100); });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
-  window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print"); draw(PRINT_WIDTH); });
-  window.addEventListener("afterprint", () => { document.documentElement.classList.remove("print"); draw(); });
+  window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print");
+    draw(PRINT_WIDTH); });
+  window.addEventListener("afterprint", () => { document.documentElement.classList.remove("print"); draw();
+    });
 })();

@@ -1,4 +1,5 @@
-// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. Pointer and arrow keys read them; a drawn box zooms, a double
+// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. Pointer and
+// arrow keys read them; a drawn box zooms, a double
 // click resets. `feeler.plane` is also what a live page redraws with.
 (() => {
   "use strict";
@@ -34,7 +35,8 @@
     }
     const size = Math.hypot(re, im);
     if (Number.isFinite(size)) {
-      parts.push(`s = ${short(re)} ${im < 0 ? "\u2212" : "+"} ${short(Math.abs(im))}i 1/s`, `frequency ${short(size / 2 / Math.PI)} Hz`);
+      parts.push(`s = ${short(re)} ${im < 0 ? "\u2212" : "+"} ${short(Math.abs(im))}i 1/s`,
+          `frequency ${short(size / 2 / Math.PI)} Hz`);
       if (size > 0) parts.push(`damping ratio ${short(-re / size)}`);
     }
     return parts.join(" · ");
@@ -42,14 +44,16 @@
 
   let planes = 0;
   const read = (plane) => {
-    const path = (path) => ({ ...path, x: feeler.column(path.x), y: feeler.column(path.y), at: feeler.column(path.at) });
+    const path = (path) => ({ ...path, x: feeler.column(path.x), y: feeler.column(path.y),
+        at: feeler.column(path.at) });
     return { ...plane, paths: plane.paths.map(path) };
   };
   feeler.plane = (place, written) => {
     let plane = read(written);
     // In a narrow place fewer units, so that text stays large; the inner rectangle keeps its proportions.
     const [WIDTH, HEIGHT] = place.clientWidth < 640 ? [480, 251] : [900, 460];
-    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture", role: "img", "aria-label": place.getAttribute("aria-label") || plane.x });
+    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture", role: "img",
+        "aria-label": place.getAttribute("aria-label") || plane.x });
     const told = document.createElement("p");
     told.className = "told";
     told.setAttribute("aria-live", "polite");
@@ -78,41 +82,53 @@
       svg.replaceChildren();
       const id = `clip-${number}`;
       const clip = node("clipPath", { id });
-      clip.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
+      clip.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT,
+          height: HEIGHT - TOP - BOTTOM }));
       svg.append(clip);
       for (const [v, label] of ticks(view[0], view[1], WIDTH / 110)) {
         svg.append(node("path", { d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-grid" }));
-        svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle", class: "plane-tick" }, label));
+        svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle",
+            class: "plane-tick" }, label));
       }
       for (const [v, label] of ticks(view[2], view[3], HEIGHT / 62)) {
         svg.append(node("path", { d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
-        svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" }, label));
+        svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" },
+            label));
       }
-      svg.append(node("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 10, "text-anchor": "middle", class: "plane-label" }, plane.x));
+      svg.append(node("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 10, "text-anchor": "middle",
+          class: "plane-label" }, plane.x));
       const middle = (TOP + HEIGHT - BOTTOM) / 2;
-      svg.append(node("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})`, class: "plane-label" }, plane.y));
+      svg.append(node("text", { x: 16, y: middle, "text-anchor": "middle",
+          transform: `rotate(-90 16 ${middle})`, class: "plane-label" }, plane.y));
       const inner = node("g", { "clip-path": `url(#${id})` });
       svg.append(inner);
       const turn = Array.from({ length: 361 }, (_, i) => i * Math.PI / 180);
       for (const { centre, radius, kind, name } of plane.circles) {
-        const drawn = curve(turn.map((a) => centre + radius * Math.cos(a)), turn.map((a) => radius * Math.sin(a)), { class: `plane-${kind}` });
+        const drawn = curve(turn.map((a) => centre + radius * Math.cos(a)), turn.map((a) =>
+            radius * Math.sin(a)), { class: `plane-${kind}` });
         drawn.append(node("title", {}, name));
         inner.append(drawn);
       }
       if (plane.kind === "nyquist") {
-        inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(0)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
+        inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(0)}H${WIDTH - RIGHT}`,
+            class: "plane-grid" }));
       } else if (!plane.circles.length) {
         inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-border" }));
       }
-      plane.paths.forEach((path) => inner.append(curve(path.x, path.y, { class: `plane-path plane-colour-${path.colour}${path.dashed ? " plane-dashed" : ""}` })));
+      plane.paths.forEach((path) => inner.append(curve(path.x, path.y, {
+        class: `plane-path plane-colour-${path.colour}${path.dashed ? " plane-dashed" : ""}` })));
       for (const mark of plane.marks) {
         const px = x(mark.x), py = y(mark.y), own = mark.colour == null ? "" : " plane-own";
-        const kind = { class: `plane-mark plane-${mark.shape}${own}`, ...(own && { style: `--own: var(--${INKS[mark.colour]})` }) };
-        if (mark.shape === "pole") inner.append(node("path", { d: `M${px - 5} ${py - 5}l10 10m0 -10l-10 10`, ...kind }));
-        else if (mark.shape === "now") inner.append(node("rect", { x: px - 4, y: py - 4, width: 8, height: 8, ...kind }));
+        const style = own && { style: `--own: var(--${INKS[mark.colour]})` };
+        const kind = { class: `plane-mark plane-${mark.shape}${own}`, ...style };
+        if (mark.shape === "pole") inner.append(node("path", { d: `M${px - 5} ${py - 5}l10 10m0 -10l-10 10`,
+            ...kind }));
+        else if (mark.shape === "now") inner.append(node("rect", { x: px - 4, y: py - 4, width: 8, height: 8,
+            ...kind }));
         else inner.append(node("circle", { cx: px, cy: py, r: 5, ...kind }));
       }
-      svg.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM, class: "plane-frame" }));
+      svg.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM,
+          class: "plane-frame" }));
       spot = node("circle", { r: 5, class: "plane-spot", visibility: "hidden" });
       box = node("rect", { class: "plane-box", visibility: "hidden" });
       svg.append(spot, box);
@@ -123,28 +139,33 @@
       return [(event.clientX - frame.left) * scale, (event.clientY - frame.top) * scale];
     };
     const show = ([vx, vy, name, at]) => {
-      spot.setAttribute("cx", x(vx)); spot.setAttribute("cy", y(vy)); spot.setAttribute("visibility", "visible");
+      spot.setAttribute("cx", x(vx)); spot.setAttribute("cy", y(vy)); spot.setAttribute("visibility",
+          "visible");
       told.textContent = reading(plane, name, vx, vy, at);
     };
     // Keys go along the points that the frame shows, curve after curve.
     const shown = () => {
       const all = [];
-      const add = (vx, vy, name, at) => { if (vx != null && vx >= view[0] && vx <= view[1] && vy >= view[2] && vy <= view[3]) all.push([vx, vy, name, at]); };
+      const add = (vx, vy, name, at) => { if (vx != null && vx >= view[0] && vx <= view[1] && vy >= view[2] &&
+          vy <= view[3]) all.push([vx, vy, name, at]); };
       plane.marks.forEach((mark) => add(mark.x, mark.y, mark.name, mark.at));
       plane.paths.forEach((path) => path.x.forEach((v, i) => add(v, path.y[i], path.name, path.at[i])));
       return all;
     };
     const zoom = (factor) => {
       const [cx, cy] = [(view[0] + view[1]) / 2, (view[2] + view[3]) / 2];
-      view = [cx + factor * (view[0] - cx), cx + factor * (view[1] - cx), cy + factor * (view[2] - cy), cy + factor * (view[3] - cy)];
+      view = [cx + factor * (view[0] - cx), cx + factor * (view[1] - cx), cy + factor * (view[2] - cy), cy +
+          factor * (view[3] - cy)];
       paint(); rest();
     };
     let index = -1;
     place.onkeydown = (event) => {
-      const go = (by) => { const all = shown(); if (all.length) { index = (index + by + all.length) % all.length; show(all[index]); } };
+      const go = (by) => { const all = shown(); if (all.length) {
+        index = (index + by + all.length) % all.length; show(all[index]); } };
       const far = event.shiftKey ? 1 : 5;
       const acts = {
-        ArrowRight: () => go(far), ArrowLeft: () => go(-far), "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2),
+        ArrowRight: () => go(far), ArrowLeft: () => go(-far), "+": () => zoom(0.5), "=": () => zoom(0.5),
+            "-": () => zoom(2),
         0: () => { view = plane.view; paint(); rest(); },
       };
       acts.Escape = acts[0];
@@ -157,7 +178,8 @@
       const [px, py] = pointer(event);
       if (from) {
         const [a, b] = [Math.min(from[0], px), Math.min(from[1], py)];
-        for (const [key, value] of Object.entries({ x: a, y: b, width: Math.abs(px - from[0]), height: Math.abs(py - from[1]), visibility: "visible" })) box.setAttribute(key, value);
+        for (const [key, value] of Object.entries({ x: a, y: b, width: Math.abs(px - from[0]),
+            height: Math.abs(py - from[1]), visibility: "visible" })) box.setAttribute(key, value);
         return;
       }
       let best = null, least = REACH * REACH;
@@ -172,7 +194,8 @@
       show(best);
     });
     svg.addEventListener("pointerdown", (event) => { from = pointer(event); });
-    svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden"); rest(); });
+    svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden");
+      rest(); });
     svg.addEventListener("pointerup", (event) => {
       const to = pointer(event), start = from;
       from = null;
@@ -185,8 +208,10 @@
     svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
     paint(); rest();
     // Another state of the same plane, seen through the same frame.
-    return { update: (next) => { const moved = view !== plane.view; plane = read(next); if (!moved) view = next.view; paint(); rest(); } };
+    return { update: (next) => { const moved = view !== plane.view; plane = read(next);
+      if (!moved) view = next.view; paint(); rest(); } };
   };
   const page = JSON.parse(document.getElementById("data").textContent);
-  document.querySelectorAll(".plane[data-plane]").forEach((place) => feeler.plane(place, page.planes[place.dataset.plane]));
+  document.querySelectorAll(".plane[data-plane]").forEach((place) => feeler.plane(place,
+      page.planes[place.dataset.plane]));
 })();

@@ -1,10 +1,12 @@
-// Draws a scene in space that moves: an arm, its tool and a workpiece, seen square on from any side. Dragging turns it, the wheel comes closer.
+// Draws a scene in space that moves: an arm, its tool and a workpiece, seen square on from any
+// side. Dragging turns it, the wheel comes closer.
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
   const WIDTH = 1040, HEIGHT = 520, ROOM = 1.0;
   const ARROW = 120, ARROW_CLOSE = 160;
-  const dark = () => matchMedia("(prefers-color-scheme: dark)").matches && !document.documentElement.classList.contains("print");
+  const dark = () => matchMedia("(prefers-color-scheme: dark)").matches &&
+      !document.documentElement.classList.contains("print");
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const turned = ([x, y, z, w], v) => {
     const t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])];
@@ -37,7 +39,8 @@
     slider.setAttribute("aria-label", "time");
     const speed = make("select", {});
     speed.setAttribute("aria-label", "speed");
-    for (const [name, value] of [["real time", 1], ["slowed 5 times", 0.2], ["slowed 20 times", 0.05], ["slowed 100 times", 0.01]]) {
+    for (const [name, value] of [["real time", 1], ["slowed 5 times", 0.2], ["slowed 20 times", 0.05],
+        ["slowed 100 times", 0.01]]) {
       speed.append(make("option", { textContent: name, value }));
     }
     speed.value = 0.2;
@@ -49,30 +52,38 @@
     // What the views hold: the whole arm and its workpiece, or what is about the tip.
     const corners = (from) => {
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-      for (const p of from) for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]); high[k] = Math.max(high[k], p[k]); }
+      for (const p of from) for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]);
+        high[k] = Math.max(high[k], p[k]); }
       return [low, high];
     };
     const ends = scene.workpiece.flatMap((l) => [l.slice(0, 3), l.slice(3, 6)]);
-    const sampled = scene.frames.filter((_, i) => i % Math.ceil(scene.frames.length / 40) === 0).flatMap(points);
+    const sampled = scene.frames.filter((_, i) =>
+        i % Math.ceil(scene.frames.length / 40) === 0).flatMap(points);
     // A workpiece much larger than the arm is a ground, and does not count.
     const [armLow, armHigh] = corners(sampled);
     const size = Math.hypot(...armHigh.map((h, k) => h - armLow[k]));
-    const near = ends.filter((p) => Math.hypot(...p.map((x, k) => x - 0.5 * (armLow[k] + armHigh[k]))) < size);
+    const near = ends.filter((p) => Math.hypot(...p.map((x, k) => x - 0.5 * (armLow[k] +
+        armHigh[k]))) < size);
     const [low, high] = corners(sampled.concat(near));
-    const whole = { centre: low.map((l, k) => 0.5 * (l + high[k])), scale: ROOM * HEIGHT / Math.max(0.05, Math.hypot(...high.map((h, k) => h - low[k])) ) };
+    const whole = { centre: low.map((l, k) => 0.5 * (l + high[k])), scale: ROOM * HEIGHT / Math.max(0.05,
+        Math.hypot(...high.map((h, k) => h - low[k])) ) };
     const last = points(scene.frames[scene.frames.length - 1]).pop();
     const tipSize = scene.ball ? scene.ball[1] : 0.02;
     const tip = { centre: last, scale: HEIGHT / (10 * tipSize) };
-    let view = { ...whole, yaw: -0.9, pitch: 0.35 }, isClose = false, now = 0, playing = false, begun = 0, from = 0;
+    let view = { ...whole, yaw: -0.9, pitch: 0.35 }, isClose = false, now = 0, playing = false, begun = 0,
+        from = 0;
 
     const project = (p) => {
       const d = p.map((x, k) => x - view.centre[k]);
-      const [cy, sy, cp, sp] = [Math.cos(view.yaw), Math.sin(view.yaw), Math.cos(view.pitch), Math.sin(view.pitch)];
+      const [cy, sy, cp, sp] = [Math.cos(view.yaw), Math.sin(view.yaw), Math.cos(view.pitch),
+          Math.sin(view.pitch)];
       const right = -sy * d[0] + cy * d[1], ahead = cy * d[0] + sy * d[1];
-      return [WIDTH / 2 + view.scale * right, HEIGHT / 2 - view.scale * (cp * d[2] - sp * ahead), -(cp * ahead + sp * d[2])];
+      return [WIDTH / 2 + view.scale * right, HEIGHT / 2 - view.scale * (cp * d[2] - sp * ahead),
+          -(cp * ahead + sp * d[2])];
     };
     // On a narrow screen the picture is drawn smaller, and its letters larger.
-    const lettering = () => `${Math.max(13, 12 * WIDTH / (canvas.clientWidth || WIDTH))}px system-ui, sans-serif`;
+    const lettering = () =>
+        `${Math.max(13, 12 * WIDTH / (canvas.clientWidth || WIDTH))}px system-ui, sans-serif`;
     const segment = (a, b) => { ctx.moveTo(a[0], a[1]); ctx.lineTo(b[0], b[1]); };
     const capsule = (a, b, width, fill, edge) => {
       for (const [w, style] of [[width + 2, edge], [width, fill]]) {
@@ -90,9 +101,12 @@
       // A length that reads well, a fifth of the picture at most.
       const most = 0.2 * WIDTH / view.scale, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map((m) => m * power).find((l) => l <= most), pixels = length * view.scale;
-      ctx.strokeStyle = ctx.fillStyle = colour("--text"); ctx.lineWidth = 1.5; ctx.font = lettering(); ctx.textAlign = "left";
-      ctx.beginPath(); ctx.moveTo(20, HEIGHT - 26); ctx.lineTo(20, HEIGHT - 20); ctx.lineTo(20 + pixels, HEIGHT - 20); ctx.lineTo(20 + pixels, HEIGHT - 26); ctx.stroke();
-      const text = length >= 1 ? `${length} m` : length >= 1e-3 ? `${Math.round(length * 1e3)} mm` : `${Math.round(length * 1e6)} \u00b5m`;
+      ctx.strokeStyle = ctx.fillStyle = colour("--text"); ctx.lineWidth = 1.5; ctx.font = lettering();
+        ctx.textAlign = "left";
+      ctx.beginPath(); ctx.moveTo(20, HEIGHT - 26); ctx.lineTo(20, HEIGHT - 20); ctx.lineTo(20 + pixels,
+          HEIGHT - 20); ctx.lineTo(20 + pixels, HEIGHT - 26); ctx.stroke();
+      const text = length >= 1 ? `${length} m` : length >= 1e-3 ? `${Math.round(length * 1e3)} mm` :
+          `${Math.round(length * 1e6)} \u00b5m`;
       ctx.fillText(text, 26, HEIGHT - 28);
     };
     const compass = () => {
@@ -102,7 +116,8 @@
         const end = project(axis.map((a, k) => view.centre[k] + a * 34 / view.scale));
         const way = [end[0] - WIDTH / 2, end[1] - HEIGHT / 2];
         ctx.strokeStyle = ctx.fillStyle = colour("--soft");
-        ctx.beginPath(); ctx.moveTo(...origin); ctx.lineTo(origin[0] + way[0], origin[1] + way[1]); ctx.stroke();
+        ctx.beginPath(); ctx.moveTo(...origin); ctx.lineTo(origin[0] + way[0], origin[1] + way[1]);
+          ctx.stroke();
         ctx.fillText(name, origin[0] + 1.3 * way[0], origin[1] + 1.3 * way[1] + 4);
       });
     };
@@ -113,12 +128,16 @@
       const way = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(...way);
       // Seen end on there is nothing to draw.
       if (long < 0.05) return;
-      const end = [a[0] + way[0] * length, a[1] + way[1] * length], unit = way.map((w) => w / long), head = Math.min(12, 0.5 * length);
-      ctx.strokeStyle = ctx.fillStyle = dark() ? "#e69f00" : "#d55e00"; ctx.lineWidth = 3; ctx.lineCap = "butt";
+      const end = [a[0] + way[0] * length, a[1] + way[1] * length], unit = way.map((w) => w / long),
+          head = Math.min(12, 0.5 * length);
+      ctx.strokeStyle = ctx.fillStyle = dark() ? "#e69f00" : "#d55e00"; ctx.lineWidth = 3;
+        ctx.lineCap = "butt";
       ctx.beginPath(); segment(a, [end[0] - unit[0] * head, end[1] - unit[1] * head]); ctx.stroke();
       ctx.beginPath(); ctx.moveTo(...end);
-      ctx.lineTo(end[0] - unit[0] * head - unit[1] * head * 0.5, end[1] - unit[1] * head + unit[0] * head * 0.5);
-      ctx.lineTo(end[0] - unit[0] * head + unit[1] * head * 0.5, end[1] - unit[1] * head - unit[0] * head * 0.5);
+      ctx.lineTo(end[0] - unit[0] * head - unit[1] * head * 0.5, end[1] - unit[1] * head +
+          unit[0] * head * 0.5);
+      ctx.lineTo(end[0] - unit[0] * head + unit[1] * head * 0.5,
+          end[1] - unit[1] * head - unit[0] * head * 0.5);
       ctx.fill();
     };
 
@@ -142,10 +161,12 @@
       }
       // Near the tip the links would hide it.
       ctx.globalAlpha = isClose ? 0.35 : 1;
-      for (const [, a, b, width, shade] of links.sort((p, q) => p[0] - q[0])) capsule(a, b, width, shade, colour("--soft"));
+      for (const [, a, b, width, shade] of links.sort((p, q) => p[0] - q[0])) capsule(a, b, width, shade,
+          colour("--soft"));
       ctx.globalAlpha = 1;
       ctx.fillStyle = colour("--text");
-      if (!isClose) for (const p of skeleton.slice(1, -1)) { const a = project(p); ctx.beginPath(); ctx.arc(a[0], a[1], 2.5, 0, 7); ctx.fill(); }
+      if (!isClose) for (const p of skeleton.slice(1, -1)) { const a = project(p); ctx.beginPath();
+        ctx.arc(a[0], a[1], 2.5, 0, 7); ctx.fill(); }
       if (scene.ball) {
         const a = project(placed(scene.ball[0]));
         ctx.strokeStyle = colour("--text"); ctx.lineWidth = 1.5;
@@ -187,9 +208,11 @@
       view.pitch = Math.max(-1.57, Math.min(1.57, view.pitch + event.movementY * 0.008));
       paint();
     };
-    canvas.addEventListener("wheel", (event) => { event.preventDefault(); view.scale *= Math.exp(-event.deltaY * 0.0012); paint(); }, { passive: false });
+    canvas.addEventListener("wheel", (event) => { event.preventDefault();
+      view.scale *= Math.exp(-event.deltaY * 0.0012); paint(); }, { passive: false });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
-    window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print"); paint(); });
+    window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print"); paint();
+      });
     // A picture that does not move shows the hardest moment.
     now = scene.frames.reduce((best, frame, i) => (frame[3] > scene.frames[best][3] ? i : best), 0);
     paint();

@@ -373,7 +373,9 @@ mod tests {
         let mut command = Arguments::command().term_width(COLUMNS).disable_help_subcommand(true);
         command.build();
         let mut text = String::from(
-            "# Commands\n\n```console\nfeeler --help\nfeeler run --help\n```\n\n\
+            "# Commands\n\n```console\nfeeler run --help\n\
+             feeler run scenarios/chatter/sustained.toml --out out/sustained\n```\n\n\
+             ![Page that the second command writes](images/sustained.png)\n\n\
              This page is the help of every command. Words: [glossary](glossary.md).\n",
         );
         sections(&mut command, "feeler", &mut text);

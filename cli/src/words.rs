@@ -147,7 +147,7 @@ pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
 fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
     let oscillation = summary.oscillation.unwrap_or_default();
     let swings = format!(
-        "`{signal}` swings at {}, by {} either way, and does not decay",
+        "`{signal}` oscillates at {}, by {} either way, and does not decay",
         rate(oscillation.frequency_hz),
         with_unit(oscillation.amplitude_n, unit)
     );

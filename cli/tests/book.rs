@@ -1,4 +1,4 @@
-//! The book as its readers use it: every page is in the contents, every link has a target, and the commands
+//! The book as its readers use it: every page is in the contents, and every link has a target. The commands
 //! and files in it work.
 //!
 //! The language of a fenced block decides its test:
@@ -181,6 +181,18 @@ fn truth_every_picture_of_the_book_is_shown() {
         for picture in files_under("docs", end) {
             assert!(shown.contains(picture.rsplit('/').next().unwrap()), "{picture} is on no page");
         }
+    }
+}
+
+/// Before its third section.
+#[test]
+fn truth_every_chapter_begins_with_a_command_and_a_picture() {
+    for page in chapters() {
+        let text = text_of(&page);
+        let begins = text.split("\n## ").take(3).collect::<Vec<_>>().join("\n");
+        let has = |marks: &[&str]| begins.lines().any(|line| marks.iter().any(|mark| line.starts_with(mark)));
+        assert!(has(&["!["]), "{page} begins without a picture");
+        assert!(has(&["feeler ", "cargo "]), "{page} begins without a command");
     }
 }
 

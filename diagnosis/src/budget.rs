@@ -28,7 +28,7 @@ pub(crate) enum Stage {
 
 impl Stage {
     /// Share of the whole time at which it ends. What comes after it takes about as long as one step of a fit
-    /// over all records, of which there are some dozens in a diagnosis.
+    /// over all records. A diagnosis takes some dozens of these steps.
     fn ends_at(self) -> f64 {
         match self {
             Self::Calibrate => 0.15,

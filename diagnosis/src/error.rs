@@ -52,7 +52,7 @@ pub enum DiagnosisError {
         faults: Vec<Fault>,
     },
     /// A column names a signal that the replayed machine does not have.
-    #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
+    #[error("column `{column}` is `{signal}`, which this machine lacks: {reason}")]
     Signal {
         /// The column.
         column: String,

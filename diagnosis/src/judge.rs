@@ -12,7 +12,7 @@ use crate::fit::scored::Scored;
 use crate::fit::search::{Search, extensions, finished, score};
 use crate::gap::size::noise;
 use crate::gap::unknown;
-use crate::kinds::{Element, contains, dossier};
+use crate::kinds::{contains, dossier};
 
 /// Evidence on the check experiments below which one of several causes is removed again, nats.
 const KEEP: f64 = 12.0;
@@ -30,8 +30,6 @@ const NESTED_SHARE: f64 = 0.15;
 /// If the best has implausible values, one with plausible values replaces it. It must bring this share of the
 /// best one's evidence.
 const FAIR_SHARE: f64 = 0.6;
-/// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
-const LEAST_REST: f64 = 0.1;
 /// Causes within this much evidence of the best look alike to these records, nats.
 pub(crate) const LOOK_ALIKE: f64 = 12.0;
 /// Fit steps after an effect is removed.
@@ -198,22 +196,6 @@ impl Judge<'_> {
 
     pub(crate) fn is_acceptable(&self, scored: &Scored) -> bool {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
-    }
-
-    pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
-        let Fitted { model, theta, .. } = &scored.fitted;
-        scored.causes.iter().enumerate().all(|(i, cause)| {
-            let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
-            let known = dossier(cause.definition.kind);
-            let mut values = model.parameters(i, theta);
-            // What the calibrated value took over belongs to the effect.
-            let taken = known.adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
-            let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
-            values[0] += taken.map_or(0.0, |(excess, _)| excess);
-            !is_rest
-                && !model.is_believed(i, theta)
-                && !(known.is_trivial)(&values, &element, self.search.seen)
-        })
     }
 
     /// Replaces one cause by the two that together have the same effect. If the records cannot distinguish

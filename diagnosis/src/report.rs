@@ -112,8 +112,10 @@ pub struct Attempt {
 pub enum AttemptOutcome {
     /// It is the answer.
     Accepted,
-    /// Its fitted value is within tolerance of the believed one, or nearly zero.
-    NoDeparture,
+    /// Its fitted value is within tolerance of the believed one.
+    WithinTolerance,
+    /// Its fitted value is nearly zero, or outside the range of an effect of its kind.
+    NoEffect,
     /// It gains too little on the check experiments.
     TooLittle {
         /// Gain, nats.
@@ -155,8 +157,11 @@ impl fmt::Display for AttemptOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Accepted => f.write_str("accepted"),
-            Self::NoDeparture => {
-                f.write_str("its fitted value is within tolerance, or too small to be an effect of its kind")
+            Self::WithinTolerance => {
+                f.write_str("its fitted value is within the tolerance of the believed one")
+            }
+            Self::NoEffect => {
+                f.write_str("its fitted value leaves no effect of its kind (nearly zero, or out of range)")
             }
             Self::TooLittle { gained_nats, needed_nats } => {
                 write!(f, "gains {gained_nats:.0} nats on the check experiments; {needed_nats:.0} are needed")

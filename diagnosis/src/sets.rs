@@ -1,5 +1,5 @@
-//! Sets of causes that are looked at together: pairs that a balance of forces proposes, and the simpler law
-//! in the place of one that contains it.
+//! Sets of causes that are tried together. They are pairs that a balance of forces proposes, and the simpler
+//! law in the place of one that contains it.
 
 use rayon::prelude::*;
 

@@ -1,5 +1,6 @@
-//! Never sure and wrong: slow motion under friction of half the command, an encoder that counts in steps, a
-//! command with noise, and effects of no library. The machine is integrated here, by equations written out.
+//! Never sure and wrong. The cases are slow motion under friction of half the command, an encoder that counts
+//! in steps, and a command with noise. Other cases hide effects of no library. The machine is integrated
+//! here, by equations written out.
 
 use std::f64::consts::TAU;
 

@@ -89,7 +89,7 @@ fn error(dataset: &Dataset, rows: usize) -> f64 {
 fn truth_a_record_that_begins_in_motion_is_followed_from_its_first_row() {
     for first in [23, 31, 57, 90, 118, 166, 205] {
         let off = error(&dataset(first, None), 30);
-        // A step of the encoder over six rows is 0.5 mm/s of 1 m/s; the motion turns within fewer rows than
+        // A step of the encoder over six rows is 0.5 mm/s of 1 m/s. The motion turns within fewer rows than
         // that, and friction with it.
         assert!(off < 0.02, "from row {first}: {off}");
     }

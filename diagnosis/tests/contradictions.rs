@@ -1,5 +1,5 @@
-//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all: who is
-//! named, and with what factor.
+//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all. The
+//! tests check who is named, and with what factor.
 
 use std::fs;
 use std::path::Path;

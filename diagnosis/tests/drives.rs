@@ -1,4 +1,4 @@
-//! Records of a servo, of a motor and of an imposed motion, from the folder to the answer: what was hidden
+//! Records of a servo, of a motor and of an imposed motion, from the folder to the answer. What was hidden
 //! behind each drive is found, with its size.
 
 use std::f64::consts::{PI, TAU};

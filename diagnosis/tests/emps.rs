@@ -13,8 +13,8 @@ use feeler_plant::effects::Kind;
 const LEVEL_N: (f64, f64) = (20.3935, 0.05);
 /// Published offset, here a force on the carriage, and how far it may be off.
 const LOAD_N: (f64, f64) = (3.1648, 0.20);
-/// Published viscous friction is 166.7 N s/m one way and 240.4 N s/m the other: half the difference over the
-/// mean, and how far it may be off.
+/// Published viscous friction is 166.7 N s/m one way and 240.4 N s/m the other. Listed are half the
+/// difference over the mean, and how far it may be off.
 const ASYMMETRY: (f64, f64) = (0.181, 0.20);
 /// Missing force of the inverse model on the file with pulses: with mass and viscous guide alone, and what it
 /// must come down to.
@@ -36,8 +36,8 @@ fn reference_the_real_drive_has_dry_friction_and_a_load() {
     };
     let level = value(Kind::CoulombFriction, "level").expect("the friction is found");
     assert!((level / LEVEL_N.0 - 1.0).abs() < LEVEL_N.1, "{level}");
-    // The load and the viscous friction that differs by direction do nearly the same on strokes of one speed:
-    // one of them, or both, and nothing else.
+    // The load and the viscous friction that differs by direction do nearly the same on strokes of one speed.
+    // Found is one of them, or both, and nothing else.
     let load = value(Kind::ConstantLoad, "force");
     let asymmetry = value(Kind::DirectionalDamping, "asymmetry");
     assert!(load.is_some() || asymmetry.is_some(), "{:?}", answer.attempts);

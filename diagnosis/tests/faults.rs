@@ -121,7 +121,7 @@ fn truth_sound_records_have_no_fault() {
 fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
     error_says(
         &csv(&sound()).replacen("acceleration_mps2", "other", 1),
-        &["a.csv", "`acceleration_mps2`", "missing", "take it out of [columns]"],
+        &["a.csv", "`acceleration_mps2`", "missing", "remove it from [columns]"],
     );
     error_says(
         &csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1),
@@ -148,7 +148,7 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
     error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
     error_says(&csv(&self::sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
     error_says("", &["a.csv: it is empty"]);
-    error_says("\u{0}\u{1}not text", &["a.csv: it is no text"]);
+    error_says("\u{0}\u{1}not text", &["a.csv: it is not a text"]);
     error_says(
         &sound.replacen("encoder_m", "Encoder_m", 1),
         &["the file has `Encoder_m`", "rename `Encoder_m` to `encoder_m`"],

@@ -110,7 +110,7 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     for stated in ["limit = 3.35", "damping = 0.6", "0.052", "armature 0.028"] {
         assert!(machine.contains(stated), "{stated}: {machine}");
     }
-    // so101.xml states 998.22, which no error of this servo under its load agrees with: that of the file is
+    // so101.xml states 998.22, which no error of this servo under its load agrees with. That of the file is
     // the load over the error, by least squares.
     let kp =
         machine.lines().find_map(|line| line.strip_prefix("kp = ")).and_then(|kp| kp.parse::<f64>().ok());
@@ -130,8 +130,8 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     // A header and the 6000 rows of the record.
     assert_eq!(rows.lines().count(), 6001);
     // By mj_inverse of MuJoCo 4.0.0 on so101.xml without geometry, armature and friction, with a gravity of
-    // 9.80665 m/s2, at the parabolas through rows 2996 to 3004 (numpy.polyfit). The elbow's own acceleration
-    // is left out.
+    // 9.80665 m/s2. The motion is that of the parabolas through rows 2996 to 3004 (numpy.polyfit). The
+    // elbow's own acceleration is left out.
     let load = rows.lines().nth(3001).and_then(|row| row.rsplit(',').next()?.parse::<f64>().ok());
     // Roundings of two ways through the same sums of some ten terms.
     assert!((load.expect("a load") - 0.402_252_322_641_361_2).abs() < 1e-12, "{load:?}");
@@ -312,7 +312,7 @@ fn regress_files_without_numbers_and_models_of_another_sort_are_refused_in_one_l
     for (model, said) in [
         (Model::Mjcf(urdf), "this is a URDF"),
         (Model::Urdf(file("m.xml", b"<mujoco/>")), "this is an MJCF model"),
-        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is no XML"),
+        (Model::Mjcf(file("x.toml", b"a = 1\n")), "this is not XML"),
         (Model::Urdf(file("latin.urdf", b"<robot>\n<!-- \xe4 -->")), "line 2: byte 13 is not UTF-8"),
     ] {
         let options =

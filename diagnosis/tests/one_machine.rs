@@ -1,13 +1,13 @@
-//! The predictor moves a machine as the engine does: the same commands lead to the same motion, by other
+//! The predictor moves a machine as the engine does. The same commands lead to the same motion, by other
 //! exponentials, other root finders and the same hybrid semantics ([`feeler_plant::motion::modes`]).
 //!
 //! Tolerance. Both locate events to a thousandth of a picosecond and carry states to rounding, 1e-14 of the
-//! motion per row, over up to 8e4 rows: [`AGREEMENT`] of the largest value has room for that. A motion that
-//! takes errors apart (a guide that breaks loose under friction that falls with speed, a row of impacts) may
-//! differ by as much as it differs from itself when it starts [`NUDGE_M_PER_S`] faster. The predictor's
-//! extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a row, some
-//! 0.01 m/s: 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong side or a row
-//! late is off by 1e-4 at least.
+//! motion per row, over up to 8e4 rows. [`AGREEMENT`] of the largest value has room for that. Some motions
+//! take errors apart: a guide that breaks loose under friction that falls with speed, or a row of impacts.
+//! Such a motion may differ by as much as from its own when that starts [`NUDGE_M_PER_S`] faster. The
+//! predictor's extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a row,
+//! some 0.01 m/s. That is 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong side
+//! or a row late is off by 1e-4 at least.
 
 use std::path::Path;
 
@@ -33,8 +33,8 @@ fn scenario(text: &str) -> Scenario {
     Document::parse(text, "machine.toml").expect("the text is a machine").scenario
 }
 
-/// What the engine makes of a scenario, as a dataset: positions and speeds of all bodies, forces of all
-/// contacts and drives, and the commands that led to them.
+/// What the engine makes of a scenario, as a dataset. It has positions and speeds of all bodies, forces of
+/// all contacts and drives, and the commands that led to them.
 fn recorded(scenario: &Scenario) -> Dataset {
     let commands = scenario.machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Command));
     recorded_with(scenario, commands.collect())
@@ -80,7 +80,7 @@ fn predicted(dataset: &Dataset, faster_m_per_s: f64) -> Vec<Vec<f64>> {
 }
 
 /// The largest difference of the free prediction from the run, over what it may be, with the signal and the
-/// row; compared as long as the start decides the motion.
+/// row. They are compared as long as the start decides the motion.
 fn disagreement(dataset: &Dataset) -> (f64, String) {
     let run = &dataset.records[0].series;
     let [own, nudged] = [0.0, NUDGE_M_PER_S].map(|faster| predicted(dataset, faster));
@@ -275,7 +275,7 @@ fn prop_drawn_machines_are_predicted_as_they_run() {
     assert!(2 * touched > DRAWN, "only {touched} of {DRAWN} touched the wall");
 }
 
-/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it: their
+/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it. Their
 /// loops run inside the prediction as they run in the machine.
 #[test]
 fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
@@ -319,7 +319,7 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
     dataset.records[0].series.iter_mut().for_each(|series| series.truncate(4990));
     dataset.records[0].commands.iter_mut().for_each(|commands| commands.truncate(4995));
     dataset.records[0].times_s.truncate(4990);
-    // The acceleration, and with it the drive's force, jumps at every knot, and every row lies on one: the
+    // The acceleration, and with it the drive's force, jumps at every knot. Every row lies on one, and the
     // rounding of its time decides which side it shows.
     let force = dataset.channels.iter().position(|channel| channel.column == "drive.force").unwrap();
     dataset.channels.remove(force);

@@ -213,8 +213,8 @@ fn truth_damping_beyond_its_tolerance_is_a_finding_and_no_doubt() {
     assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
 }
 
-/// Friction is found in any case. Damping of 2.5 times the believed one, half of which calibration may take,
-/// must be found beside it, or the answer must say that it may be there.
+/// Friction is found in any case. Damping of 2.5 times the believed one must be found beside it, or the
+/// answer must say that it may be there. Calibration may take half of it.
 #[test]
 fn truth_damping_beyond_its_tolerance_beside_friction_is_found_or_declared() {
     let real =
@@ -239,8 +239,8 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
 }
 
-/// Where in its range the mode lies must not matter, nor how little it is damped: 43.4 Hz at 1 %, of one body
-/// that is split.
+/// Where in its range the mode lies must not matter, nor how little it is damped. It lies at 43.4 Hz at 1 %,
+/// of one body that is split.
 #[test]
 fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = \

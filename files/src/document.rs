@@ -172,7 +172,7 @@ pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
     problems.add(
         &entry.key,
         "arm",
-        "this is a scenario of a whole arm, and what is asked for needs a single axis",
+        "this is a scenario of a whole arm, but this command needs a single axis",
         remedy,
     );
 }

@@ -361,14 +361,14 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
     }
     let refused = |error: std::io::Error| {
         let remedy = match error.kind() {
-            ErrorKind::PermissionDenied => "give yourself the right to read it",
+            ErrorKind::PermissionDenied => "give yourself permission to read it",
             _ => "name a TOML file: a text in UTF-8",
         };
         unreadable(&name, error.to_string(), remedy)
     };
     let bytes = file::read_bytes(path, LARGEST_FILE).map_err(refused)?;
     if let Some((what, remedy)) = foreign(&bytes, path) {
-        return Err(unreadable(&name, format!("{what}, and a TOML file is wanted"), &remedy));
+        return Err(unreadable(&name, format!("{what}, but a TOML file is needed"), &remedy));
     }
     file::text_of(bytes).map_err(refused)
 }

@@ -1,5 +1,5 @@
-//! Columns of a dataset that are inputs under other names than `<actuator>.command`: the reference of a
-//! controller in the machine file (`controllers.force.reference`), an imposed position
+//! Columns of a dataset that are inputs under other names than `<actuator>.command`. They are the reference
+//! of a controller in the machine file (`controllers.force.reference`), an imposed position
 //! (`bodies.rig.position`), and the current of a motor that it commands.
 
 use feeler_catalogue::Dimension;
@@ -29,9 +29,9 @@ pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
     }
 }
 
-/// Names as commands the columns that hold the command of a drive without saying so: the position of an
-/// imposed body, and the current of a motor on a current. Where another column holds the command, they are
-/// measurements.
+/// Names as commands the columns that hold the command of a drive without saying so. These are the position
+/// of an imposed body, and the current of a motor on a current. Where another column holds the command, they
+/// are measurements.
 pub(crate) fn name_commands(columns: &mut IndexMap<String, Column>, scenario: &Scenario) {
     let machine = &scenario.machine;
     for (i, (drive, actuator)) in machine.actuators.iter().enumerate() {

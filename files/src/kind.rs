@@ -78,7 +78,7 @@ pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -
         return Ok(());
     }
     let origin = table.get(mark).map(|entry| entry.key.clone()).unwrap_or_default();
-    let message = format!("this is {}, and {} is wanted", found.noun(), wanted.noun());
+    let message = format!("this is {}, but {} is needed", found.noun(), wanted.noun());
     let mut problems = Problems::default();
     problems.add(&origin, mark, message, found.remedy(wanted));
     Err(problems.into_error(sources.clone()))

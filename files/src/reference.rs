@@ -184,6 +184,13 @@ const COLUMNS: usize = 98;
 const INTRODUCTION: &str = "\
 # File keys and effects
 
+```console
+feeler check scenarios/chatter/sustained.toml
+feeler run scenarios/chatter/sustained.toml --out out/sustained
+```
+
+![What a file of these keys makes](images/sustained.png)
+
 This page is generated from the declarations that the parser reads; a test compares both. A machine
 file in full is in the [tutorial](tutorials/tune.md#the-machine). Words: [glossary](glossary.md).
 

@@ -55,7 +55,7 @@ pub const TEMPLATES: &[Template] = &[
     },
     Template {
         name: "imposed",
-        about: "a rig that moves one end of a spring as told, and the body that follows",
+        about: "a rig that moves one end of a spring as commanded, and the body that follows",
         text: include_str!("templates/imposed.toml"),
     },
 ];

@@ -34,7 +34,7 @@ pub(crate) enum UnitError {
         meant: String,
     },
     /// A symbol that is not a unit.
-    #[error("`{symbol}` is no unit")]
+    #[error("`{symbol}` is not a unit")]
     UnknownUnit {
         /// What was written.
         symbol: String,
@@ -300,11 +300,11 @@ mod tests {
             ("5 rad/s", Dimension::FREQUENCY, false, "in s^-1 rad"),
             ("5 Hz", Dimension::VELOCITY, true, "`5 Hz` is a frequency (Hz)"),
             ("5", Dimension::TIME, false, "`5` has no unit"),
-            ("5 khz", Dimension::FREQUENCY, false, "`khz` is no unit"),
+            ("5 khz", Dimension::FREQUENCY, false, "`khz` is not a unit"),
             ("5 N/m s", Dimension::DAMPING, false, "ambiguous"),
             ("5 N/m/s", Dimension::DAMPING, false, "two `/`"),
             ("fast", Dimension::TIME, false, "does not begin with a number"),
-            ("5 m^99", Dimension::LENGTH, false, "is no unit"),
+            ("5 m^99", Dimension::LENGTH, false, "is not a unit"),
             ("", Dimension::LENGTH, false, "does not begin with a number"),
             ("5 /", Dimension::LENGTH, false, "nothing before"),
         ] {

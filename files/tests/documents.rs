@@ -124,8 +124,8 @@ fn truth_the_ends_of_axes_are_tried() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-/// Levels of which one must stay above the other: over ranges that overlap, over lists and ranges that never
-/// do, and one that is wrong by itself.
+/// Levels of which one must stay above the other. They go over ranges that overlap, over lists and ranges
+/// that never do, and one that is wrong by itself.
 #[test]
 fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_is_right() {
     let refused = |coulomb: &str, at_rest: &str| {
@@ -145,7 +145,7 @@ fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_
     let range = refused("{ linear = [10.0, 12.0], points = 3 }", "{ linear = [2.0, 8.0], points = 3 }");
     for refused in [&range, &never] {
         assert!(
-            refused.contains("no combination of the ends is right; the first: with 10")
+            refused.contains("every combination of the ends is invalid; the first: with 10")
                 && refused.contains("1 mistake"),
             "{refused}"
         );

@@ -2,7 +2,7 @@
 //! together.
 //!
 //! The test counts paths in code (not in comments, tests or re-exports) that begin with `crate::`, `super::`
-//! or `self::`, and those that begin with a module of the same file.
+//! or `self::`. It also counts those that begin with a module of the same file.
 
 #![expect(clippy::unwrap_used, reason = "a test of files that must be there")]
 

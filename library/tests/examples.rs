@@ -48,7 +48,7 @@ fn holds(name: &str, lines: usize, tolerance: f64) {
 }
 
 /// Printed to six digits or more. The peak comes from a record at 100 kHz, between whose rows a sine of 100
-/// rad/s turns by 1e-3 and so loses (1e-3)^2 / 8 of its height.
+/// rad/s turns by 1e-3. So it loses (1e-3)^2 / 8 of its height.
 const PRINTED: f64 = 1e-5;
 /// Two seconds of chatter do not end in the initial state: 12 kg may be 0.1 m/s faster, which is 0.6 N of 20
 /// N.

@@ -62,7 +62,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
         let entry = archive.by_index(i).map_err(whole)?;
         let entry_name = entry.name().map_err(whole)?.into_owned();
         let Some(name) = entry_name.strip_suffix(".npy").map(str::to_owned) else {
-            notes.push(format!("{entry_name} is left out: it is no array"));
+            notes.push(format!("{entry_name} is left out: it is not an array"));
             continue;
         };
         let place = name.clone();

@@ -13,7 +13,7 @@ pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), Lo
     let tables = database.tables()?;
     let table = |name: &str| tables.iter().find(|table| table.name == name);
     let (Some(topic_table), Some(message_table)) = (table("topics"), table("messages")) else {
-        let what = "this is a database, and no bag of ROS 2: it has no tables `topics` and `messages`";
+        let what = "this is a database, not a bag of ROS 2: it has no tables `topics` and `messages`";
         return Err(LogError::other(
             path,
             what,

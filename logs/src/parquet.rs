@@ -14,7 +14,7 @@ use crate::clock::{self, ClockUnit};
 use crate::error::{LogError, Place};
 use crate::table::{Column, Run, Table};
 
-const DAMAGED: &str = "the table is damaged, cut off or no Parquet: write it again, or as CSV";
+const DAMAGED: &str = "the table is damaged, cut off or not Parquet: write it again, or as CSV";
 /// Number of rows that are decoded together.
 const BATCH: usize = 1 << 14;
 /// Longest list that becomes columns.

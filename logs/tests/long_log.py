@@ -27,7 +27,8 @@ waves += 1e-4 * generator.standard_normal(waves.shape)
 names = [f"j{j}" for j in range(JOINTS)]
 
 head = struct.pack("<I", JOINTS) + b"".join(
-    struct.pack("<I", len(name) + 1) + (name.encode() + b"\0").ljust((len(name) + 4) // 4 * 4, b"\0") for name in names)
+    struct.pack("<I", len(name) + 1) + (name.encode() + b"\0").ljust((len(name) + 4) // 4 * 4,
+        b"\0") for name in names)
 head = bytes([0, 1, 0, 0]) + head
 with open(folder / "long.mcap", "wb") as file:
     writer = Writer(file, compression=CompressionType.LZ4)

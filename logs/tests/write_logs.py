@@ -88,7 +88,8 @@ def rows():
             values = many(3)
             parts[f"multi_dof_{part}"] = {"transforms": [], "velocities": [], "accelerations": [],
                                           "time_from_start": {"sec": 2, "nanosec": 7}}
-            columns |= {f"multi_dof_{part}.time_from_start.sec": 2.0, f"multi_dof_{part}.time_from_start.nanosec": 7.0}
+            columns |= {f"multi_dof_{part}.time_from_start.sec": 2.0,
+                f"multi_dof_{part}.time_from_start.nanosec": 7.0}
             parts[part] = {**point, "positions": values, "velocities": []}
             columns |= {f"{part}.positions[{n}]": x for n, x in zip(NAMES, values)}
             columns |= {f"{part}.time_from_start.sec": 1.0, f"{part}.time_from_start.nanosec": 5.0}

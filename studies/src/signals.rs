@@ -47,7 +47,7 @@ fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> Resul
     match text.parse::<SignalName>() {
         Ok(name) if inputs.contains(&name.to_string()) => Ok(name),
         Ok(name) if resolve(machine, &name).is_ok() => Err(Refusal::new(
-            format!("`{text}` is no input: an input is {what}"),
+            format!("`{text}` is not an input: an input is {what}"),
             format!("name one of {}", list(inputs.iter().map(String::as_str))),
         )),
         _ => Err(unknown(text, "input", inputs)),

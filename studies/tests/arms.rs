@@ -59,8 +59,8 @@ fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
 /// Eigenvalues of the analysis, against crossings of the unit circle: frequencies beyond half the sample rate
 /// and rounding aside the same numbers.
 const SAME_LOOP: f64 = 1e-6;
-/// The lag of differenced positions, of the hold and of the drives, and the contact's damper, at 4 Hz: 1 ms
-/// is 0.025 rad there, and the damper a twentieth of the spring.
+/// The lag of differenced positions, of the hold and of the drives, and the contact's damper, at 4 Hz. There
+/// 1 ms is 0.025 rad, and the damper a twentieth of the spring.
 const CONTINUOUS: f64 = 0.03;
 
 #[test]

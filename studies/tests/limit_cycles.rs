@@ -11,9 +11,9 @@ use feeler_analysis::{LimitCycle, limit_cycles};
 use feeler_files::{Document, Setting};
 use feeler_studies::run::{Summary, run};
 
-/// Error from the neglected higher harmonics. For a one-sided spring that is left for less than half of the
-/// time, the second harmonic of the force is about a third of the first, and the machine passes about a third
-/// of that.
+/// Error from the neglected higher harmonics. The spring is one-sided and left for less than half of the
+/// time. Then the second harmonic of the force is about a third of the first. The machine passes about a
+/// third of that.
 const FIRST_HARMONIC: f64 = 0.1;
 /// Saturation is odd, so its first neglected harmonic is the third: at most a ninth, of which the machine
 /// passes less than a tenth.

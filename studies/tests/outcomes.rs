@@ -274,8 +274,8 @@ fn prop_no_scenario_of_the_project_ends_undecided() {
 /// The settling band: 2 % of 20 N.
 const SETTLED_N: f64 = 0.4;
 
-/// The same of every whole arm; at low gain it settles at 20 N, at high gain it chatters, and thrown at the
-/// workpiece with idle drives it does not return.
+/// The same of every whole arm. At low gain it settles at 20 N, and at high gain it chatters. Thrown at the
+/// workpiece with idle drives, it does not return.
 #[test]
 fn prop_no_scenario_of_an_arm_ends_undecided() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/arms"));

@@ -87,8 +87,8 @@ fn truth_travel_over_a_sine_is_the_analytic_disturbance_response() {
     let size = |(re, im): (f64, f64)| f64::hypot(re, im);
     let expected = size(contact) * size(free) / size((free.0 + contact.0, free.1 + contact.1))
         * parallel_fundamental(a, TAU / wavelength, r);
-    // Chords of 0.325 mm lie up to A q^2 h^2 / 8 = 0.26 um under the waves' 200 um, on one side and in the
-    // mean two thirds of that: 1.7e-3 with the ends.
+    // Chords of 0.325 mm lie up to A q^2 h^2 / 8 = 0.26 um under the waves' 200 um, on one side. In the mean
+    // this is two thirds of that: 1.7e-3 with the ends.
     let chords = 2e-3;
     assert!((found / expected - 1.0).abs() < chords, "{found} N for {expected} N");
 }
@@ -132,7 +132,7 @@ fn truth_bad_surfaces_are_one_clear_error_each() {
     let cases: [(String, &[&str]); 8] = [
         (mesh("absent.stl"), &["absent.stl", "No such file"]),
         (mesh("text.obj"), &["text.obj", "line 2"]),
-        (mesh("part.step"), &["`step` is no mesh format", "STL or OBJ"]),
+        (mesh("part.step"), &["`step` is not a mesh format", "STL or OBJ"]),
         (
             format!("{ball}\n{}\nfeed = {{ velocity_y = 0.1, duration = 1.0 }}", block(0.1)),
             &["does not meet the workpiece", "move the workpiece"],

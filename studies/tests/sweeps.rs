@@ -28,8 +28,8 @@ fn rests(table: &Table, row: usize) -> bool {
         || text("undecided") == "still-decaying"
 }
 
-/// For each value of the first axis: the index of the first gain that does not come to rest, and the first
-/// limit of linear theory on the scale of this index.
+/// For each value of the first axis: the index of the first gain that does not come to rest. With it the
+/// first limit of linear theory, on the scale of this index.
 fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
     let axes = DrawnAxis::of(&sweep.file);
     let [across, gain] = &axes[..] else { panic!("two axes") };

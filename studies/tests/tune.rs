@@ -56,7 +56,7 @@ fn rests(scenario: Scenario) -> bool {
 }
 
 /// Whether a loop with some settings comes to rest, and so do each share of its gains in the order of trying,
-/// and its neighbours: 5 % less and more of the gains, and of each frequency that is set.
+/// and its neighbours. These have 5 % less and more of the gains, and of each frequency that is set.
 fn rests_around(
     document: &Document,
     controller: &str,
@@ -88,8 +88,8 @@ fn tuned_settings(tuned: &Tuned) -> Vec<(String, f64)> {
     pairs.map(|(key, value)| (key.to_owned(), value.parse().unwrap())).collect()
 }
 
-/// The largest allowed bandwidth of a dense grid over factors on some gains of the file together, and over
-/// values of another number, that comes to rest with all around it.
+/// The largest allowed bandwidth of a dense grid that comes to rest with all around it. The grid is over
+/// factors on some gains of the file together, and over values of another number.
 fn by_brute_force(
     document: &Document,
     controller: &str,
@@ -185,7 +185,7 @@ fn prop_the_bandwidth_is_that_of_brute_force_everywhere() {
     compare("paper/flexible-contact.toml", "structure = gains+filter", Some(("low_pass", band)), 60);
 }
 
-/// By theory alone the best notch lies at the edge of chatter: a run settles at 20.45 Hz, and chatters at
+/// By theory alone the best notch lies at the edge of chatter. A run settles at 20.45 Hz, and chatters at
 /// 20.5 Hz, and at three quarters of the gain.
 #[test]
 fn regress_a_proposal_at_the_edge_of_chatter_is_refused() {

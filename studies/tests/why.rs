@@ -1,4 +1,4 @@
-//! `why` is right where the cause is known by construction: each file of `why/` says in its header what was
+//! `why` is right where the cause is known by construction. Each file of `why/` says in its header what was
 //! added to a machine that settles without it.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]

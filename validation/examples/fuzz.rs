@@ -1,8 +1,8 @@
 //! Reads and runs mutated files of the project: `cargo run --release -p feeler-validation --example fuzz --
 //! 20000`.
 //!
-//! Exits with 1 if a case panics or takes longer than ten seconds of processor time, or half a minute where
-//! that cannot be read; the case is then in `fuzz-failed.toml`.
+//! Exits with 1 if a case panics or takes longer than ten seconds of processor time. Where that cannot be
+//! read, the limit is half a minute. The case is then in `fuzz-failed.toml`.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

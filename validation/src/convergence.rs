@@ -11,17 +11,17 @@ use serde::Serialize;
 use crate::error::ValidationError;
 use crate::table::Row;
 
-/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N. The numbers come from
+/// Reference machines, and the largest contact force (N) of each on a grid of 0.1 ms. The numbers come from
 /// three independent integrations with located events, which agree to 1e-9 N.
 const MACHINES: [(&str, f64); 3] =
     [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
 /// Tolerance of those numbers, N: the requirement on the exact integrator.
 const INDEPENDENT_N: f64 = 1e-6;
-/// Peaks of the exact integrator at any two steps agree to this share: rounding, and the parabola through
-/// rows of 10 us, (w h)^4 of 1e-3.
+/// Peaks of the exact integrator at any two steps agree to this share. It covers rounding, and the parabola
+/// through rows of 10 us, (w h)^4 of 1e-3.
 const EXACT: f64 = 1e-9;
 /// Fixed-step methods handle an event at the end of its step, which is first order. The position of the event
-/// within the step is random; after averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm
+/// within the step is random. After averaging over sixteen phases in a bin, a spread of 0.2 in the logarithm
 /// remains, over steps that span a factor of 32.
 const ORDER: [f64; 2] = [0.85, 1.15];
 /// The first impact ends before this, s.
@@ -185,10 +185,16 @@ pub fn markdown(study: &Study) -> String {
     let mut text = String::from(
         "# Convergence through an impact\n\
          \n\
+         ```text\n\
+         feeler validate convergence\n\
+         ```\n\
+         \n\
+         ![Error of the peak force against computing time](work-precision.svg)\n\
+         \n\
          The reference machines M1, M2 and M4 (`scenarios/reference/`) meet a wall or a workpiece under\n\
          sampled force control. The tables show the relative error of the largest contact force, by\n\
          integrator and step. The order is the slope of log error over log step, by regression. The\n\
-         command `feeler validate convergence` makes this page.\n\
+         command makes this page; the picture is that of [performance](performance.md).\n\
          \n\
          Each number is the root mean square over sixteen steps within 9 % of the nominal one. These steps\n\
          are incommensurate with the controller's period of 1 ms, so events fall anywhere in a step. Steps\n\

@@ -28,7 +28,7 @@ const GAINS: (f64, f64) = (0.2, 5e-4);
 /// Largest departure from order one, by regression, on smooth motion: errors of second order, a few
 /// hundredths of the first at the coarsest step.
 const SMOOTH_ORDER: f64 = 0.03;
-/// The same through impacts. Each occurs at the end of a step, late by up to one step, which scatters the
+/// The same through impacts. Each occurs at the end of a step, late by up to one step. This scatters the
 /// errors about their trend by a factor of two. Over six halvings of the step that is at most 0.35 in the
 /// slope.
 const IMPACT_ORDER: f64 = 0.35;
@@ -54,8 +54,8 @@ pub fn default_steps_s() -> Vec<f64> {
     (0..6).map(|i| 1.25e-4 / f64::from(1_u32 << i)).collect()
 }
 
-/// The machines of the comparison: the paper's under force control that attach to the workpiece and, if the
-/// folder of scenario files is available, the reference machines, which hit it.
+/// The machines of the comparison. The paper's under force control attach to the workpiece. The reference
+/// machines hit it; they need the folder of scenario files.
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for a scenario file that is absent or has mistakes.

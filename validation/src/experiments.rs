@@ -150,8 +150,8 @@ pub fn response_rows(name: &str, axis: &Axis, effort: ResponseEffort) -> Result<
     Ok(rows)
 }
 
-/// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run, from the energy of
-/// the force in two stretches.
+/// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run. It follows from the
+/// energy of the force in two stretches.
 fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationError> {
     let mut scenario = scenario.clone();
     scenario.run.duration_s = duration_s;

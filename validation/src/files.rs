@@ -13,7 +13,7 @@ use crate::paper::{Axis, IDEAL, Model, SOURCE};
 use crate::table::Row;
 use crate::truths::axis_response;
 
-/// The files give the base's damper to seven digits; near its lightly damped zero the error is amplified by
+/// The files give the base's damper to seven digits. Near its lightly damped zero the error is amplified by
 /// the inverse of a damping ratio of 3 %.
 const SEVEN_DIGITS: f64 = 1e-6;
 

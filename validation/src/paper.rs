@@ -91,7 +91,7 @@ impl Axis {
         }
     }
 
-    /// The machine: bodies `motor`, `tip` and, if present, `base` and `workpiece`; contact `tool` (clamped),
+    /// The machine. Bodies `motor`, `tip` and, if present, `base` and `workpiece`; contact `tool` (clamped),
     /// actuator `drive`, sensors `force` and `encoder` (of the motor against its guide's body).
     pub fn machine(&self, name: &str) -> Machine {
         let mut machine = Machine { name: name.into(), ..Machine::default() };

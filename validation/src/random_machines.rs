@@ -77,8 +77,9 @@ fn by_newton(machine: &Machine) -> (DMatrix<f64>, DVector<f64>) {
     (a, start)
 }
 
-/// Largest relative difference of velocities after a unit impulse on the driven body, simulated and by linear
-/// theory, from those of Newton's law: of every body, over the fastest and over the slowest motion.
+/// Largest relative difference of velocities after a unit impulse on the driven body from those of Newton's
+/// law, simulated and by linear theory. It is taken over every body, over the fastest and over the slowest
+/// motion.
 fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, ValidationError> {
     let (a, start) = by_newton(machine);
     let n = machine.bodies.len();

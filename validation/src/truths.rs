@@ -9,8 +9,8 @@ use nalgebra::{Matrix4, Vector4};
 use crate::paper::Axis;
 
 /// Largest proportional gain of a rigid axis with a force lag `tau` (no back-EMF), and the angular frequency
-/// of its oscillation: `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau m)`; `b`
-/// is the total damping.
+/// of its oscillation. They are `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau
+/// m)`; `b` is the total damping.
 pub fn lagged_axis_largest_gain(m: f64, b: f64, k_s: f64, tau: f64) -> (f64, f64) {
     let gain = b / (tau * k_s) + tau * b / m + b * b / (m * k_s);
     (gain, ((b + tau * k_s) / (tau * m)).sqrt())
@@ -63,7 +63,7 @@ pub fn virtual_wall_damping(k: f64, b: f64, period_s: f64) -> f64 {
     0.5 * k * period_s + b.abs()
 }
 
-/// Transfer function of an axis from its command to the elastic force of the sensor, from the paper's
+/// Transfer function of an axis from its command to the elastic force of the sensor. It follows the paper's
 /// equations of motion (Figs. 1, 2, 3, 6, 9, 12).
 pub fn axis_response(axis: &Axis, s: C64) -> C64 {
     let (m1, m2) = axis.masses_kg;

@@ -5,7 +5,7 @@ use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, StartSearch, fit, fitted, landmarks, rows, simulated_landmarks};
 
 /// Crossings of a measured phase and of the computed one, Hz. A hold of 0.1 ms gives 0.9 degrees at 50 Hz,
-/// the estimate is accurate to some tenths of one, and the flattest of these phases falls by 1.8 degrees per
+/// and the estimate is accurate to some tenths of one. The flattest of these phases falls by 1.8 degrees per
 /// hertz. It is also the tolerance of a landmark.
 const MEASURED_HZ: f64 = 0.8;
 /// The file has six digits; a fit stops when a step improves by 1e-7.

@@ -87,9 +87,8 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
             format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
-            "each sample is a state of the loop: shorten the delay, or lengthen the period; up to 2000 \
-             samples are possible in the delay of a controller of one rate, of its drive, or of its only \
-             sensor",
+            "shorten the delay, or lengthen the period: each sample of delay is a state of the loop; only a \
+             controller of one rate, its drive or its only sensor may be up to 2000 samples late",
         ),
         AnalysisError::Engine(EngineError::Problems { problems }) => {
             document.locate_problems(problems).into()
@@ -136,10 +135,10 @@ fn text(report: &Report) -> String {
             "loop",
             "from",
             "oscillates there (Hz)",
-            "like the mode (Hz)",
+            "nearest mode (Hz)",
             "to",
             "oscillates there (Hz)",
-            "like the mode (Hz)",
+            "nearest mode (Hz)",
         ];
         let of = report
             .pair()

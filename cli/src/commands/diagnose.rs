@@ -151,8 +151,8 @@ fn not_applicable(verdict: Verdict, is_contradictory: bool) -> Option<[&'static 
     }
 }
 
-/// The repaired machine with the commands of a check experiment, ready to run: the text of its file, and
-/// names and texts of the files that it reads.
+/// The repaired machine with the commands of a check experiment, ready to run. These are the text of its
+/// file, and names and texts of the files that it reads.
 fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let own = machine.contacts.values().next().map(|contact| contact.engagement);

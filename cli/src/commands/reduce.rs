@@ -259,9 +259,9 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
         stable_gain("stable ki at 1 kHz (1/s)", agreement.largest_ki_per_s),
     ];
     let meaning = format!(
-        "\nphase crossover: of the whole contact force, damper included, without the drives' bandwidths\n\
-         stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * \
-         0.7 * contact mode * mass) from differenced encoder positions",
+        "\nphase crossover: of the whole contact force, damper included, without the drives' bandwidths.\n\
+         stable kp and ki: of loops on the contact's spring force. ki is with {} N s/m of motor damping (2 * \
+         0.7 * contact mode * mass), from differenced encoder positions.",
         plain(agreement.motor_damping_n_s_per_m)
     );
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();

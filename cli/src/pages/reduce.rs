@@ -34,8 +34,8 @@ struct Field {
 const FIELDS: [Field; 4] = [
     Field {
         title: "Force bandwidth.",
-        caption: "The arm's: crossover of integral control of the contact's spring force, sampled at 1 kHz, \
-                  at half the arm's largest stable gain, with motor damping of 2 * 0.7 * contact mode * \
+        caption: "That of the arm: crossover of integral control of the contact's spring force, sampled at \
+                  1 kHz, at half the arm's largest stable gain. Motor damping is 2 * 0.7 * contact mode * \
                   mass. Point at a place to see the axis's own.",
         unit: "Hz",
         of: |found| found.agreement.force_bandwidth_hz[0],

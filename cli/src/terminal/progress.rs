@@ -136,8 +136,8 @@ fn bar(label: &str, elapsed: Duration) -> ProgressBar {
     }
 }
 
-/// Shows the present step of work whose steps cannot be counted: a spinner with the time on a terminal, a
-/// line for each step in a log.
+/// Shows the present step of work whose steps cannot be counted. It is a spinner with the time on a terminal,
+/// a line for each step in a log.
 pub(crate) struct Steps {
     label: String,
     started: Instant,

@@ -14,9 +14,9 @@ const LEAKAGE_DB: f64 = 0.05;
 /// A line within 0.1 Hz of the corner of a first-order filter, at most 1 % of it in modulus.
 const FILTERED: f64 = 0.01;
 
-/// With 0.1 N rms about 30 N, the error of the tangent and the transient to 30 N is half a decibel at the
-/// resonance of the stiffest law. A tangent at another force moves the resonance, with an error of tens of
-/// decibels.
+/// Excitation with 0.1 N rms about 30 N. The error of the tangent and the transient to 30 N is half a decibel
+/// at the resonance of the stiffest law. A tangent at another force moves the resonance, with an error of
+/// tens of decibels.
 const SMALL_SIGNAL_DB: f64 = 1.0;
 
 #[test]

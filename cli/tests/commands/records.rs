@@ -107,8 +107,8 @@ fn notes(found: &Value) -> String {
 }
 
 /// The mass starts at rest: a transient of tau = 0.24 s. Hann's window over T = 4 s leaves 2 tau^3 (pi / T)^2
-/// / (1 + (w tau)^2)^1.5 over T / 4 of its initial size: 6e-4 at the lowest line of 1.7 Hz. About ten sines
-/// excite it.
+/// / (1 + (w tau)^2)^1.5 over T / 4 of its initial size. That is 6e-4 at the lowest line of 1.7 Hz. About ten
+/// sines excite it.
 const TRANSIENT: f64 = 5e-3;
 
 #[test]
@@ -177,7 +177,7 @@ fn truth_frequencies_of_which_a_record_says_nothing_are_left_out() {
 }
 
 /// The bench's commands arrive 1.92 ms late, and its masses differ by up to a tenth from the believed ones.
-/// Above 25 Hz its dry friction of 7.5 N, at speeds of about 0.03 m/s, is a viscous damping of sqrt(2 / pi)
+/// Above 25 Hz speeds are about 0.03 m/s. Its dry friction of 7.5 N is then a viscous damping of sqrt(2 / pi)
 /// 7.5 / 0.03 = 200 N s/m. It adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
 const BELIEVED: f64 = 0.1;
 const FRICTION_AT_25_HZ: f64 = 0.1;
@@ -194,7 +194,7 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
     fs::write(folder.path().join("machine.toml"), late).unwrap();
     let found = json(&["frf", path(folder.path()), "--json"]);
     let ratios = ratios(&found);
-    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz; the first lies below two over
+    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz. The first lies below two over
     // the record's length.
     assert_eq!(ratios.len(), 44);
     for (f, ratio, radius) in ratios.iter().filter(|(f, ..)| *f > 24.0) {

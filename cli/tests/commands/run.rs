@@ -253,7 +253,7 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     );
 }
 
-/// 5 N m on 1 g m² for 0.16 s: from there on a step of 1 ms rotates it by more than an eighth of a turn.
+/// 5 N m on 1 g m² for 0.16 s. From there on a step of 1 ms rotates it by more than an eighth of a turn.
 #[test]
 fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
     let bench = Bench::new();

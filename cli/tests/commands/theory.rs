@@ -73,7 +73,7 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
         first.starts_with("kp = 0.75 is stable but fragile (phase margin 5.791°, gain margin 2.009, "),
         "{first}"
     );
-    let limit = "up to the limit of 1.507, set by sampling and delay, where it swings at 32.52 Hz.";
+    let limit = "up to the limit of 1.507, set by sampling and delay, where it oscillates at 32.52 Hz.";
     assert!(first.ends_with(limit), "{first}");
     assert!(!first.contains(". "), "{first}");
 }
@@ -230,7 +230,7 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
             &["frf", "paper/rigid.toml", "--output", "tol.force"],
             "no signal `tol.force`\n  help: did you mean `tool.force`? there is `motor.position`",
         ),
-        (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is no input"),
+        (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is not an input"),
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
         (
             &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
@@ -383,7 +383,7 @@ fn regress_mistakes_of_a_request_name_what_there_is() {
         (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
         (
             &["fit-landmarks", "--start", "paper/machines/flexible.toml"],
-            &["paper/machines/flexible.toml", "no velocity source", "--out FILE"],
+            &["paper/machines/flexible.toml", "not a velocity source", "--out FILE"],
         ),
     ] {
         let said = refused(arguments);

@@ -54,9 +54,9 @@ pub(super) fn told(smooth: Smooth) -> String {
 }
 
 /// Other sets of causes that balance the check experiments as well or better, the best first. They have no
-/// more causes than the accepted set and do not consist of accepted ones only. Sets that balance them alike
-/// to rounding are the same to these records, however far their fits came: a gain, and a mass beside damping
-/// and friction that are hardly known.
+/// more causes than the accepted set and do not consist of accepted ones only. Sets that balance these
+/// records alike to rounding count as equal, however well their fits did. An example is a gain: a mass does
+/// the same, beside damping and friction that are hardly known.
 pub(crate) fn as_good<'b>(
     judge: &Judge<'_>,
     accepted: &Scored,

@@ -5,7 +5,7 @@ use feeler_plant::description::ActuatorKind;
 use crate::dataset::Dataset;
 
 /// Error of a servo's free run over the signal above which an answer leaves something. On servo joints right
-/// answers left 1 to 4 %; a limit that was named for a drive that sags left 25 %, with 3 % over 50 ms.
+/// answers left 1 to 4 %. A limit that was named for a drive that sags left 25 %, with 3 % over 50 ms.
 const MOST_STRAYED: f64 = 0.1;
 
 /// What keeps the answer for a servo from being called explained: a free run that is off by more than a

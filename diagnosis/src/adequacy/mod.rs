@@ -1,8 +1,8 @@
 //! Whether an answer may be called explained, judged apart from the ranking that found it.
 //!
-//! A ranking says which cause is the best of those tried; this says whether the best is good enough: what is
-//! left, at every horizon, whether it still goes with anything, whether every value can be meant, and whether
-//! another place would do as well.
+//! A ranking says which cause is the best of those tried. This module says whether the best is good enough.
+//! It asks what is left at every horizon, and whether that still depends on anything. It also asks whether
+//! every value is plausible, and whether another place would do as well.
 
 mod ahead;
 mod assess;

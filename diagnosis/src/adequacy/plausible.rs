@@ -1,5 +1,5 @@
-//! Whether every fitted value can be meant: inside what its kind can be beside the believed machine, not at a
-//! bound, and known well enough to be told from nothing.
+//! Whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
+//! believed machine, not at a bound, and known well enough to differ from zero.
 
 use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{Kind, Parameter, Place, Scale};
@@ -8,10 +8,15 @@ use feeler_plant::units::Dimension;
 use super::criteria::Criteria;
 use super::horizons::share;
 use crate::fit::candidates::Candidate;
+use crate::fit::least_squares::Fitted;
 use crate::fit::missing::moving_mass;
 use crate::fit::scored::Scored;
 use crate::judge::Judge;
+use crate::kinds::{Element, dossier};
+use crate::report::AttemptOutcome;
 
+/// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
+const LEAST_REST: f64 = 0.1;
 /// A thousandth of a value, or of what is typical, within which it is at its end.
 const AT_END: f64 = 1e-3;
 /// A value that may move by less than this share was read off the records, and no residual knows it.
@@ -38,11 +43,11 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
                 continue;
             }
             if (theta[u] - low).min(high - theta[u]) < AT_END {
-                found.push(format!("{name} sits at the end of what it can be"));
+                found.push(format!("{name} is at the end of its possible range"));
             }
             // The first parameter is the size of the effect.
             if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
-                found.push(format!("the interval of {name} holds nothing at all as well"));
+                found.push(format!("the interval of {name} includes zero"));
             }
         }
     }
@@ -50,7 +55,34 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
 }
 
 impl Judge<'_> {
-    /// Whether every value of a set of causes can be meant.
+    pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
+        self.no_departure(scored).is_none()
+    }
+
+    /// Why the fitted values of a set are no departure from the believed machine; `None` if they are one.
+    pub(crate) fn no_departure(&self, scored: &Scored) -> Option<AttemptOutcome> {
+        let Fitted { model, theta, .. } = &scored.fitted;
+        scored.causes.iter().enumerate().find_map(|(i, cause)| {
+            let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
+            let known = dossier(cause.definition.kind);
+            let mut values = model.parameters(i, theta);
+            // What the calibrated value took over belongs to the effect.
+            let taken = known.adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
+            let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
+            values[0] += taken.map_or(0.0, |(excess, _)| excess);
+            if model.is_believed(i, theta) {
+                return Some(AttemptOutcome::WithinTolerance);
+            }
+            let is_trivial = |element: &Element<'_>| (known.is_trivial)(&values, element, self.search.seen);
+            match (is_trivial(&element), is_trivial(&element.known_exactly())) {
+                (true, false) => Some(AttemptOutcome::WithinTolerance),
+                (true, true) => Some(AttemptOutcome::NoEffect),
+                (false, _) => is_rest.then_some(AttemptOutcome::NoEffect),
+            }
+        })
+    }
+
+    /// Whether every value of a set of causes is plausible.
     pub(crate) fn is_meant(&self, scored: &Scored) -> bool {
         doubts(self, scored, &Criteria::default()).is_empty()
     }

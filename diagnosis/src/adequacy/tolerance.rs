@@ -13,8 +13,8 @@ pub(super) fn limits(accepted: &Scored) -> Vec<String> {
             format!("{:+.0} %", 100.0 * (fitted / believed - 1.0))
         };
         format!(
-            "{key} ends at the limit of its tolerance ({off}): its true value may lie beyond, and the values \
-             of the causes are then off too (state a wider tolerance, or correct the believed value)"
+            "{key} ends at the limit of its tolerance ({off}): its true value may lie beyond; then \
+             the values of the causes are off too (state a wider tolerance, or correct the believed value)"
         )
     };
     model.at_limits(theta).into_iter().map(say).collect()

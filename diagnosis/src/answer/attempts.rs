@@ -37,8 +37,8 @@ impl Judge<'_> {
         let best = self.all(accepted);
         let why = if same(scored, accepted) {
             AttemptOutcome::Accepted
-        } else if !self.is_finding(scored) {
-            AttemptOutcome::NoDeparture
+        } else if let Some(why) = self.no_departure(scored) {
+            why
         } else if gain_check < ACCEPT {
             AttemptOutcome::TooLittle { gained_nats: gain_check, needed_nats: ACCEPT }
         } else if (best - gain_all).abs() < 1.0 {

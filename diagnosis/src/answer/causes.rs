@@ -99,7 +99,7 @@ impl Judge<'_> {
     }
 
     /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among
-    /// all of these, `tried` all that was fitted, and `is_rough` says that residuals are more than noise.
+    /// all of these. `tried` is all that was fitted. `is_rough` says that residuals are more than noise.
     pub(super) fn causes(
         &self,
         accepted: &Scored,

@@ -1,6 +1,6 @@
 //! Blind benchmark: datasets whose hidden effect is withheld from the diagnosis, and scores of what it said.
 //!
-//! The data come from a bench of their own ([`bench`]): equations of motion written out by hand, small
+//! The data come from a bench of their own ([`bench`]). It has equations of motion written out by hand, small
 //! semi-implicit steps, a bristle in place of dry friction, drift and coloured noise. Nothing of the
 //! diagnosis, of its predictions or of the simulator is used to make them.
 

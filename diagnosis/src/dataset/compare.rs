@@ -47,7 +47,7 @@ pub(super) fn smoothed(series: &[f64], span: usize) -> Vec<f64> {
     (span..series.len() - span).map(at).collect()
 }
 
-/// Compares two series, with the second shifted by up to `most` rows either way; `None` if they correlate by
+/// Compares two series, with the second shifted by up to `most` rows either way. `None` if they correlate by
 /// less than `same`, since they are then not of one motion.
 pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> Option<Comparison> {
     if first.len() <= 2 * most {

@@ -166,8 +166,8 @@ impl Dataset {
         }
     }
 
-    /// Whether the commands of drive `i` are samples of a signal that goes on between rows: a force or a
-    /// voltage of which no hold is stated.
+    /// Whether the commands of drive `i` are samples of a signal that goes on between rows. It is then a
+    /// force or a voltage of which no hold is stated.
     pub fn is_sampled(&self, i: usize) -> bool {
         let Some(driven) = self.drives.get(i) else { return false };
         let is_pushed = matches!(

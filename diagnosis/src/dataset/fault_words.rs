@@ -86,10 +86,10 @@ impl FaultKind {
                 return rename.into();
             }
             Self::MissingColumn { near: None, known } if known.is_empty() => {
-                "record it, or take it out of [columns]"
+                "record it, or remove it from [columns]"
             }
             Self::MissingColumn { .. } => {
-                "rename the column that it is, or record it, or take it out of [columns]"
+                "rename the column that it is, or record it, or remove it from [columns]"
             }
             Self::NoCommand => {
                 "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction"

@@ -115,7 +115,7 @@ impl Body<'_> {
         (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
     }
 
-    /// A motion that is delayed behind its command in every experiment may be an effect of the machine; in
+    /// A motion that is delayed behind its command in every experiment may be an effect of the machine. In
     /// some experiments only, it is the command's clock.
     pub(super) fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
         let known = self.known(motions.iter());

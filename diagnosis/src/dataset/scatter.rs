@@ -1,6 +1,6 @@
 //! The noise of a channel without a stated one, from the scatter of its own readings.
 //!
-//! Differences of a high order remove a motion and leave white noise, with the variance multiplied by a
+//! Differences of a high order remove a motion and leave white noise. Its variance is multiplied by a
 //! binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise
 //! that a filter has removed from the upper band is not visible, so the result is a lower bound.
 

@@ -1,7 +1,7 @@
 //! The lowest point of a quadratic within bounds, by active sets.
 //!
-//! Clamping the free solution is not enough: where two unknowns work together and one is held by its bound,
-//! the other one's step was made for a partner that does not move, and leads uphill.
+//! Clamping the free solution is not enough. Let two unknowns work together, with one held by its bound. The
+//! other one's step was made for a partner that does not move, and leads uphill.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -105,8 +105,8 @@ const COARSEST_TOUCH: f64 = 20.0;
 /// Share of the largest contact force of a record from which on its contact is surely closed.
 const PRESSED: f64 = 0.3;
 
-/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a
-/// record where they press.
+/// How much deeper the bodies of a contact are in each other than the measured force says. One value for
+/// every row of a record where they press.
 fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
     let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
     let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;

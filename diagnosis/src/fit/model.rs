@@ -306,7 +306,7 @@ impl Model {
     }
 
     /// How far the fitted value of this key of an element exceeds the believed one, and whether it ends at
-    /// the limit of its tolerance; `None` if it is not fitted.
+    /// the limit of its tolerance. `None` if it is not fitted.
     pub(crate) fn excess(&self, site: Site, key: &str, theta: &[f64]) -> Option<(f64, bool)> {
         let key = format!("{}.{key}", site.key(&self.believed));
         let of = |unknown: &Unknown| self.key_of(unknown.target).as_deref() == Some(key.as_str());

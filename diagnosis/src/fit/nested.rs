@@ -39,7 +39,7 @@ pub(crate) fn enforce(
     }
 }
 
-/// Fits every law that a fitted one contains also from where that one ended: a simple law may have stopped
+/// Fits every law that a fitted one contains also from where that one ended. A simple law may have stopped
 /// far from its best, and would then seem to explain less than it does. `others` are those left after a few
 /// steps; what gains moves from there to `fits`.
 pub(crate) fn lower(

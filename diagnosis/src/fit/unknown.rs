@@ -53,8 +53,8 @@ impl Unknown {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
     }
 
-    /// Whether it lies at the limit of its tolerance, and not at another bound: of a kind of value, or of
-    /// damping, which may be much smaller.
+    /// Whether it lies at the limit of its tolerance, and not at another bound. That may be one of a kind of
+    /// value, or of damping, which may be much smaller.
     pub(super) fn is_at_limit(&self, theta: f64) -> bool {
         let (low, high) = self.bounds;
         let Some((centre, sigma)) = self.prior else { return false };

@@ -5,9 +5,9 @@ use feeler_plant::description::ActuatorKind;
 
 use crate::dataset::{Dataset, scatter};
 
-/// Noise is as large in every other row as in all of them; what a command really does is not: a smooth one
-/// has more scatter in every other row, and one that holds its values has less. Beyond this ratio, either
-/// way, the scatter of a command is no noise.
+/// Noise is as large in every other row as in all of them; what a command really does is not. A smooth
+/// command has more scatter in every other row, and one that holds its values has less. Beyond this ratio,
+/// either way, the scatter of a command is no noise.
 const AS_LARGE: f64 = 1.25;
 
 /// One sigma of white noise in a command; zero where its scatter is its own.
@@ -28,17 +28,17 @@ fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
     (mass.is_finite() && mass > 0.0).then_some((mass, command))
 }
 
-/// One sigma of an anchored position by the noise of the first command: an oscillator of natural frequency
-/// `omega` (rad/s) and a damping ratio of the root of a half, driven by an acceleration whose values last a
-/// row each, has the variance `density / (2 sqrt(2) omega^3)`.
+/// One sigma of an anchored position by the noise of the first command. The position follows as an oscillator
+/// of natural frequency `omega` (rad/s) and a damping ratio of the root of a half. It is driven by an
+/// acceleration whose values last a row each, and has the variance `density / (2 sqrt(2) omega^3)`.
 pub(crate) fn wander(dataset: &Dataset, record: usize, omega: f64) -> f64 {
     let Some((mass, command)) = pushed(dataset, record).filter(|_| omega > 0.0) else { return 0.0 };
     let density = (command_noise(command) / mass).powi(2) * dataset.records[record].spacing_s;
     (density / (2.0 * std::f64::consts::SQRT_2 * omega.powi(3))).sqrt()
 }
 
-/// Root mean square of the acceleration that the first command would make by itself: where friction takes
-/// most of it, laws of friction are off by a share of this and not of the motion's own.
+/// Root mean square of the acceleration that the first command would make by itself. If friction takes most
+/// of it, laws of friction are off by a share of this acceleration and not of the motion's own.
 pub(crate) fn commanded_acceleration(dataset: &Dataset, record: usize) -> f64 {
     let Some((mass, command)) = pushed(dataset, record) else { return 0.0 };
     (command.iter().map(|u| u * u).sum::<f64>() / command.len().max(1) as f64).sqrt() / mass

@@ -172,8 +172,8 @@ pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, in words: drag that differs by
-/// direction, and waves over position with two periods within the travel. Both must explain as much of the
+/// Shapes in the force that is missing even with the accepted effects, in words. They are drag that differs
+/// by direction, and waves over position with two periods within the travel. Both must explain as much of the
 /// check experiments, which did not select them.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let checks: Vec<usize> =

@@ -113,7 +113,8 @@ pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Resu
 const MOST_ERROR: f64 = 1e6;
 
 /// Error of free runs from the first row over the scale of each column, by the believed and the repaired
-/// machine: root mean square over the check experiments. `None` if the believed machine does not run.
+/// machine. It is the root mean square over the check experiments. `None` if the believed machine does not
+/// run.
 pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
     Some([free_run(dataset, &dataset.machine)?, free_run(dataset, repaired).unwrap_or(MOST_ERROR)])
 }

@@ -147,8 +147,8 @@ pub(crate) fn square_floors(task: &Task<'_>, noise: &[f64], records: &[usize]) -
 }
 
 /// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset used for
-/// neither: the true closing, for comparison with the claimed one. `noise` is the standard deviation of every
-/// column in that dataset; `None` if a machine has no prediction.
+/// neither. It is the true closing, for comparison with the claimed one. `noise` is the standard deviation of
+/// every column in that dataset; `None` if a machine has no prediction.
 pub fn closing(
     dataset: &Dataset,
     calibrated: &Machine,

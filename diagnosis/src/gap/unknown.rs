@@ -25,8 +25,8 @@ pub(crate) struct Pointer {
 const NOISE_ALONE: f64 = 1.25;
 
 /// Whether no channel shows more than noise (standard deviation per channel) in the experiments of any
-/// engagement. The effect of a weak cause in one kind of experiment is lost in the mean over all, and below
-/// the share that no model is expected to explain.
+/// engagement. The effect of a weak cause in one kind of experiment is lost in the mean over all. It is also
+/// below the share that no model is expected to explain.
 pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
     let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
     for (r, record) in task.dataset.records.iter().enumerate() {

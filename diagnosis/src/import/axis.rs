@@ -112,8 +112,8 @@ impl Beliefs {
         chains.filter_map(on_it).max_by_key(|(chain, _)| chain.joints())
     }
 
-    /// The joint with this name in the log: by its name, by words that both names share, or else by its index
-    /// if both have the same number and no name contradicts.
+    /// The joint with this name in the log: by its name, or by words that both names share. Else by its
+    /// index, if both have the same number and no name contradicts.
     pub(super) fn find(&self, name: &str, among: &[String]) -> Option<(&AxisBelief, String)> {
         let place = among.iter().position(|other| other == name)?;
         let named = by_names(among, &self.names());
@@ -139,8 +139,8 @@ fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', '-', ' '], "")
 }
 
-/// For each name of the log, the joint of the model that has its name or shares words with it and with no
-/// other name as many.
+/// For each name of the log, the joint that has its name, or shares more words with it than with any other
+/// name.
 fn by_names(logged: &[String], joints: &[&str]) -> Vec<Option<usize>> {
     let equal = |name: &String| joints.iter().position(|joint| plain(joint) == plain(name));
     let mut found: Vec<Option<usize>> = logged.iter().map(equal).collect();
@@ -176,7 +176,7 @@ fn shared_words(a: &str, b: &str) -> [usize; 2] {
 /// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
 ///
 /// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
-/// steadily is followed `(kd + damping) / kp` later: with the damping beside it, a smaller gain lags more.
+/// steadily is followed `(kd + damping) / kp` later. With the damping beside it, a smaller gain lags more.
 fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
     let as_stated = (1.0, ", as the model states".into());
     if let Some(held) = seen.held.gain(LOAD_OVER_FRICTION * joint.friction) {
@@ -288,8 +288,8 @@ fn parsed<T>(
     })?;
     let xml = text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
     for (other, what, remedy) in [
-        ("<robot", "this is a URDF, and no MJCF model", "name it by --urdf"),
-        ("<mujoco", "this is an MJCF model, and no URDF", "name it by --mjcf"),
+        ("<robot", "this is a URDF, not an MJCF model", "name it by --urdf"),
+        ("<mujoco", "this is an MJCF model, not a URDF", "name it by --mjcf"),
     ] {
         if xml && other != root && text.contains(other) && !text.contains(root) {
             return Err(refuse(what.into(), remedy));
@@ -297,7 +297,7 @@ fn parsed<T>(
     }
     if !xml {
         let remedy = "name a URDF by --urdf, an MJCF model by --mjcf, a machine file by --machine";
-        return Err(refuse("this is no XML, and so neither URDF nor MJCF".into(), remedy));
+        return Err(refuse("this is not XML, so neither URDF nor MJCF".into(), remedy));
     }
     parse(&text).map_err(|error| wrong(path, &error))
 }
@@ -354,8 +354,8 @@ impl First {
     }
 
     /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
-    /// `middle` is the inertia of the links where each
-    /// joint stands at the middle of the first run, of an arm whose other joints and weight load this one.
+    /// `middle` is the inertia of the links where each joint stands at the middle of the first run. It is
+    /// given for an arm whose other joints and weight load this one.
     pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
         let is_force = input == Role::Command;
         let mut assumptions = Vec::new();

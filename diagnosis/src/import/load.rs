@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use super::axis::Beliefs;
 use super::roles::{Guess, Role, UnitGuess};
 
-/// Half of the time over which a position is smoothed for its speed and acceleration, s: other joints couple
+/// Half of the time over which a position is smoothed for its speed and acceleration, s. Other joints couple
 /// by motions that last longer, and steps of encoders average out.
 const HALF_SPAN_S: f64 = 0.08;
 /// Readings on either side within that time.
@@ -18,8 +18,8 @@ pub(super) struct Arm {
     chain: Chain,
     /// The joint's place in the chain.
     at: usize,
-    /// For each joint of the chain its column of positions, and one of its numbers in SI; `None` where the
-    /// log has none, and the joint is taken to stand at zero.
+    /// For each joint of the chain its column of positions, and one of its numbers in SI. `None` if the log
+    /// has none; the joint is then taken to stand at zero.
     positions: Vec<Option<(String, f64)>>,
 }
 

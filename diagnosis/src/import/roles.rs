@@ -321,7 +321,7 @@ fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
         let why = format!("whole numbers up to {most}: counts, {turn} a turn");
         return Some((UnitGuess::Counts(std::f64::consts::TAU / turn), why));
     }
-    (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are no radians")))
+    (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
 }
 
 #[cfg(test)]

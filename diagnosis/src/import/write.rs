@@ -254,7 +254,7 @@ impl Joint {
                 Role::Velocity | Role::Effort => {
                     let _ = writeln!(
                         text,
-                        "\n# The column `{}` ({}) is in the files, and not used: it is no sensor of its own.",
+                        "\n# The column `{}` ({}) is not used: the machine has no sensor for it.",
                         role.noun(),
                         chosen.column
                     );

@@ -34,8 +34,8 @@ fn waves(t: f64, order: i32, shift: f64) -> f64 {
     wave(0.2, OMEGA, shift) + wave(0.1, 1.7 * OMEGA, 2.0 * shift)
 }
 
-/// Three records of 1.2 kg with 4 N s/m under the force `law` of position and speed, the command with noise
-/// of 2 % of its largest value; on a machine whose guide carries `effect`.
+/// Three records of 1.2 kg with 4 N s/m under the force `law` of position and speed. The command has noise of
+/// 2 % of its largest value, and the guide of the machine carries `effect`.
 fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
     let text = format!("{BELIEVED}{effect}");
     let machine = Document::parse(&text, "axis.toml").unwrap().scenario.machine;
@@ -73,7 +73,7 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
-/// A level loses some percent about its reversals, where the smooth direction turns; a noise of 2 % over
+/// A level loses some percent about its reversals, where the smooth direction turns. A noise of 2 % over
 /// thousands of rows shifts nothing by a percent.
 const OFF: f64 = 0.05;
 

@@ -26,9 +26,9 @@ impl Known for AsymmetricFriction {
     const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,
-        "both hold and drag with the same force in either direction, so that no command tells them apart: \
-         incline the axis, or take cables and counterweights off, and record again; a load changes with \
-         them, friction does not",
+        "incline the axis, or take cables and counterweights off, and record again: a load changes with \
+         them, friction does not; no command separates the two, since both resist with the same force in \
+         either direction",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

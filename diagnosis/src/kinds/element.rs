@@ -12,8 +12,8 @@ pub(crate) struct Element<'a> {
     pub(crate) host: Host,
     /// Its key in the file, as in `springs.guide`.
     pub(crate) key: String,
-    /// Tolerances in the file, by key.
-    pub(crate) tolerance: &'a IndexMap<String, f64>,
+    /// Tolerances in the file, by key; `None` if its values are known exactly.
+    tolerance: Option<&'a IndexMap<String, f64>>,
 }
 
 /// The library's host for an element.
@@ -31,7 +31,12 @@ pub(crate) fn host_of(site: Site) -> Host {
 impl<'a> Element<'a> {
     /// The element of a machine at a place, with the tolerances in its file.
     pub(crate) fn at(site: Site, machine: &'a Machine, tolerance: &'a IndexMap<String, f64>) -> Self {
-        Element { machine, host: host_of(site), key: site.key(machine), tolerance }
+        Element { machine, host: host_of(site), key: site.key(machine), tolerance: Some(tolerance) }
+    }
+
+    /// The same without any tolerance.
+    pub(crate) fn known_exactly(&self) -> Self {
+        Element { key: self.key.clone(), tolerance: None, ..*self }
     }
 
     /// The body that it is.
@@ -66,7 +71,8 @@ impl<'a> Element<'a> {
 
     /// The tolerance of a value of its own, as a fraction.
     pub(crate) fn tolerance(&self, value: &Key, default: f64) -> f64 {
-        self.tolerance.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
+        let Some(stated) = self.tolerance else { return 0.0 };
+        stated.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
     }
 }
 

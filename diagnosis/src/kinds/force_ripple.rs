@@ -6,7 +6,7 @@ use feeler_plant::effects::ForceRipple;
 
 use super::{Balance, Element, Force, Form, Glance, Known, Seen, spread};
 
-/// Step of the trial waves per stroke, from half a wave on, so that the phase over the stroke changes by less
+/// Step of the trial waves per stroke, from half a wave on. With it the phase over the stroke changes by less
 /// than half a turn per step.
 const WAVES_STEP: f64 = 0.25;
 /// Steps tried.

@@ -1,6 +1,6 @@
-//! What a diagnosis needs about each kind of effect, one file each. This includes the start of its fit, when
-//! its values are not a finding, the laws that it contains, the uncertainty of its values, and how to
-//! separate it from look-alikes.
+//! What a diagnosis needs about each kind of effect, one file each: the start of its fit, and when its values
+//! are not a finding. It also needs the laws that the kind contains, the uncertainty of its values, and how
+//! to separate it from look-alikes.
 //!
 //! A file without special needs uses the defaults of [`Known`].
 
@@ -181,7 +181,7 @@ pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>
     (dossier(outer).embed)(inner, values)
 }
 
-/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`: several if there are
+/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`. Several if there are
 /// several candidates, and empty if it does not contain it.
 pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
     (dossier(outer).nearest)(inner, values)
@@ -205,7 +205,9 @@ pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use feeler_plant::effects::{CoulombFriction, LIBRARY};
+    use feeler_plant::description::{Contact, GROUND, Machine, Site, Table};
+    use feeler_plant::effects::{ContactStiffness, CoulombFriction, LIBRARY, LoadFriction};
+    use indexmap::IndexMap;
 
     use super::*;
 
@@ -219,6 +221,20 @@ mod tests {
             assert!(a != *b && dossier(*b).apart.iter().all(|(kind, _)| *kind != a), "{a} {b}");
         }
         assert_eq!(apart(Kind::Backlash, Kind::AddedMass), None);
+    }
+
+    #[test]
+    fn truth_a_value_within_tolerance_departs_from_one_that_is_known_exactly() {
+        let mut machine = Machine::default();
+        machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 0.0));
+        let tolerance = IndexMap::from([("contacts.tool.stiffness".to_owned(), 0.1)]);
+        let contact = Element::at(Site { table: Table::Contacts, index: 0 }, &machine, &tolerance);
+        let seen = Seen { stroke_m: 1.0, command_n: 1.0, step_m: 0.0, instant_s: 0.0 };
+        let trivial =
+            |element: &Element<'_>, stiffness| ContactStiffness { stiffness }.is_trivial(element, seen);
+        assert!(trivial(&contact, 1.05e5) && !trivial(&contact, 1.2e5));
+        assert!(!trivial(&contact.known_exactly(), 1.05e5));
+        assert!(LoadFriction { ratio: 100.0 }.is_trivial(&contact.known_exactly(), seen));
     }
 
     #[test]

@@ -141,8 +141,8 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
     false
 }
 
-/// Sets the other measured bodies of the chain of `first` to their own readings, where these tell that a
-/// spring between them is bent: the record begins under load.
+/// Sets the other measured bodies of the chain of `first` to their own readings, if these show that a spring
+/// between them is bent. The record then begins under load.
 fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, first: usize) {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {

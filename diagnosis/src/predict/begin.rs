@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Share of the excursion by which a motion must have moved for its speed to be read off, so that neither
-/// noise nor steps of the encoder count.
+/// Share of the excursion by which a motion must have moved for its speed to be read off. Then neither noise
+/// nor steps of the encoder count.
 const MOVED: f64 = 0.5;
 /// Pairs of rows that tell how far a motion moves in a time.
 const MOST_PAIRS: usize = 500;
@@ -14,15 +14,15 @@ const STANDARD_ERRORS: f64 = 4.0;
 const SPEED_SHARE: f64 = 0.05;
 /// A record tells no more digits of a motion.
 const DIGITS: f64 = 1e-9;
-/// A way of this many steps of the readings is one, and this share of it in half the time a motion that goes
-/// on: from rest it is a quarter.
+/// A way of more than this many steps of the readings is clear. In half the time, a motion that goes on makes
+/// more than this share of it, about half; from rest it makes a quarter.
 const CLEAR_STEPS: f64 = 8.0;
 const HALF_WAY: f64 = 0.35;
 /// Scatter over the step of the readings up to which a motion is a parabola.
 const SCATTER: f64 = 2.0;
 
-/// Frequency of a motion, rad/s, that of a sine which moves as far in a short time, and its excursion (root
-/// mean square); `None` where nothing moves.
+/// Frequency of a motion, rad/s, and its excursion (root mean square); `None` if nothing moves. The frequency
+/// is that of a sine which moves as far in a short time.
 pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
@@ -43,9 +43,9 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
         })
 }
 
-/// Position and speed at the first row by a parabola through the first rows: those of `stretch_s`, or fewer
-/// where the motion is no parabola for so long. `None` where no speed other than the believed one stands out
-/// of the scatter and the steps of the readings, `step` each.
+/// Position and speed at the first row by a parabola through the first rows. These are the rows of
+/// `stretch_s`, or fewer if the motion is no parabola for so long. `None` if no speed other than the believed
+/// one stands out of the scatter and the steps of the readings (`step`).
 pub(super) fn beginning(
     series: &[f64],
     spacing_s: f64,
@@ -72,8 +72,8 @@ pub(super) fn beginning(
     stands_out.then_some([begun.value, begun.speed / spacing_s])
 }
 
-/// Whether a motion has a speed at its first row: half of the rows in which it leaves the steps of its
-/// readings then make about half of the way, and from rest a quarter at most.
+/// Whether a motion has a speed at its first row. In half of the rows in which it leaves the steps of its
+/// readings it then makes about half of the way. From rest it makes a quarter at most.
 pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     let step = step.max(DIGITS * series.iter().fold(0.0_f64, |most, x| most.max((x - series[0]).abs())));
     let way = |row: usize| (series[row] - series[0]).abs();
@@ -81,8 +81,8 @@ pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     middle.is_some_and(|half| way(half) > HALF_WAY * way(2 * half))
 }
 
-/// A parabola through rows: value and speed (per row) at the first, root mean square of what it leaves, and
-/// the standard error of the speed over that of a row.
+/// A parabola through rows: value and speed (per row) at the first, and the root mean square of the
+/// residuals. Also the standard error of the speed over that of a row.
 pub(super) struct Parabola {
     rows: usize,
     pub(super) value: f64,

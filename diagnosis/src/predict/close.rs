@@ -1,8 +1,8 @@
 //! The motion to rounding: what a machine does by itself.
 //!
-//! Guards are looked at so often that each has one minimum at most between two looks, and events are located
-//! to rounding. Laws that are not linear are extrapolated: the average over a span (of second order) is taken
-//! over one, two, three ... equal parts of it, and the polynomial through the results is read at parts of no
+//! Guards are evaluated so often that each has one minimum at most in between, and events are located to
+//! rounding. Laws that are not linear are extrapolated. The average over a span (of second order) is taken
+//! over one, two, three ... equal parts of it. The polynomial through the results is read at parts of no
 //! length (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9).
 
 use feeler_plant::motion::dot;
@@ -18,11 +18,11 @@ const LOCATED_S: f64 = 1e-15;
 const NONLINEAR_SHARE: f64 = 0.5;
 /// Columns of the extrapolation.
 const COLUMNS: usize = 10;
-/// Agreement of two columns, relative to every state's size over the span: the roundings of the parts, grown
-/// by the weights of the extrapolation, some hundreds.
+/// Agreement of two columns, relative to every state's size over the span. It allows the roundings of the
+/// parts, grown by the weights of the extrapolation, some hundreds.
 const AGREEMENT: f64 = 1e-13;
-/// A span is not cut below this share: a kink of the motion is then crossed as it is, and what that leaves is
-/// the square of so short a time.
+/// A span is not cut below this share. A kink of the motion is then crossed as it is, which leaves an error
+/// of the square of so short a time.
 const SMALLEST_SHARE: f64 = 1e-9;
 /// Share of a span over which the slope of a law that is not linear is taken.
 const SLOPE_SHARE: f64 = 1e-5;
@@ -154,8 +154,8 @@ impl Moving {
         Ok(false)
     }
 
-    /// Size of every state over a span: its own, and the sizes of all that changes it, for where these nearly
-    /// cancel their roundings are left.
+    /// Size of every state over a span: its own, and the sizes of all that changes it. Where these nearly
+    /// cancel, their roundings are left.
     fn sizes(&self, state: &State, span_s: f64) -> Vec<f64> {
         let parts = |row: &[f64]| row.iter().zip(&state.xi).map(|(r, x)| (r * x).abs()).sum::<f64>();
         let rows = &self.flows[state.flow].equations.derivative;

@@ -23,8 +23,8 @@ const BLOCK: usize = 8;
 /// Binary parts of a span whose exponentials are kept.
 const PARTS: i32 = 16;
 
-/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
-/// that a guard has at most one minimum in between and its slopes at both ends betray it.
+/// Largest angle of the fastest oscillation between two guard evaluations, rad. Below a quarter turn, a guard
+/// has at most one minimum in between, and its slopes at both ends betray it.
 const CHECK_ANGLE: f64 = 1.2;
 
 /// Largest angle by which a body swings on its bristles over one average, rad.
@@ -289,9 +289,9 @@ impl Flow {
         self.states
     }
 
-    /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen,
-    /// whose exponentials are kept, then over the rest by its Taylor series. A stiff mode costs no more than
-    /// a soft one.
+    /// Carries `xi` over any span, into `out`. It goes over halves, quarters and so on of the longest span
+    /// seen, whose exponentials are kept. Then over the rest by its Taylor series. A stiff mode costs no more
+    /// than a soft one.
     pub(super) fn carry_once(
         &mut self,
         span_s: f64,

@@ -1,4 +1,4 @@
-//! The loops of sampled servos, and those of controllers whose reference was recorded, along a record: they
+//! The loops of sampled servos, and those of controllers whose reference was recorded, along a record. They
 //! run inside the prediction, as they do in the machine.
 
 use feeler_control::Inputs;

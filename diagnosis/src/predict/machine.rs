@@ -18,7 +18,7 @@ const SLIVER: f64 = 1e-9;
 /// How closely a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// Row by row, as a fit needs it thousands of times: guards are checked this many times in every row, and
+    /// Row by row, as a fit needs it thousands of times. Guards are checked this many times in every row, and
     /// laws that are not linear are averaged from check to check.
     Rows(usize),
     /// To rounding, as the machine moves: see [`super::close`].

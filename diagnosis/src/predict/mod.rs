@@ -3,8 +3,8 @@
 //! The equations of motion are those of [`feeler_plant::motion`]; here they are stepped along a record.
 //! Between rows the command is held, so that each linear mode is carried exactly by its exponential; events
 //! in between are located. Samples of a command that goes on between rows are held at its mean. At each row
-//! the rigid motion may be corrected to what was measured (see `anchor.rs`), which cuts the loop: what is
-//! left between prediction and measurement is then a force that the machine lacks, not its consequences.
+//! the rigid motion may be corrected to what was measured (see `anchor.rs`), which cuts the loop. The error
+//! that remains is then a force that the machine lacks, not its consequences.
 
 mod anchor;
 mod begin;

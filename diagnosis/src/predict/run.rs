@@ -222,9 +222,8 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
-    /// The state at the first row. Where a record begins in motion, position and speed are those from which
-    /// the machine runs along the first readings: a force that is missing bends what is beyond them, a
-    /// wrong speed tilts it.
+    /// The state at the first row. If a record begins in motion, the machine runs from its position and speed
+    /// along the first readings. A missing force bends what is beyond them; a wrong speed tilts it.
     fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
         let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) else {
             return Ok(State { loops: at_start(&self.servos), ..self.machine.start(|_, _| ()) });

@@ -100,8 +100,8 @@ impl Builder<'_> {
     }
 }
 
-/// The mass that the drive moves: the driven body and everything attached to it by springs, up to ground and
-/// the body that carries the reaction.
+/// The mass that the drive moves. It is the driven body and everything attached to it by springs, up to
+/// ground and the body that carries the reaction.
 fn effective_mass_kg(machine: &Machine, actuator: &str) -> f64 {
     let Some(actuator) = machine.actuators.get(actuator) else { return 1.0 };
     let mut members = vec![actuator.on.as_str()];

@@ -23,7 +23,7 @@ pub(crate) enum FileError {
     },
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    #[error("`{0}` is no mesh format that is read")]
+    #[error("`{0}` is not a mesh format that Feeler reads")]
     Extension(String),
 }
 

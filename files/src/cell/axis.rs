@@ -1,4 +1,4 @@
-//! The axis along the normal, as a machine: the contact, sensors, controller and run of a whole arm's
+//! The axis along the normal, as a machine. It has the contact, sensors, controller and run of a whole arm's
 //! scenario, with the bodies and the drive between them.
 
 use feeler_arm::Reduction;

@@ -124,7 +124,7 @@ impl Record for Column {
                 "hold",
                 Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
                 "time for which a command is held between controller samples; if absent, a force or voltage \
-                 goes in straight lines from row to row, and a diagnosis fits its instant, within half a row",
+                 goes in straight lines from row to row (a diagnosis fits its instant, within half a row)",
             )
         ),
         field!(

@@ -1,7 +1,7 @@
 //! Tries the ends of each axis on the scenario, so that wrong keys, units and values appear before a thousand
 //! runs.
 //!
-//! A value that is wrong for the unchanged scenario may be right together with values of other axes; an
+//! A value that is wrong for the unchanged scenario may be right together with values of other axes. An
 //! example is a level that must stay below another. It is then not a mistake of the file, and wrong
 //! combinations become rows with their errors. The same holds for the end of a range that the ranges of other
 //! axes do not match, if some combination of all is right. A value in a list must be right in some
@@ -61,8 +61,8 @@ pub(super) fn try_ends(
     let trial = Trial { base: &base, axes: &tried };
     let noted = problems.count();
     let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
-    // A value that is wrong only with the ends of other axes becomes a row with its error, unless it is in a
-    // list or no combination is right.
+    // A value that is wrong only with the ends of other axes becomes a row with its error. It is a mistake if
+    // it is in a list or no combination is right.
     if problems.count() > noted || doubtful.is_empty() {
         return Some(units);
     }
@@ -71,7 +71,8 @@ pub(super) fn try_ends(
             value.mistake.note(problems);
         }
     } else if let Some(value) = doubtful.into_iter().next() {
-        let message = format!("no combination of the ends is right; the first: {}", value.mistake.message);
+        let message =
+            format!("every combination of the ends is invalid; the first: {}", value.mistake.message);
         Mistake { path: "axes".into(), message, ..value.mistake }.note(problems);
     }
     Some(units)

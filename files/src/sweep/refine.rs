@@ -35,7 +35,7 @@ impl Refine {
             for (key, (_, origin)) in
                 axes.iter().filter_map(|(key, read)| Some((key, read.tolerance.as_ref()?)))
             {
-                let message = "a tolerance has a meaning where a grid is made finer along boundaries only";
+                let message = "a tolerance applies only to a grid that is refined along boundaries";
                 problems.add(
                     origin,
                     format!("axes.\"{key}\".tolerance"),

@@ -46,7 +46,7 @@ fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<String> {
     Some(parameter.dimension.si_unit(turns).into_owned())
 }
 
-/// The unit of a key in a shape, or in a table within it; of several variants, that of the one with this
+/// The unit of a key in a shape, or in a table within it. Of several variants, that of the one with this
 /// name, if any.
 fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
     let (name, rest) = path.split_first()?;

@@ -128,7 +128,7 @@ fn is_data(cell: &[u8], decimal_comma: bool) -> bool {
 }
 
 /// Splits the sample by a separator. The score is the share of rows with the usual width times the share of
-/// cells with data in them; it is almost zero for a single column.
+/// cells with data in them. It is almost zero for a single column.
 fn scored(sample: &[u8], separator: Separator, comment: u8) -> Option<(f64, Dialect, Vec<ByteRecord>)> {
     let mut dialect = Dialect { separator, comment, decimal_comma: false };
     let mut reader = Rows::of(Box::new(std::io::Cursor::new(sample.to_vec())), &dialect);

@@ -27,7 +27,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let is_control = |c: char| c.is_control() && c != '\t';
     if layout.header.iter().any(|name| name.contains(is_control)) {
         let remedy = "name a table of numbers, or a log that `feeler import` reads";
-        return Err(LogError::other(path, "it is no text with columns", remedy));
+        return Err(LogError::other(path, "it is not a text with columns", remedy));
     }
     let clock_at = clock_column(&layout);
     let mut cells = Cells::new(path, &layout, clock_at);

@@ -43,7 +43,7 @@ impl Text {
             let remedy = "name a table of numbers, or a log that `feeler import` reads";
             return Err(LogError::other(
                 path,
-                format!("it is no text with columns (byte {byte} is zero)"),
+                format!("it is not a text with columns (byte {byte} is zero)"),
                 remedy,
             ));
         }

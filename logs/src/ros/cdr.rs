@@ -48,7 +48,7 @@ pub(super) fn decode(definition: &Definition, message: &[u8], into: &mut Numbers
         (0, 6) => (false, 4),
         (0, 7) => (true, 4),
         (high, low) => {
-            let what = format!("representation {high:#04x}{low:02x} is no plain CDR");
+            let what = format!("representation {high:#04x}{low:02x} is not plain CDR");
             return Err(CdrError { byte: 0, what });
         }
     };
@@ -156,7 +156,7 @@ impl<'a> Reader<'a> {
             Base::I64 => self.signed::<8>()? as f64,
             Base::F32 => f64::from(f32::from_le_bytes(self.fixed()?)),
             Base::F64 => f64::from_le_bytes(self.fixed()?),
-            Base::Text | Base::Struct(_) => return Err(self.error("this is no number")),
+            Base::Text | Base::Struct(_) => return Err(self.error("this is not a number")),
         })
     }
 

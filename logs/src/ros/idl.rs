@@ -212,8 +212,9 @@ impl<'a> Parser<'a> {
         while self.peek() == "[" {
             self.at += 1;
             let size = self.next();
-            let size: usize =
-                size.parse().map_err(|_| DefinitionError(format!("IDL: `{size}` is no size of `{name}`")))?;
+            let size: usize = size
+                .parse()
+                .map_err(|_| DefinitionError(format!("IDL: `{size}` is not a size of `{name}`")))?;
             count = count.saturating_mul(size);
             has_dimensions = true;
             self.expect("]")?;

@@ -70,7 +70,7 @@ fn field(
         None => (kind, Many::One),
         Some(at) => (
             &kind[..at],
-            many(&kind[at..]).ok_or_else(|| DefinitionError(format!("{own}: `{kind}` is no array")))?,
+            many(&kind[at..]).ok_or_else(|| DefinitionError(format!("{own}: `{kind}` is not an array")))?,
         ),
     };
     let bare = kind.split('<').next().unwrap_or_default();

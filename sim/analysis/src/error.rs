@@ -34,7 +34,7 @@ pub enum AnalysisError {
         name: String,
     },
     /// The input of a linear analysis must be the command of an actuator or the force on a body.
-    #[error("`{name}` is no input")]
+    #[error("`{name}` is not an input")]
     NotAnInput {
         /// The signal.
         name: String,

@@ -4,8 +4,8 @@
 //! - [`LinearMachine`]: small motions about an operating point, from any command to any signal; delays are
 //!   exact and stand beside the state space;
 //! - [`ControlLoop`]: the machine with its controllers, as a [`SampledLoop`] (exact holds, fractional delays,
-//!   filters and several rates) and as a [`ContinuousLoop`]; stable values of any gain, and what happens at
-//!   each edge;
+//!   filters and several rates) and as a [`ContinuousLoop`]. It gives the stable values of any gain, and what
+//!   happens at each edge;
 //! - [`modes()`] and [`classify`]: the paper's colocated and noncolocated modes, and the phase that each
 //!   costs;
 //! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;

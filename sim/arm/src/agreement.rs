@@ -29,8 +29,8 @@ const TO: f64 = 100.0;
 pub struct Agreement {
     /// Frequency of the mode in which the arm moves on the contact: whole arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Frequency at which the phase from drive force to contact force, with damper and without the drives'
-    /// bandwidths, falls through -180 degrees: whole arm, axis; Hz. NaN if it does not.
+    /// Frequency at which the phase from drive force to contact force falls through -180 degrees: whole arm,
+    /// axis; Hz. It includes the damper and excludes the drives' bandwidths. NaN if it does not.
     pub phase_crossover_hz: [f64; 2],
     /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, with the
     /// drives' bandwidths: whole arm, axis. Zero if no gain is stable, infinite if all are.
@@ -168,8 +168,8 @@ impl Reduction {
         self.system().modes(contact_n_per_m)
     }
 
-    /// Frequency of the mode in which the axis moves on a contact of this stiffness, N/m: the first that
-    /// carries a large part of a slow drive force to it.
+    /// Frequency of the mode in which the axis moves on a contact of this stiffness, N/m. It is the first
+    /// that carries a large part of a slow drive force to it.
     pub fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         self.system().contact_mode_hz(contact_n_per_m)
     }

@@ -1,8 +1,9 @@
 //! Bodies between motor and tool, as starting points of fits.
 //!
 //! Motor and tool are joined by a spring, and every further body by one spring to each of the two. With both
-//! of them held, each such body is a mode of the arm (R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968), with
-//! two ends). With as many bodies as modes, and if all springs are positive, the axis is exactly the arm.
+//! of them held, each such body is a mode of the arm. Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6
+//! (1968), with two ends. With as many bodies as modes, and if all springs are positive, the axis is exactly
+//! the arm.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 

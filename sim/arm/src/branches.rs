@@ -88,9 +88,9 @@ fn branched(pair: &Reduction, tool: Branch, branches: &[Branch]) -> Reduction {
 impl Arm {
     /// The axis of the arm along `normal` at pose `q` with at most `most` bodies at the motor.
     ///
-    /// With the drive's displacement held, every mode of the arm is a mass on a spring attached to the drive
-    /// (the effective masses of modes with a fixed interface: R. R. Craig, M. C. C. Bampton, AIAA J. 6
-    /// (1968)). To the motor this equals the arm. The tool's displacement is a weighted sum of theirs, in
+    /// With the drive's displacement held, every mode of the arm is a mass on a spring attached to the drive.
+    /// These are the effective masses of modes with a fixed interface (R. R. Craig, M. C. C. Bampton, AIAA J.
+    /// 6 (1968)). To the motor this equals the arm. The tool's displacement is a weighted sum of theirs, in
     /// which one body nearly always has nearly all the weight: it becomes the tool. Of the others, those with
     /// the largest lag behind an accelerating motor are kept. If no mode takes part, the axis is that of
     /// [`Self::reduce`].
@@ -112,16 +112,17 @@ impl Arm {
         })
     }
 
-    /// The axis with the arm's contact mode and phase crossover (-180 degrees from drive force to contact
-    /// force), on a contact with this stiffness (N/m) and damping (N s/m), and its agreement.
+    /// The axis with the arm's contact mode and phase crossover, on a contact with this stiffness (N/m) and
+    /// damping (N s/m), and its agreement. The crossover is where the phase from drive force to contact force
+    /// passes -180 degrees.
     ///
     /// The first choice is the pair of masses of [`Self::reduce`], if both landmarks are within 1 % of the
     /// whole arm's. The second is the axis of [`Self::reduce_with_branches`] with the fewest branches that
     /// keep the crossover within 0.5 % of its value with all of them. If several modes share the tool's
     /// displacement, this may miss the 1 %, too. Then bodies are joined to the tool as well, and all numbers
-    /// except mass and friction are fitted to the arm's response: with one body first, then two, then three.
-    /// The result is the nearest axis in any case; [`Agreement::is_trusted`] reports whether the difference
-    /// exceeds 5 %.
+    /// except mass and friction are fitted to the arm's response. This is done with one body first, then two,
+    /// then three. The result is the nearest axis in any case; [`Agreement::is_trusted`] reports whether the
+    /// difference exceeds 5 %.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].

@@ -10,7 +10,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ArmError {
     /// The text is no XML.
-    #[error("the URDF is no XML: {what}")]
+    #[error("the URDF is not XML: {what}")]
     Xml {
         /// The parser's message, with line and column.
         what: String,
@@ -133,7 +133,9 @@ impl Remedy for ArmError {
                 format!("choose a pose with `{joint}` from {} to {}", short(*lower), short(*upper)).into()
             }
             Self::Normal { .. } => "give three numbers that are not all zero".into(),
-            Self::Singular { .. } => "choose another pose or normal, or let the other directions go".into(),
+            Self::Singular { .. } => {
+                "choose another pose or normal, or leave the other directions free".into()
+            }
             Self::Drive { what, rule, .. } => format!("write a {what} that is {rule}").into(),
             Self::Diverged { .. } => "take a smaller step".into(),
             Self::Unreachable { .. } => "choose a place within reach, or give a pose".into(),

@@ -65,7 +65,7 @@ impl Record for JointDrive {
             optional(
                 "viscous_friction",
                 Kind::Quantity(DAMPING, Bound::NotNegative),
-                "of the motor, at the joint; the URDF's `dynamics damping` where absent",
+                "of the motor, at the joint; the URDF's `dynamics damping` if absent",
             )
         ),
         field!(
@@ -73,7 +73,7 @@ impl Record for JointDrive {
             optional(
                 "dry_friction",
                 Kind::Quantity(TORQUE, Bound::NotNegative),
-                "of the motor, at the joint; the URDF's `dynamics friction` where absent",
+                "of the motor, at the joint; the URDF's `dynamics friction` if absent",
             )
         ),
         field!(
@@ -81,7 +81,7 @@ impl Record for JointDrive {
             optional(
                 "limit",
                 Kind::Quantity(TORQUE, Bound::Positive),
-                "largest torque, at the joint; the URDF's `limit effort` where absent",
+                "largest torque, at the joint; the URDF's `limit effort` if absent",
             )
         ),
         field!(

@@ -7,8 +7,8 @@ use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 /// Share of the largest squared frequency below which a mode bends no spring.
 pub(crate) const BENDS_NOTHING: f64 = 1e-9;
 
-/// Share of a slow drive force on the contact, above which a mode counts as the one in which the whole arm
-/// moves on the contact.
+/// Share of a slow drive force on the contact. Above it a mode counts as the one in which the whole arm moves
+/// on the contact.
 const WHOLE_ARM: f64 = 0.3;
 
 /// A mode of the arm that bends its joints.
@@ -18,11 +18,11 @@ pub struct VibrationMode {
     pub frequency_hz: f64,
     /// Damping ratio from the dampings of joints and motors; coupling to other modes is neglected.
     pub damping_ratio: f64,
-    /// Its contribution from a drive force along the normal to the tool's motion, relative to the arm's mass:
-    /// -1 if this mode alone separates the tool from the motors. Negative means noncolocated.
+    /// Its contribution from a drive force along the normal to the tool's motion, relative to the arm's mass.
+    /// It is -1 if this mode alone separates the tool from the motors. Negative means noncolocated.
     pub drive_share: f64,
-    /// Its contribution to the tool's response to a force on the tool, relative to the arm's mass: the ratio
-    /// of motor to tip mass of the equivalent pair.
+    /// Its contribution to the tool's response to a force on the tool, relative to the arm's mass. It is the
+    /// ratio of motor to tip mass of the equivalent pair.
     pub tip_share: f64,
 }
 
@@ -78,8 +78,9 @@ impl LinearSystem {
         modes
     }
 
-    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a large
-    /// part of a slow drive force to the contact, else the one that carries most of it.
+    /// Frequency of the mode in which drive and tool move on a contact (Hz). It is the first mode that
+    /// carries a large part of a slow drive force to the contact. Without one it is the mode that carries
+    /// most of it.
     pub(crate) fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
         let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return f64::NAN };

@@ -51,8 +51,8 @@ impl Measured {
 
 impl Arm {
     /// Simulates the arm with a multisine on the drive, the tool lightly pressed on a spring (N/m) and damper
-    /// (N s/m), and compares an axis with the measured response. The simulation has all links, joints and
-    /// motors with all terms of the equations, but no dry friction and no limits of the drives.
+    /// (N s/m). Compares an axis with the measured response. The simulation has all links, joints and motors
+    /// with all terms of the equations, but no dry friction and no limits of the drives.
     ///
     /// # Errors
     /// Those of [`Self::reduce`], and [`ArmError::Diverged`].

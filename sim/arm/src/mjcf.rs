@@ -69,7 +69,7 @@ impl Mjcf {
         let document = Document::parse(text).map_err(|error| ArmError::Xml { what: error.to_string() })?;
         let root = document.root_element();
         if !root.has_tag_name("mujoco") {
-            let what = format!("this is a `<{}>` and no `<mujoco>`", root.tag_name().name());
+            let what = format!("this is a `<{}>`, not a `<mujoco>`", root.tag_name().name());
             return wrong(root, what, "name an MJCF file");
         }
         let mut defaults = Defaults::new();
@@ -136,7 +136,7 @@ impl<'a> Model<'a, '_> {
         if found.len() != text.split_whitespace().count() || found.iter().any(|x| !x.is_finite()) {
             return wrong(
                 node,
-                format!("`{name}=\"{text}\"` are no numbers"),
+                format!("`{name}=\"{text}\"` is not a list of numbers"),
                 "write numbers, parted by spaces",
             );
         }

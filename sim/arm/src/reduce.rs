@@ -46,12 +46,12 @@ impl Arm {
     /// The axis of two masses that represents the arm along `normal` at pose `q`; gravity counts as
     /// compensated.
     ///
-    /// The axis keeps the total mass and the bending under slow forces: the tool's lag behind the rigid
-    /// motion per drive force, and the tool's displacement beyond it per force on the tool. It also keeps the
-    /// loss in the joints while a force on the tool changes slowly. An arm with one joint is represented
-    /// exactly. For more joints, with several modes, the pair of masses agrees with all of them at low
-    /// frequency (moment matching, as in model reduction). If no pair does, because the tool leads the drive,
-    /// the pair has the slowest mode.
+    /// The axis keeps the total mass and the bending under slow forces. These are the tool's lag behind the
+    /// rigid motion per drive force, and the tool's displacement beyond it per force on the tool. It also
+    /// keeps the loss in the joints while a force on the tool changes slowly. An arm with one joint is
+    /// represented exactly. For more joints, with several modes, the pair of masses agrees with all of them
+    /// at low frequency (moment matching, as in model reduction). If no pair does, because the tool leads the
+    /// drive, the pair has the slowest mode.
     ///
     /// # Errors
     /// [`ArmError::Pose`], [`ArmError::Limit`], [`ArmError::Normal`], [`ArmError::Singular`].

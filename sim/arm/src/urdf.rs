@@ -234,7 +234,7 @@ impl Urdf {
         if !root.has_tag_name("robot") {
             return wrong(
                 root,
-                format!("this is a `<{}>` and no `<robot>`", root.tag_name().name()),
+                format!("this is a `<{}>`, not a `<robot>`", root.tag_name().name()),
                 "name a URDF file",
             );
         }

@@ -35,7 +35,9 @@ pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
     let text = attribute(node, name)?;
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number"), "write a number such as 0.25"),
+        _ => {
+            wrong(node, format!("`{name}=\"{text}\"` is not a finite number"), "write a number such as 0.25")
+        }
     }
 }
 

@@ -69,7 +69,7 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
         (("iyy=\"0.02\"", "iyy=\"0.2\""), "line 5: the principal moments"),
         (("mass value=\"1\"", "mass value=\"-1\""), "line 5: link `two` has a mass of -1 kg"),
         (("<mass value=\"1\"/>", ""), "has no `mass` (add `<mass"),
-        (("ixx=\"0.01\"", "ixx=\"light\""), "`ixx=\"light\"` is no finite number"),
+        (("ixx=\"0.01\"", "ixx=\"light\""), "`ixx=\"light\"` is not a finite number"),
         (("type=\"prismatic\"", "type=\"floating\""), "line 7: joint `b` is of type `floating`"),
         (
             ("child link=\"two\"", "child link=\"three\""),
@@ -83,7 +83,7 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
         (("lower=\"-2\"", "lower=\"3\""), "write the lower one first"),
         (("<limit lower=\"-2\" upper=\"2\" effort=\"10\"/>", ""), "joint `a` has no `limit`"),
         (("xyz=\"0.1 0 0\"", "xyz=\"0.1 0\""), "is not three finite numbers"),
-        (("<robot name=\"two\">", "<robot name=\"two\""), "the URDF is no XML"),
+        (("<robot name=\"two\">", "<robot name=\"two\""), "the URDF is not XML"),
         (("name=\"two\"><inertial", "name=\"one\"><inertial"), "there are two links `one`"),
     ];
     for ((from, to), said) in cases {

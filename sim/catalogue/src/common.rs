@@ -17,7 +17,7 @@ pub const CORNER: Key = required(
 pub const DAMPING_RATIO: Key = optional(
     "damping_ratio",
     Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
-    "of a second-order filter; first order where absent",
+    "of a second-order filter; first order if absent",
 );
 
 /// A key that holds a low-pass: a corner frequency, or a table.

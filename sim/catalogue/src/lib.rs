@@ -1,5 +1,5 @@
-//! The keys of a machine file. Each is declared once, as a [`Field`], next to the struct that it fills: its
-//! name, unit, bounds, default, text and role, and how the struct's number is read and set.
+//! The keys of a machine file. Each is declared once, as a [`Field`], next to the struct that it fills. A
+//! field holds its name, unit, bounds, default, text and role, and how the struct's number is read and set.
 //!
 //! Reader, writer, check, schema, reference manual, units of sweep axes, gains and believed values all follow
 //! from these declarations and know no key by name.

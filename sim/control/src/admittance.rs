@@ -114,8 +114,8 @@ fn virtual_body(gains: &AdmittanceGains, period_s: f64) -> ([[f64; 2]; 2], [f64;
 }
 
 /// The exact step of `x'' + c x' + w2 x = g e` over `t`, by scaling and squaring of the exponential's Taylor
-/// series (Moler and Van Loan, "Nineteen dubious ways to compute the exponential of a matrix", SIAM Review
-/// 2003, method 3).
+/// series. Source: Moler and Van Loan, "Nineteen dubious ways to compute the exponential of a matrix", SIAM
+/// Review 2003, method 3.
 fn second_order_step(w2: f64, c: f64, g: f64, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     type Matrix = [[f64; 3]; 3];
     fn product(p: &Matrix, q: &Matrix) -> Matrix {

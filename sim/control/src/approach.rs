@@ -115,7 +115,7 @@ impl ApproachConfig<f64> {
         self.present
     }
 
-    /// The phases of [`Self::update`] as lines of a program; gives what holds where the law starts, and what
+    /// The phases of [`Self::update`] as lines of a program. Gives what holds where the law starts, and what
     /// holds where it runs, if it does not always.
     pub(crate) fn list_phase(&self, l: &mut Listing, y: &str, x: &str) -> (String, Option<String>) {
         l.truth_state("contact");

@@ -72,10 +72,10 @@ struct State<L: Lane> {
 
 /// A controller of `L::WIDTH` variants with the same law and sample instants, and different numbers.
 ///
-/// The steps of one sample are: low-pass and notch of the reading; position and velocity from the motion
-/// sensor; approach or contact phase, lane by lane; the law; rounding to the output resolution; the output
-/// limit. A law that starts (at the first sample, or when an approach ends) has no history: its integral and
-/// derivative are zero, and its lead is settled at the present error.
+/// One sample has these steps. Low-pass and notch of the reading; position and velocity from the motion
+/// sensor; approach or contact phase, lane by lane; the law. Then rounding to the output resolution, and the
+/// output limit. A law that starts, at the first sample or when an approach ends, has no history. Its
+/// integral and derivative are zero, and its lead is settled at the present error.
 #[derive(Clone)]
 pub struct Controller<L: Lane> {
     config: Config<L>,

@@ -40,13 +40,13 @@ pub enum ControlError {
         why: &'static str,
     },
     /// Variants that run side by side must have the same law.
-    #[error("lane {lane} has another control law than lane 0")]
+    #[error("lane {lane} has a different control law from lane 0")]
     LawsDiffer {
         /// The first lane that differs.
         lane: usize,
     },
     /// Variants that run side by side must be sampled at the same instants.
-    #[error("lane {lane} is sampled at other instants than lane 0")]
+    #[error("lane {lane} is sampled at different instants from lane 0")]
     TimingDiffers {
         /// The first lane that differs.
         lane: usize,

@@ -2,10 +2,10 @@
 //! never changes in a run.
 //!
 //! All are second-order sections in transposed direct form II, from the continuous filter by the bilinear
-//! transform `s = (2/T) (1 - z^-1) / (1 + z^-1)` (Oppenheim and Schafer, "Discrete-Time Signal Processing",
-//! section 7.2). Each constructor names the one frequency at which the transform is prewarped. Elsewhere
-//! frequencies are compressed towards the Nyquist frequency. The gain at zero frequency is exactly 1 for all
-//! of them.
+//! transform `s = (2/T) (1 - z^-1) / (1 + z^-1)`. Source: Oppenheim and Schafer, "Discrete-Time Signal
+//! Processing", section 7.2. Each constructor names the one frequency at which the transform is prewarped.
+//! Elsewhere frequencies are compressed towards the Nyquist frequency. The gain at zero frequency is exactly
+//! 1 for all of them.
 
 use std::f64::consts::TAU;
 

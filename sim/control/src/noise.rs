@@ -1,9 +1,9 @@
 //! Random numbers that depend on an element and an instant.
 //!
 //! Each element draws from its own [`Stream`], keyed by the run's seed and the element's name. Adding a
-//! sensor thus does not change another's noise. A stream is read at an index, not in sequence. A caller that
-//! uses the instant (in picoseconds) as the index gets a noise that depends on sensor and instant only,
-//! whatever the order or the number of readings.
+//! sensor thus does not change another's noise. A stream is read at an index, not in sequence. A caller may
+//! use the instant (in picoseconds) as the index. The noise then depends on sensor and instant only, whatever
+//! the order or the number of readings.
 //!
 //! The generator is `ChaCha` with 8 rounds (Bernstein, "`ChaCha`, a variant of Salsa20", 2008), read at a
 //! computed position: the same bits on every machine. Normal numbers use the platform's `ln`, `sin` and

@@ -12,10 +12,10 @@ use crate::{AntiWindup, ForceGains, PositionGains};
 /// - `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`: the backward-Euler form of `s / (tau s + 1)`
 ///   (Astrom and Wittenmark, "Computer-Controlled Systems", 3rd ed., section 8.5).
 ///
-/// As a system with state `x[n] = i[n-1]` the integral is `x[n+1] = x[n] + ki T e[n]`,
-/// `y[n] = x[n] + ki T e[n]`. On a pure stiffness k it closes to `f[n+1] = f[n] + T ki k (r - f[n])`, stable
-/// for `T ki k < 2`: the rule is the case of no sample of delay (n = 0) of
-/// `T G k < 2 sin(pi / (2 (2 n + 1)))`, and `delay_s = n period_s` gives the case n.
+/// As a system with state `x[n] = i[n-1]` the integral is `x[n+1] = x[n] + ki T e[n]`, `y[n] = x[n] + ki T
+/// e[n]`. On a pure stiffness k it closes to `f[n+1] = f[n] + T ki k (r - f[n])`, stable for `T ki k < 2`.
+/// This rule is the case of no sample of delay (n = 0) of `T G k < 2 sin(pi / (2 (2 n + 1)))`, and `delay_s =
+/// n period_s` gives the case n.
 #[derive(Clone, Copy)]
 pub(crate) struct PidConfig<L: Lane> {
     feed_forward: L,

@@ -336,7 +336,7 @@ impl Record for Approach {
             optional(
                 "release",
                 Kind::Quantity(FORCE, Bound::Any),
-                "it starts again below this, at most `until`; where absent, contact latches",
+                "it starts again below this, at most `until`; if absent, contact latches",
             )
         ),
         field!(

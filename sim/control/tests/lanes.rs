@@ -9,7 +9,7 @@ use feeler_lanes::{Lane, LaneMask, Pack};
 const VARIANTS: usize = 8;
 const SAMPLES: u64 = 300;
 
-/// Variant `i` of a law: the gains differ, and some variants have a lead, a filter, an approach, a limit or a
+/// Variant `i` of a law. The gains differ, and some variants have a lead, a filter, an approach, a limit or a
 /// resolution where others have none.
 fn variant(law: usize, i: usize) -> ControllerSpec {
     let x = i as f64;

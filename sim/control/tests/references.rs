@@ -150,8 +150,8 @@ fn truth_white_noise_has_its_band_and_power() {
     // 2 B t = 8000 independent values in 40 s: the variance is known to sqrt(2 / 8000) = 1.6 %, the rms to
     // half of that; 4 sigma.
     assert!((rms(&values) / sigma - 1.0).abs() < 0.032);
-    // Mean power per hertz of Hann-windowed segments of 0.4 s, over 7 Hz wide stretches: 100 segments of 3
-    // bins each, so to 6 %; 5 sigma.
+    // Mean power per hertz of Hann-windowed segments of 0.4 s, over 7 Hz wide stretches. There are 100
+    // segments of 3 bins each, so to 6 %; 5 sigma.
     let segment = 400;
     let window: Vec<f64> = (0..segment).map(|i| 1.0 - (TAU * i as f64 / segment as f64).cos()).collect();
     let density = |frequency_hz: f64| {

@@ -30,7 +30,7 @@ pub enum EngineError {
     Exponential(#[from] LtiError),
     /// A motion is too fast to follow.
     #[error(
-        "a part of the machine swings at {frequency_hz:.3e} Hz: \
+        "a part of the machine oscillates at {frequency_hz:.3e} Hz: \
          one second takes {looks_per_s:.1e} guard evaluations"
     )]
     TooFast {

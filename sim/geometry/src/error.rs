@@ -148,7 +148,7 @@ mod tests {
             GeometryError::Size { what: "the radius of a ball", value: 0.0 },
             GeometryError::Hull { points: 3 },
             GeometryError::Mesh { what: "the mesh has no triangles".into(), remedy: "export it again" },
-            GeometryError::Line { line: 1, what: "`x` is no number".into(), remedy: "write a number" },
+            GeometryError::Line { line: 1, what: "`x` is not a number".into(), remedy: "write a number" },
             GeometryError::Path { index: 1, t_s: 0.0 },
             GeometryError::EmptyPath,
             GeometryError::Unsupported { tip: "mesh", workpiece: "mesh" },

@@ -16,7 +16,7 @@ pub fn read_height_field(text: &str, extents_m: [f64; 2]) -> Result<Shape, Geome
         let line = i + 1;
         let row = row.ok_or_else(|| GeometryError::Line {
             line,
-            what: "a field is no finite number".into(),
+            what: "a field is not a finite number".into(),
             remedy: "write heights in metres, parted by commas",
         })?;
         if let Some(first) = heights_m.first().filter(|first| first.len() != row.len()) {

@@ -33,7 +33,7 @@ impl Mesh {
         }
         let count = self.vertices_m.len();
         if self.triangles.iter().flatten().any(|&corner| corner as usize >= count) {
-            return mesh_error(format!("a triangle names a corner beyond the {count} there are"));
+            return mesh_error(format!("a triangle names a corner beyond the last of {count}"));
         }
         if self.vertices_m.iter().flatten().any(|x| !x.is_finite()) {
             return mesh_error("a corner of the mesh is not finite");
@@ -106,7 +106,7 @@ pub fn read_obj(text: &str, scale_m: f64) -> Result<Mesh, GeometryError> {
                 let Some(corners) = corners.filter(|corners| corners.len() >= 3) else {
                     return Err(GeometryError::Line {
                         line: i + 1,
-                        what: "this is no face of three corners or more".into(),
+                        what: "this is not a face of three corners or more".into(),
                         remedy: "name three corners or more by their numbers, each above the face",
                     });
                 };

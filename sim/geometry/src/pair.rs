@@ -84,9 +84,9 @@ impl Pair {
     /// The nearest points with the tool at a position, m, and orientation, a unit quaternion `[x, y, z, w]`.
     /// `None` if they are far apart.
     ///
-    /// For a ball it is the projection of its centre, and for a capsule on triangles that of its axis, exact
-    /// to rounding if centre or axis is outside. For other tips it comes from Parry's iteration. If shapes
-    /// touch in several places it is the deepest.
+    /// For a ball it is the projection of its centre, and for a capsule on triangles that of its axis. It is
+    /// exact to rounding if centre or axis is outside. For other tips it comes from Parry's iteration. If
+    /// shapes touch in several places it is the deepest.
     ///
     /// # Errors
     /// [`GeometryError::Unsupported`] for two shapes whose distance cannot be computed.

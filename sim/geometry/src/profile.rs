@@ -100,7 +100,7 @@ impl Touching {
     ///
     /// # Errors
     /// [`GeometryError::Jump`] if the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of
-    /// 0.1 us exceed, [`GeometryError::Knots`] for an error that needs too many pieces, and those of
+    /// 0.1 us exceed. [`GeometryError::Knots`] for an error that needs too many pieces, and those of
     /// [`Self::at`].
     pub fn profile(&self, feed: &Feed, duration_s: f64, error_m: f64) -> Result<Compiled, GeometryError> {
         let mut probe = Probe { touching: self, feed, queries: 0 };

@@ -9,7 +9,7 @@ use feeler_geometry::{
 
 /// Rounding of positions of a few centimetres through a distance query and some Newton steps.
 const ROUNDING_M: f64 = 1e-12;
-/// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square
+/// Parry's distances between a capsule and a triangle come from an iteration. It ends at about the square
 /// root of rounding, relative to sizes of a few centimetres.
 const ITERATED_M: f64 = 1e-9;
 

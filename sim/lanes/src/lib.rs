@@ -1,7 +1,7 @@
 //! Lanes: the physics is written once over [`Lane`], and runs on one machine (`f64`) or on several variants
 //! side by side ([`Pack`]).
 //!
-//! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers, so a variant gives the
+//! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers. So a variant gives the
 //! same bits in any lane of any width. Packs are plain arrays that the compiler vectorises. At run time
 //! [`dispatch`] selects the widest instruction set of the processor.
 

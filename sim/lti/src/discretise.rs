@@ -30,7 +30,7 @@ impl StateSpace {
     ///
     /// The delay is split into whole samples and a remainder. The held inputs in transit are appended to the
     /// n states, newest first: `u[k-1], u[k-2], ...`, m each. From input to output, a delay of the sampled
-    /// output equals one of the input, so the two delays of a loop may be added here.
+    /// output equals one of the input. So the two delays of a loop may be added here.
     ///
     /// # Errors
     /// [`LtiError::OutOfRange`] unless the period is positive, the delay not negative, and both finite.

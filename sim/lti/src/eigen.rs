@@ -99,8 +99,8 @@ pub fn frequencies_hz<T: TimeDomain>(domain: T, points: &[C64]) -> Vec<f64> {
     frequencies
 }
 
-/// Damping ratio -Re s / |s| of a pole, in [-1, 1]; 1 for a pole at the origin of the z plane, 0 for one at s
-/// = 0.
+/// Damping ratio -Re s / |s| of a pole, in [-1, 1]. It is 1 for a pole at the origin of the z plane, 0 for
+/// one at s = 0.
 pub fn damping_ratio<T: TimeDomain>(domain: T, pole: C64) -> f64 {
     let s = domain.s_of_point(pole);
     if s.re == f64::NEG_INFINITY {

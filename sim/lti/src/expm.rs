@@ -1,7 +1,7 @@
 //! Matrix exponential, its integrals, and Taylor coefficients of free motion.
 //!
 //! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear
-//! solve, so exact structure of A stays exact in exp(A): a row of zeros gives a row of the identity, bit for
+//! solve, so exact structure of A stays exact in exp(A). A row of zeros gives a row of the identity, bit for
 //! bit, and a block triangle stays one. Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van
 //! Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
 

@@ -124,7 +124,7 @@ impl Rows {
     }
 
     /// One double step on the block from `low` to `high`, with shifts of the sum and product of the block's
-    /// last pair, or with arbitrary ones. With a basis, the rest of the matrix takes part.
+    /// last pair. Else with arbitrary ones. With a basis, the rest of the matrix takes part.
     fn step(&mut self, low: usize, high: usize, arbitrary: bool, mut basis: Option<&mut Self>) {
         let (x, y, w) = if arbitrary {
             let s = self.at(high, high - 1).abs() + self.at(high - 1, high - 2).abs();

@@ -72,7 +72,7 @@ impl<T: TimeDomain> StateSpace<T> {
         self.require_same_domain(back)?;
         require_shape("D of the feedback system", back.d(), (self.inputs(), self.outputs()))?;
         let (n1, n2) = (self.states(), back.states());
-        // u = r - Cb xb - Db y and y = C x + D u, hence u = E (r - Cb xb - Db C x) with E = (I + Db D)^-1.
+        // u = r - Cb xb - Db y and y = C x + D u. Hence u = E (r - Cb xb - Db C x) with E = (I + Db D)^-1.
         let loop_matrix = DMatrix::identity(self.inputs(), self.inputs()) + back.d() * self.d();
         let e = loop_matrix
             .try_inverse()

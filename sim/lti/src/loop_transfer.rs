@@ -23,8 +23,8 @@ const LARGE: f64 = 1e3;
 const MAX_SHRINKS: usize = 16;
 /// A pole whose damping ratio is below this counts as on the stability boundary.
 const ON_BOUNDARY: f64 = 1e-9;
-/// A pole this much slower than the fastest pole, or than half of the sampling rate, is an integrator: the
-/// square root of rounding, for double ones.
+/// A pole this much slower than the fastest pole, or than half of the sampling rate, is an integrator. It is
+/// the square root of rounding, for double ones.
 const INTEGRATES: f64 = 1e-9;
 /// Smallest share of half of the sampling rate at which z can be distinguished from 1 despite rounding.
 const TOLD_APART: f64 = 1e-12;

@@ -56,7 +56,7 @@ impl TransferEvaluator {
         Self { a, is_hessenberg, modal: None, b, c, d }
     }
 
-    /// The same, prepared further if it has many states: a point then costs as much as there are states, and
+    /// The same, prepared further if it has many states. A point then costs as much as there are states, and
     /// the preparation as much as some hundred points.
     #[must_use]
     pub fn for_many_points(self) -> Self {
@@ -230,7 +230,7 @@ mod tests {
         StateSpace::new(a, b, output, DMatrix::zeros(1, 1)).unwrap()
     }
 
-    /// Between walls on springs the chain is `U`-shaped: with `2 cos t = 2 + s^2 / (k + c s)` (masses of 1
+    /// Between walls on springs the chain is `U`-shaped. With `2 cos t = 2 + s^2 / (k + c s)` (masses of 1
     /// kg) the transfer from the first force to the last position is `sin t / (sin((n + 1) t) (k + c s))`.
     #[test]
     fn truth_a_long_chain_answers_as_its_closed_form() {

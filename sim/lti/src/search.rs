@@ -11,7 +11,7 @@ const PLACE: f64 = 1e-12;
 /// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
 ///
 /// Bisection, because the functions of this crate (largest growth rate, crossings of a phase) have kinks and
-/// square-root behaviour, on which faster methods lose their advantage.
+/// square-root behaviour. There faster methods lose their advantage.
 pub(crate) fn bisect<E>(
     mut a: f64,
     mut b: f64,
@@ -34,8 +34,8 @@ pub(crate) fn bisect<E>(
     Ok(a + 0.5 * (b - a))
 }
 
-/// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the larger, by
-/// interpolation that never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
+/// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the larger. The
+/// interpolation never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
 /// Trans. Mathematical Software 47, 2020: ITP).
 pub(crate) fn smooth_root<E>(
     mut a: f64,
@@ -94,9 +94,9 @@ pub(crate) fn maximum<E>(
     Ok(if fx >= fy { (x, fx) } else { (y, fy) })
 }
 
-/// The position of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's
-/// method on its slope, kept inside the bracket. `slope_and_curvature` gives the first two derivatives, both
-/// times any positive factor.
+/// The position of the maximum of a function between `a` and `b` nearest uphill of `start`. It is found by
+/// Newton's method on its slope, kept inside the bracket. `slope_and_curvature` gives the first two
+/// derivatives, both times any positive factor.
 pub(crate) fn largest(
     mut a: f64,
     mut b: f64,

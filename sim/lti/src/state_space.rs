@@ -30,7 +30,7 @@ impl StateSpace<Continuous> {
 }
 
 impl StateSpace<Discrete> {
-    /// A discrete system from A (n x n), B (n x m), C (p x n), D (p x m) and the sample time in seconds.
+    /// A discrete system from A (n x n), B (n x m), C (p x n) and D (p x m). The sample time is in seconds.
     ///
     /// # Errors
     /// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::OutOfRange`].

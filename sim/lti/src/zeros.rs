@@ -50,8 +50,9 @@ impl<T: TimeDomain> StateSpace<T> {
         Ok(zeros)
     }
 
-    /// The same for a picture, in a fraction of the time: m zeros at one place are only found to within the
-    /// m-th root of the rounding, and rounding of large zeros may hide very small ones.
+    /// The same for a picture, in a fraction of the time. Two errors remain. Of m zeros at one place each is
+    /// only found to within the m-th root of the rounding. And rounding of large zeros may hide very small
+    /// ones.
     ///
     /// # Errors
     /// As [`Self::zeros`].

@@ -4,7 +4,7 @@ use feeler_lti::{LoopTransfer, StateSpace};
 use nalgebra::dmatrix;
 #[test]
 fn regress_an_integrator_s_pole_moved_by_rounding_is_still_one() {
-    // The pole of a sampled integrator, off 1 by an ulp either way: 0.2 / (z - 1) is stable at gain 1, whose
+    // The pole of a sampled integrator, off 1 by an ulp either way. 0.2 / (z - 1) is stable at gain 1, whose
     // phase margin follows from |z - 1| = 0.2.
     for pole in [1.0, 1.0 + f64::EPSILON, 1.0 - f64::EPSILON] {
         let integrator =

@@ -121,7 +121,7 @@ impl Cell {
         Vector3::from(self.start.normal).normalize()
     }
 
-    /// Checks the start: the arm must not collide with itself, the tip must be outside the workpiece and must
+    /// Checks the start. The arm must not collide with itself. The tip must be outside the workpiece and must
     /// be able to reach it along the normal.
     ///
     /// # Errors

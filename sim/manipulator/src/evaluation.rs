@@ -176,8 +176,8 @@ impl Plant {
             .collect()
     }
 
-    /// Torque of the stop at the end of a joint's travel on its link: a buffer with the stiffness and damping
-    /// of the joint's gear, which only pushes back.
+    /// Torque of the stop at the end of a joint's travel on its link. The stop is a buffer with the stiffness
+    /// and damping of the joint's gear, which only pushes back.
     fn stop(&self, joint: usize, position: f64, speed: f64) -> f64 {
         let ([lower, upper], gear) = (self.arm.chain().joints[joint].limits, &self.joints[joint].gear);
         let push = |depth: f64, rate: f64| {

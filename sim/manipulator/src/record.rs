@@ -30,7 +30,7 @@ pub struct JointEvent {
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// Force, compression and command along the normal, readings, and whether a joint's torque was at its
-    /// limit (`joints.limited`), at the rate of the measures, with the contact's events.
+    /// limit (`joints.limited`). All are at the rate of the measures, with the contact's events.
     pub measures: Trace,
     /// The same, with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,

@@ -171,7 +171,7 @@ impl Simulation {
         self.control.is_approaching()
     }
 
-    /// Whether the tool can reach the workpiece by continuing along the normal: the workpiece is on its path,
+    /// Whether the tool can reach the workpiece by continuing along the normal. The workpiece is on its path,
     /// and no joint is at the end of its travel.
     pub fn has_a_way(&self) -> bool {
         let tool = self.plant.arm.chain().tool_place(self.plant.layout.links(&self.x));
@@ -185,8 +185,8 @@ impl Simulation {
         matches!(ahead, Ok(Some(_))) && self.beyond.iter().all(|side| *side == 0)
     }
 
-    /// Penetration of tip and workpiece at the present time, m (negative across a gap), its rate, m/s, and
-    /// its acceleration, m/s2 (without the rotation of the normal). `None` if they are far apart.
+    /// Penetration of tip and workpiece at the present time, m (negative across a gap), and its rate, m/s.
+    /// Also its acceleration, m/s2 (without the rotation of the normal). `None` if they are far apart.
     pub fn compression(&self) -> Option<[f64; 3]> {
         self.plant.compression(&self.x, &self.mode, &self.inputs)
     }

@@ -12,8 +12,8 @@ use feeler_plant::effects::{
     Change, Curve, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
 };
 
-/// An axis on a base in front of a workpiece, with an element for every effect: bodies, rigid and flexible
-/// springs, and sensors of all kinds.
+/// An axis on a base in front of a workpiece, with an element for every effect. It has bodies, rigid and
+/// flexible springs, and sensors of all kinds.
 fn machine() -> Machine {
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
     let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };

@@ -119,8 +119,8 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
         .map(|mode| format!("{:.1}", mode.frequency_hz))
         .collect();
     Some(format!(
-        "this axis differs from the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the path \
-         from drive to tool, which a few masses on springs cannot represent; choose another pose, or do not \
+        "this axis differs from the arm by {}, more than {:.0} %. Modes of the arm at {} Hz share the path \
+         from drive to tool, which a few masses on springs cannot represent. Choose another pose, or do not \
          rely on these values of the axis",
         off.join(" and "),
         100.0 * Agreement::TRUSTED,

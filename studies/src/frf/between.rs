@@ -48,9 +48,8 @@ pub fn require_path(
                 experiment.output
             )
         },
-        "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and \
-         one of force k d^1.5 has no stiffness without \
-         a mean force, which --offset gives",
+        "name another --output, as the acceleration of a body; no force reaches a contact that is absent, \
+         and a contact of force k d^1.5 needs a mean force (--offset) to have a stiffness",
     )?;
     Ok(())
 }

@@ -132,7 +132,7 @@ impl Request {
         )?;
         require(
             self.confidence > 0.0 && self.confidence < 1.0,
-            || format!("a confidence of {} is no probability", self.confidence),
+            || format!("a confidence of {} is not a probability", self.confidence),
             "write it as in --confidence 0.95",
         )?;
         Ok((low, high))

@@ -207,7 +207,9 @@ fn whole_samples(machine: &Machine, actuator: &str, hold_s: f64, is_stated: bool
         is_whole || !is_stated,
         || {
             let (hold, period) = (with_unit(hold_s, "s"), with_unit(*period_s, "s"));
-            format!("a target held for {hold} is no whole number of samples of `{actuator}`, every {period}")
+            format!(
+                "a target held for {hold} is not a whole number of samples of `{actuator}`, every {period}"
+            )
         },
         "choose --hold as a multiple of the servo's period",
     )?;

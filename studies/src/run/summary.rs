@@ -33,8 +33,8 @@ pub struct Summary {
     pub peak_force_n: f64,
     /// Peak force over the final reference less one, of the force-controlled contact.
     pub overshoot: Option<f64>,
-    /// Time from the first touch or the last change of the reference (the later) until the force stays within
-    /// 2 % of the reference (or the sensor's uncertainty). `None` if it does not stay there.
+    /// Time from the first touch or the last change of the reference (the later) until the force stays in its
+    /// band. That is 2 % of the reference, or the sensor's uncertainty. `None` if it does not stay there.
     pub settling_time_s: Option<f64>,
     /// Lift-offs of the main contact.
     pub bounces: usize,
@@ -214,7 +214,7 @@ impl<'a> Finished<'a> {
         })
     }
 
-    /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor, but an
+    /// Amplitude that counts as rest, N. A force may rest anywhere within a step of its sensor. But an
     /// oscillation within that step is not rest.
     fn rest_n(&self, response: &Response) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);

@@ -31,8 +31,8 @@ pub struct Measured {
     /// if the tool no longer leaves the wall.
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each
-    /// touch-down (the maximum of each cycle if the tool stays in contact). One value if every cycle repeats
-    /// the last, two after a period doubling; none of a motion that grows, or whose end is not known.
+    /// touch-down. If the tool stays in contact, it is the maximum of each cycle. One value if every cycle
+    /// repeats the last, two after a period doubling. None of a motion that grows, or whose end is not known.
     pub strobe_n: Vec<f64>,
 }
 
@@ -241,8 +241,8 @@ mod tests {
         assert_eq!(measured.summary.outcome, Outcome::Hunting, "{:?}", measured.summary.verdict);
     }
 
-    /// At 0.09 mm/s the tool touches after 11.5 s, and the force of 2 N that starts the law has not built up
-    /// at 12 s. The run appears at rest and is unstable later.
+    /// At 0.09 mm/s the tool touches after 11.5 s, and at 12 s the force of 2 N that starts the law is not
+    /// reached. The run appears at rest and is unstable later.
     #[test]
     fn regress_an_approach_is_not_settled() {
         let settings = [
@@ -359,8 +359,8 @@ mod tests {
         assert!(measured.summary.simulated_s > 1.0);
     }
 
-    /// A step of the reference at 95 % of the run, from 20 N to 25 N, below and beyond the limit of the gain;
-    /// and drives that last.
+    /// A step of the reference at 95 % of the run, from 20 N to 25 N, below and beyond the limit of the gain.
+    /// Also drives that last.
     #[test]
     fn regress_a_late_step_is_waited_for_and_a_lasting_drive_is_not() {
         use feeler_control::ReferenceSpec::{Multisine, Steps};

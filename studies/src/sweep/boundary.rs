@@ -110,7 +110,7 @@ fn edges(bands: &[Band]) -> Vec<f64> {
 
 /// Edges of consecutive sections, by rising gain, as lines of section and gain. If the next section has fewer
 /// or more edges, the nearest ones belong together. Of the others, two neighbours are the two ends of a line
-/// that turns back between the sections, and a single one is where a line leaves or enters.
+/// that turns back between the sections. A single one is where a line leaves or enters.
 fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
     let mut lines: Vec<Vec<(usize, f64)>> = Vec::new();
     // The lines of the last section's edges.

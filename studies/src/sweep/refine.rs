@@ -1,11 +1,11 @@
 //! Refines a grid along boundaries, and only there.
 //!
-//! The grid is the coarsest level of a lattice whose spacing is halved repeatedly, along each axis as often
-//! as its tolerance requires. A cell is split if two of its known points differ in class and are neighbours
-//! along an axis that is not yet at its finest. It is split along all such axes, until no such cell is left.
-//! A boundary is then located to one spacing of the finest grid, with a number of runs that grows with its
-//! length and not with the area. If one axis reaches its tolerance long before the other, only the points
-//! where the boundary crosses its lines are located.
+//! The grid is the coarsest level of a lattice. Its spacing is halved repeatedly, along each axis as often as
+//! its tolerance requires. A cell is split if two of its known points differ in class. They must be
+//! neighbours along an axis that is not yet at its finest. It is split along all such axes, until no such
+//! cell is left. A boundary is then located to one spacing of the finest grid, and the number of runs grows
+//! with its length, not with the area. If one axis reaches its tolerance long before the other, only the
+//! points where the boundary crosses its lines are located.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -22,7 +22,7 @@ pub struct Shard {
 
 /// Why a text is not a shard.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("`{text}` is no shard")]
+#[error("`{text}` is not a shard")]
 pub struct ParseShardError {
     /// The text.
     pub text: String,

@@ -1,7 +1,7 @@
 //! A controller's difference equations as C and as Rust.
 //!
-//! Both compute what the simulated controller computes, to the last bit, where the compiler does not contract
-//! a product and a sum into one operation: Rust never does, C does not with `-ffp-contract=off`.
+//! Both compute what the simulated controller computes, to the last bit, if the compiler does not contract a
+//! product and a sum into one operation. Rust never does, C does not with `-ffp-contract=off`.
 
 use std::fmt::Write as _;
 

@@ -20,7 +20,7 @@ pub struct Uncertain {
 }
 
 /// The file's machine with the most probable values, then `draws` with values spread evenly over the
-/// intervals, by Sobol's sequence from its point `first` on; the file's machine alone where nothing is
+/// intervals, by Sobol's sequence from its point `first` on. The file's machine alone if nothing is
 /// uncertain.
 ///
 /// # Errors

@@ -1,9 +1,9 @@
 //! Chooses gains, and a filter, lead or notch, for the largest bandwidth under limits.
 //!
-//! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full
-//! simulation confirms, best proposal first, on every machine that the uncertainty allows: it comes to rest,
-//! and so do its neighbours and every share of its gains on the way to it. Where machines are many, the
-//! search looks at a few of them, and at each that a proposal fails on from then on.
+//! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full simulation
+//! confirms, best proposal first, on every machine that the uncertainty allows. Such a point comes to rest,
+//! and so do its neighbours and every share of its gains on the way to it. If machines are many, the search
+//! tries a few of them, and from then on each at which a proposal fails.
 
 mod code;
 mod draws;
@@ -269,7 +269,7 @@ impl Tuning<'_> {
         Runs::of(&machines, self.name, controllers, asked)
     }
 
-    /// What the runs of each share of the gains come to, the whole last, or the first machine on which a
+    /// What the runs of each share of the gains come to, the whole last. Else the first machine on which a
     /// point, a share or a neighbour fails.
     fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
         *simulated += 1;
@@ -320,7 +320,7 @@ impl Tuning<'_> {
     }
 
     /// What all runs come to, `known` if all machines are in use, or machines not in use yet on which a point
-    /// fails: those that miss limits of theory by most, else the first whose runs do not pass.
+    /// fails. These are those that miss limits of theory by most, else the first whose runs do not pass.
     fn failing(
         &self,
         point: &[f64],

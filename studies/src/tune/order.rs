@@ -9,11 +9,11 @@ use super::simulated::Runs;
 use super::spec::{Measure, Spec};
 use super::theory::LinearPlant;
 
-/// Shares of the tuned gains on errors, in the order of trying: doublings first, which a loop with a gain
-/// margin of two bears from any stable step, then smaller ones. All come to rest, or nothing is proposed.
+/// Shares of the tuned gains on errors, in the order of trying: doublings first, then smaller steps. A loop
+/// with a gain margin of two bears a doubling from any stable step. All come to rest, or nothing is proposed.
 const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
-/// A force this much above the largest that any run shows is none that the model knows: a quarter, the half
-/// of what a gain margin of 6 dB leaves in amplitude.
+/// A force this much above the largest that any run shows is none that the model knows. The margin is a
+/// quarter, the half of what a gain margin of 6 dB leaves in amplitude.
 const BEYOND: f64 = 1.25;
 /// A swing that many times as wide as the whole band in which the force counts as settled is no rest.
 const SWINGS: f64 = 2.0;

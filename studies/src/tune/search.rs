@@ -1,5 +1,5 @@
-//! Where in the space of knobs the bandwidth is largest, by linear theory: a grid, a finer one where the
-//! first meets the limits, and a pattern search from the best of both.
+//! Searches the space of knobs for the largest bandwidth, by linear theory. A grid comes first, a finer one
+//! where the first meets the limits, and a pattern search from the best of both.
 
 use std::collections::HashMap;
 use std::sync::Mutex;

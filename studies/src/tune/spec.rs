@@ -111,8 +111,8 @@ pub struct Spec {
     pub controller: Option<String>,
 }
 
-/// Margins that hold unless a specification states others: those that textbooks ask for (Astrom and Murray,
-/// Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
+/// Margins that hold unless a specification states others. They are those that textbooks ask for (Astrom and
+/// Murray, Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
 const DEFAULT_LIMITS: [Limit<Measure>; 2] = [
     Limit { of: Measure::PhaseMargin, at_least: true, bound: 45.0 },
     Limit { of: Measure::GainMargin, at_least: true, bound: 2.0 },
@@ -152,7 +152,7 @@ impl Spec {
         let Some((name, value)) = clause.split_once('=') else {
             return Err(refused(
                 clause,
-                "is no clause",
+                "is not a clause",
                 "write `NAME >= VALUE`, `NAME <= VALUE` or `NAME = WORDS`",
             ));
         };
@@ -165,7 +165,7 @@ impl Spec {
                     let Some((part, _)) = known.filter(|(part, _)| !self.parts.contains(part)) else {
                         let remedy =
                             "write gains, gains+filter, gains+lead or gains+notch, or several with +";
-                        return Err(refused(clause, &format!("`{word}` is no new part"), remedy));
+                        return Err(refused(clause, &format!("`{word}` is not a further part"), remedy));
                     };
                     self.parts.push(*part);
                 }
@@ -184,7 +184,11 @@ impl Spec {
         let end = value.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '%');
         let (number, unit) = value.split_at(end.unwrap_or(value.len()));
         let Some(number) = number.trim().parse().ok().filter(|number: &f64| number.is_finite()) else {
-            return Err(refused(clause, &format!("`{value}` is no number"), "write a number, then its unit"));
+            return Err(refused(
+                clause,
+                &format!("`{value}` is not a number"),
+                "write a number, then its unit",
+            ));
         };
         let Some((of, _, units, rises)) = Measure::ALL.iter().find(|(_, known, ..)| *known == name) else {
             let is_gain = !name.is_empty() && !name.contains(' ') && unit.is_empty();
@@ -203,7 +207,7 @@ impl Spec {
         let Some((_, si)) = units.iter().find(|(known, _)| *known == unit.trim()) else {
             let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|u| !u.is_empty()).collect();
             let remedy = format!("write the value in {}, or as a plain number", known.join(" or "));
-            return Err(refused(clause, &format!("`{unit}` is no unit of the {name}"), &remedy));
+            return Err(refused(clause, &format!("`{unit}` is not a unit of the {name}"), &remedy));
         };
         let bound = si(number);
         if !bound.is_finite() {

@@ -9,12 +9,12 @@ use super::knobs::installed;
 use super::spec::{Limit, Measure};
 use crate::operating_point::contact_view;
 
-/// The step response is looked at over this number of periods of the bandwidth: the slowest pole that matters
-/// at the margins in use has died out.
+/// The step response is evaluated over this number of periods of the bandwidth. By then the slowest pole that
+/// matters at the margins in use has died out.
 const STEP_PERIODS: f64 = 10.0;
 
-/// Growth within a sample that may be rounding: of a mode that this loop does not reach, as the place of a
-/// surface that a source moves.
+/// Growth within a sample that may be rounding. It is that of a mode that this loop does not reach, as the
+/// place of a surface that a source moves.
 const ROUNDING: f64 = 1e-9;
 
 /// Frequency that counts as none, Hz.
@@ -150,8 +150,8 @@ mod tests {
     use super::*;
     use feeler_files::{Document, Setting};
 
-    /// The place of the surface is the integral of its speed: a pole at one, give or take rounding, that no
-    /// gain of the force loop moves.
+    /// The place of the surface is the integral of its speed. It is a pole at one, give or take rounding,
+    /// that no gain of the force loop moves.
     #[test]
     fn regress_a_surface_that_a_source_moves_does_not_make_the_loop_unstable() {
         let scenarios = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));

@@ -64,7 +64,7 @@ pub struct Trial {
     pub outcome: Option<Outcome>,
     /// Whether the force comes to rest.
     pub cured: bool,
-    /// Whether it counts as cured although it grows: by linear theory it grows only by the short period of a
+    /// Whether it counts as cured although it grows. By linear theory it grows only by the short period of a
     /// controller that represents a continuous one.
     pub only_by_period: bool,
     /// Amplitude of what lasts, N.

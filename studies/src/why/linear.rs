@@ -42,8 +42,8 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     Some(first.map_or(0.0, |band| within(upper(band))))
 }
 
-/// By how much a loop's gain is above its limit in contact, as its margin below one tells; with the gain and
-/// its limit where there is but one.
+/// By how much a loop's gain is above its limit in contact, by its margin below one. With the gain and its
+/// limit if there is only one.
 pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     let over = plain(two_digits(100.0 * (margin.recip() - 1.0)));
     only_gain(scenario).map_or_else(
@@ -107,7 +107,7 @@ pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bo
     as_it_is * period_s > ROUNDING && short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
 }
 
-/// Whether the loop in contact pushes itself away as with feedback of the wrong sign: its fastest motion
+/// Whether the loop in contact pushes itself away as with feedback of the wrong sign. Its fastest motion
 /// grows without oscillation, and with reversed sign it does not.
 pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
     let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };

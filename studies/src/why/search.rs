@@ -325,8 +325,8 @@ fn beside(found: &Explanation) -> String {
 /// The verdict if no set of changes removes the chatter.
 fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
     if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
-        return "The tool is pushed away from the workpiece: the force feedback has the wrong sign, so \
-                contact drives the tool away; reverse the sign of the gain or of the drive."
+        return "The tool is pushed away from the workpiece: the force feedback has the wrong sign. Reverse \
+                the sign of the gain or of the drive."
             .into();
     }
     let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");

@@ -86,7 +86,7 @@ impl Chain {
         let drive = machine.actuators.get("drive").ok_or_else(|| missing("no [actuators.drive]".into()))?;
         let ActuatorKind::VelocitySource { damping_n_s_per_m: source_damping, time_constant_s } = drive.kind
         else {
-            return Err(missing("actuators.drive is no velocity source".into()));
+            return Err(missing("actuators.drive is not a velocity source".into()));
         };
         let tool = machine.contacts.get("tool").ok_or_else(|| missing("no [contacts.tool]".into()))?;
         let (base_kg, motor_kg) = (mass("base")?, mass("motor")?);

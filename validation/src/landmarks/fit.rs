@@ -55,17 +55,17 @@ const END_ABOVE: [(f64, f64); 2] = [(9.0, 8.0), (20.0, 8.0)];
 const MOTOR_ABOVE: [(f64, f64); 5] = [(15.0, 5.0), (20.0, 5.0), (30.0, 5.0), (38.0, 5.0), (44.0, 5.0)];
 const MOTOR_BELOW: [(f64, f64); 7] =
     [(55.0, -2.0), (60.0, -5.0), (67.0, -5.0), (72.0, -5.0), (77.0, -5.0), (82.0, -5.0), (90.0, -5.0)];
-/// Weight of a factor of e from the start of the fit: as much as an eighth of a degree, so that undetermined
-/// parameters stay at their start.
+/// Weight of a factor of e from the start of the fit. It is as much as an eighth of a degree, so that
+/// undetermined parameters stay at their start.
 const STAY: f64 = 0.03;
 /// Largest change of the logarithm of a parameter in one step.
 const FARTHEST: f64 = 0.2;
 /// A step that lowers the residuals by less than this share is the last.
 const LAST_STEP: f64 = 1e-7;
 
-/// Residuals: slope and missing curvature of the end-point's acceleration at its target peaks, phases at the
-/// landmarks over 4 degrees, excesses of other phases over their bounds, and distances of the parameters'
-/// logarithms from the start of the fit.
+/// Residuals: slope and missing curvature of the end-point's acceleration at its target peaks, and phases at
+/// the landmarks over 4 degrees. Also the excesses of other phases over their bounds, and the distances of
+/// the parameters' logarithms from the start of the fit.
 fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     let chain = Chain::from_logs(logs);
     let mut all = Vec::new();
@@ -171,8 +171,8 @@ pub struct StartSearch {
     /// Index of the chosen fit: the first that reaches every landmark, else the one with the smallest
     /// residuals.
     pub taken: usize,
-    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, with all
-    /// chains scaled to the base mass of the chosen one.
+    /// Per parameter, the smallest and the largest value among the fits that reach every landmark. All chains
+    /// are scaled to the base mass of the chosen one.
     pub ranges: Vec<Option<[f64; 2]>>,
 }
 

@@ -54,7 +54,7 @@ pub struct Landmarks {
     /// Peaks of the end-point's acceleration nearest to them, each counted once.
     pub peaks_hz: [f64; 5],
     /// Acceleration of the motor: phase falls below 0 degrees permanently. (In the fitted chain it also falls
-    /// below 0 by about 30 degrees at the base mode, and returns: a base that changes the end-point's phase
+    /// below 0 by about 30 degrees at the base mode, and returns. A base that changes the end-point's phase
     /// changes the motor's, too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
@@ -202,8 +202,8 @@ fn nearest_resonances(found_hz: &[f64]) -> [f64; 5] {
     })
 }
 
-/// The landmarks from white-noise experiments on the simulated machine: crossings of measured phases, peaks
-/// of the measured acceleration of the end-point, and resonances as the common poles of the two measured
+/// The landmarks from white-noise experiments on the simulated machine: crossings of measured phases, and
+/// peaks of the measured acceleration of the end-point. Resonances are the common poles of the two measured
 /// accelerations.
 ///
 /// # Errors

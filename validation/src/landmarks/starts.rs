@@ -34,14 +34,14 @@ struct Guess {
 }
 
 impl Guess {
-    /// The middle of every range: half of the mass at the motor, equal shares of the flexible modes, a base
-    /// as heavy as the rest, a critically damped source.
+    /// The middle of every range. The motor has half of the mass, and the flexible modes have equal shares.
+    /// The base is as heavy as the rest, and the source is critically damped.
     const NEUTRAL: Self =
         Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
-    /// A random choice: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a
-    /// base of a third to ten times the rest, joints damped by 0.3 to 5 %, a source with half to twice the
-    /// critical damping.
+    /// A random choice. The motor has 20 to 90 % of the mass, and the flexible modes have shares within a
+    /// decade. The base has a third to ten times the rest. Joints are damped by 0.3 to 5 %, and a source has
+    /// half to twice the critical damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");
         let between = |index, low: f64, high: f64| low * (high / low).powf(stream.uniform_at(index));
@@ -59,10 +59,10 @@ impl Guess {
 
 impl Chain {
     /// The start with this number: a chain with the paper's four flexible resonances when nothing holds it.
-    /// There is one such chain for each set of shares of the modes in the motor's motion (Gantmacher and
-    /// Krein's inverse problem, solved by Lanczos's recursion). The chain stands on a base at the paper's
+    /// There is one such chain for each set of shares of the modes in the motor's motion. This is Gantmacher
+    /// and Krein's inverse problem, solved by Lanczos's recursion. The chain stands on a base at the paper's
     /// first resonance. Its source turns the acceleration of the rigid chain through zero degrees at the
-    /// frequency of the paper's end-point. Undetermined parameters are guessed: start 0 takes the middle of
+    /// frequency of the paper's end-point. Undetermined parameters are guessed. Start 0 takes the middle of
     /// every range, the others draw from them, always the same for a number.
     pub fn start(number: u64) -> Self {
         let guess = if number == 0 { Guess::NEUTRAL } else { Guess::drawn(number) };
@@ -87,8 +87,8 @@ impl Chain {
     }
 }
 
-/// Masses (kg, in total [`MOVING_KG`]) and springs (N/m) of the free chain with these squared frequencies and
-/// these shares of its modes at its first body.
+/// Masses (kg, in total [`MOVING_KG`]) and springs (N/m) of a free chain. It has these squared frequencies,
+/// and these shares of its modes at its first body.
 fn with_resonances(squares: &[f64; BODIES], shares: &[f64; BODIES]) -> ([f64; BODIES], [f64; LINKS]) {
     // The chain's matrix M^-1/2 K M^-1/2 is the tridiagonal one of Lanczos's recursion on the squares,
     // started at the roots of the shares.

@@ -98,7 +98,7 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
         };
         let edge = |range: &feeler_analysis::StableRange| {
             let edge_hz = range.edge_hz.filter(|_| range.stable[1].is_some());
-            edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
+            edge_hz.map_or_else(String::new, |f| format!("oscillates at {}", with_unit(f, "Hz")))
         };
         let set = if gain.is_unstable_as_set() {
             Tile::new("gain as set", plain(gain.present), "unstable").toned(Tone::Bad)
@@ -151,9 +151,8 @@ fn limit_cycles(page: &mut Page, report: &Report) {
     page.heading("Chatter by describing functions");
     page.paragraph(
         "The contact only pushes. Its force in an oscillation, taken as mean and first harmonic, is that of \
-         a softer contact that also pulls; these are \
-         the oscillations that the sampled loop then neither damps nor feeds. A first approximation: \
-         `feeler run` shows the motion itself.",
+         a softer contact that also pulls. The table lists the oscillations that the sampled loop then \
+         neither damps nor feeds. This is a first approximation: `feeler run` shows the motion itself.",
     );
     page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
 }
@@ -185,10 +184,9 @@ fn limits(page: &mut Page, report: &Report) {
     let controlled = report.pair().map_or("the reading", |of| of.controlled.as_str());
     page.paragraph(&format!(
         "From the rigid body with a perfect drive down to the loop as built, one ingredient after the \
-         other: the frequency at which {controlled}, as it \
-         follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half \
-         of the largest stable one. \
-         Where every gain is stable there is no largest one, and nothing yet limits the bandwidth."
+         other. The gain of each row is half of the largest stable one. The bandwidth is the frequency at \
+         which {controlled}, as it follows the reference, first falls 3 dB below its value at low \
+         frequency. If every gain is stable, nothing limits the bandwidth yet."
     ));
     let bars: Vec<_> = (waterfall.stages.iter())
         .map(|stage| {
@@ -208,8 +206,7 @@ fn limits(page: &mut Page, report: &Report) {
     page.bars(&bars);
     page.paragraph(
         "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by \
-         itself; what is left of the difference is done by the \
-         gain that it allows.",
+         itself. The rest of the difference follows from the gain that it allows.",
     );
     page.table(&waterfall::HEADER, &waterfall::NUMBERS, &waterfall::rows(waterfall));
     page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
@@ -243,12 +240,11 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let achieved = achieved_name(report);
     let ranked = match report.ranked_by() {
         Some(RankedBy::LargestGain) => {
-            "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's \
+            "the largest effect on the largest gain first, since the bandwidth lies on the flank of a mode's \
              peak"
         }
         Some(RankedBy::Saturation) => {
-            "the most telling first: of the frequency at which the drive saturates, which is what is \
-             achieved, and of the largest gain"
+            "the largest effect first, on the frequency at which the drive saturates and on the largest gain"
         }
         _ => "the largest effect on both together first; those that raise one and lower the other last",
     };
@@ -294,11 +290,10 @@ fn modes(page: &mut Page, report: &Report) {
     page.paragraph(
         "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: \
          against it. Uninvolved: one of them does not \
-         take part. Where the class changes from one mode to the next there are no zeros between them, and \
-         180° are lost unless a pair of zeros farther up \
-         gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no \
-         more than these gave. The table lists the \
-         phase that each mode takes with the zeros that go with it.",
+         take part. Between modes of one class lies a pair of zeros, so the upper mode takes only the phase \
+         that the zeros gave. Between modes of different class there are no zeros. 180° are then lost, \
+         unless a pair of zeros farther up returns them. The table lists the phase that each mode takes \
+         with its zeros.",
     );
     let edge = report.gain().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {

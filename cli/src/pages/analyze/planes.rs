@@ -48,9 +48,8 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         kind: PlaneKind::Nyquist,
         title: "Nyquist's curve".into(),
         caption: format!(
-            "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the \
-             cross is −1, the thin circle modulus 1, the shaded disk what the curve \
-             keeps out of.{}",
+            "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed. The \
+             cross is −1 and the thin circle modulus 1. The curve stays out of the shaded disk.{}",
             report.margins().map_or_else(String::new, count)
         ),
         x_label: "real part of the loop".into(),

@@ -18,9 +18,8 @@ pub(crate) fn subject(report: &Report) -> String {
     let asked = format!("from {} to {}", report.input, report.output);
     match report.pair() {
         Some(of) if of.input != report.input || of.output != report.output => format!(
-            "{asked}: poles, zeros, and what modes are and cost between the two\nGains, margins, what modes \
-             take at the crossover, bandwidth and advice are of the loop of \
-             controllers.{}, from {} to {}.",
+            "{asked}: poles, zeros, and class and phase of the modes\nGains, margins, phase at the \
+             crossover, bandwidth and advice are those of the loop of controllers.{}, from {} to {}.",
             of.controller, of.input, of.output
         ),
         _ => asked,
@@ -36,7 +35,7 @@ pub(crate) fn achieved_name(report: &Report) -> &'static str {
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
-/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence;
+/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence.
 /// `None` if no loop is closed.
 pub(crate) fn as_set(report: &Report) -> Option<String> {
     let gain = report.gain()?;
@@ -46,7 +45,7 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     let swings = gain
         .sampled
         .edge_hz
-        .map_or_else(String::new, |f| format!(", where it swings at {}", with_unit(f, "Hz")));
+        .map_or_else(String::new, |f| format!(", where it oscillates at {}", with_unit(f, "Hz")));
     let limit = gain.sampled.stable[1].filter(|limit| *limit > 0.0);
     if gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0) {
         let beyond = limit.filter(|limit| gain.present > *limit).map_or_else(String::new, |limit| {
@@ -132,7 +131,8 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
         let at = gain.sampled.edge_hz.map_or_else(String::new, |f| {
             format!(", where it begins to oscillate at {}", with_unit(f, "Hz"))
         });
-        let swings = |edge: &Edge| format!(" (where it swings at {})", with_unit(edge.frequency_hz, "Hz"));
+        let swings =
+            |edge: &Edge| format!(" (where it oscillates at {})", with_unit(edge.frequency_hz, "Hz"));
         let low_edge = gain.sampled.edges[0]
             .as_ref()
             .filter(|edge| edge.frequency_hz > 0.0)
@@ -169,26 +169,26 @@ fn untold(report: &Report) -> String {
             let remedy = slowest.as_ref().map_or_else(
                 || {
                     "No controller has that period: make the slowest one's a multiple of all others, and \
-                    --gain with a gain of it tells all."
+                    name a gain of it with --gain."
                         .to_owned()
                 },
-                |slowest| format!("--gain with a gain of controllers.{slowest} tells all."),
+                |slowest| format!("For the whole answer, name a gain of controllers.{slowest} with --gain."),
             );
             format!(
-                "Which problem limits this loop is not told: controllers.{controller} samples every {}, and \
-                 all controllers repeat together only every {}. Broken at this \
-                 one, the loop varies in time: it has no frequency response, so that there are no margins \
-                 and no bandwidth. Its stable gains are exact. {remedy}",
+                "It is unknown which problem limits this loop: controllers.{controller} samples every {}, \
+                 and all controllers repeat together only every {}. Broken at this one, the loop varies in \
+                 time: it has no frequency response, and so neither margins nor bandwidth. Its stable gains \
+                 are exact. {remedy}",
                 with_unit(*period_s, "s"),
                 with_unit(*common_s, "s")
             )
         }
         Some(WhyNoWaterfall::NoContinuousForm { controller }) => format!(
-            "Which problem limits this loop is not told: on paper, controllers.{controller} would \
-             differentiate a signal that follows its command at once, so that there is \
-             no continuous loop to begin from. Stable gains and margins are those of the sampled loop."
+            "It is unknown which problem limits this loop. On paper, controllers.{controller} would \
+             differentiate a signal that follows its command at once: there is no continuous loop to begin \
+             from. Stable gains and margins are those of the sampled loop."
         ),
-        None => "Which problem limits this loop is not told.".to_owned(),
+        None => "It is unknown which problem limits this loop.".to_owned(),
     }
 }
 

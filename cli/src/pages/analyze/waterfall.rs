@@ -45,7 +45,7 @@ pub(crate) fn rows(waterfall: &Waterfall) -> Vec<Vec<String>> {
 }
 
 /// The part of a stage's change that comes from the ingredient itself, and the part from the gain that it
-/// allows; also the end of a shelf beyond the bandwidth.
+/// allows. Also the end of a shelf beyond the bandwidth.
 pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
     let shelf = stage.shelf.map(|shelf| {
         format!(

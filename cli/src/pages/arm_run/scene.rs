@@ -10,7 +10,8 @@ const MOST_FRAMES: usize = 1200;
 
 /// Input of `assets/scene.js`: the radii of the links, the lines of workpiece (base's frame) and tip (tool's
 /// frame), and data for each instant. These are the time, the points of the skeleton from the base to the
-/// tool, the tool's orientation as a quaternion, the force, and the point and normal of the contact.
+/// tool, and the tool's orientation as a quaternion. The force follows, with the point and normal of the
+/// contact.
 pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();

@@ -8,7 +8,7 @@ use crate::pages::parts::Page;
 /// The absolute remaining error: over the shortest horizon and over the whole record.
 pub(super) fn left(adequacy: &Adequacy) -> String {
     let share = |error: Option<f64>| {
-        error.map_or_else(|| "nothing that can be told".into(), |error| format!("{} %", fine_percent(error)))
+        error.map_or_else(|| "an unknown share".into(), |error| format!("{} %", fine_percent(error)))
     };
     let of = |horizon: &Horizon| format!("{} of the signal over {}", share(horizon.after), horizon.name());
     let ends: Vec<String> =

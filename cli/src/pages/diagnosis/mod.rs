@@ -315,7 +315,7 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     }
     page.heading("What was tried");
     page.paragraph(
-        "Every effect that the machine can have, each by itself, then beside others; and the evidence \
+        "Every effect that the machine can have, each by itself, then beside others. The evidence is that \
          gained over calibration alone, as log odds in nats (1 nat is 2.7 to 1, 5 are 150 to 1).",
     );
     let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();

@@ -91,8 +91,8 @@ fn is_slight(diagnosis: &Diagnosis) -> bool {
     diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rest(shortfall.condition))
 }
 
-/// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one;
-/// and the probability of the least probable of them.
+/// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one.
+/// With it the probability of the least probable of them.
 pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     let mut accepted: Vec<&Cause> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
     accepted.sort_by(|a, b| b.credit.total_cmp(&a.credit));
@@ -247,9 +247,8 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
                      several that fit"
                 }
                 (None, false) => {
-                    "simulate with machine.toml; it predicts what these records show as well as its rivals \
-                     would, but do not rely on \
-                 which of them is the cause before they are told apart"
+                    "simulate with machine.toml: it predicts these records as well as its rivals would; do \
+                     not rely on its cause before an experiment separates them"
                 }
             }
         }

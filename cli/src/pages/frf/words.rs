@@ -114,8 +114,8 @@ fn incoherent(Incoherent { count, mut spans }: Incoherent, frequencies: usize) -
     });
     let named = named.collect::<Vec<_>>().join(", ");
     format!(
-        "Coherence is below {INCOHERENT} at {count} of {frequencies} frequencies ({named} Hz{more}): there \
-         noise, leakage, nonlinearity or something else that \
-         acts on the machine makes up a good part of the output."
+        "Coherence is below {INCOHERENT} at {count} of {frequencies} frequencies ({named} Hz{more}). There \
+         much of the output is noise, leakage, nonlinearity, or due to something else that acts on the \
+         machine."
     )
 }

@@ -3,8 +3,8 @@
 /// Largest number of values in all time charts of a page: 16 MB in a file. Longer runs are thinned out.
 pub(crate) const MOST_VALUES: usize = 3_000_000;
 
-/// Rows to show of columns with a common axis: in each stretch the rows with the minimum or maximum of some
-/// column, so that no peak is lost. Returns about `most` rows; all of them if there are fewer.
+/// Rows to show of columns with a common axis. In each stretch these are the rows with the minimum or maximum
+/// of some column, so that no peak is lost. Returns about `most` rows; all of them if there are fewer.
 pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<usize> {
     if rows <= most || columns.is_empty() {
         return (0..rows).collect();

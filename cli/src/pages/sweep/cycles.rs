@@ -147,10 +147,9 @@ fn summary(pairs: &[Pair], key: &str) -> String {
         }
     };
     format!(
-        "Describing functions take the force as its mean and first harmonic. Over the {} variants that \
-         chatter or swing between limits, and for which they predict it, the \
-         frequency is off by {} % in the middle (at most {} %), the peak by {} % (at most {} %). \
-         {where_they_agree} The longer the tool is away, the \
+        "Describing functions replace the force by its mean and first harmonic. They predict a cycle for {} \
+         variants that chatter or oscillate between limits. Its frequency is off by {} % in the median (at \
+         most {} %), its peak by {} % (at most {} %). {where_they_agree} The longer the tool is away, the \
          more the motion is a series of impacts, of which the first harmonic says little.",
         pairs.len(),
         percent(frequency),

@@ -330,7 +330,7 @@ mod tests {
         assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
     }
 
-    /// Two levels of halving between three values, known at the coarse ones and once in between: the plot
+    /// Two levels of halving between three values, known at the coarse ones and once in between. The plot
     /// ends half a finest cell beyond the outermost.
     #[test]
     fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
@@ -347,7 +347,7 @@ mod tests {
                 .sum::<f64>()
         };
         assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
-        // Corner (0, 0): of the 3 x 3 places nearest to it among the coarse ones, (2, 2), (1, 2) and (2, 1)
+        // Corner (0, 0). Of the 3 x 3 places nearest to it among the coarse ones, (2, 2), (1, 2) and (2, 1)
         // belong to the middle one.
         assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
         let holds = |cell: &Cell, x: f64, y: f64| {

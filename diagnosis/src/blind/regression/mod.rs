@@ -1,6 +1,6 @@
-//! A plain regression that the diagnosis is held against: the balance of forces, smoothed without phase a
-//! few times above the motion; mass, damping and the terms of one cause by bounded least squares on the
-//! experiments to be fitted; causes ranked by their likelihood on the others.
+//! A plain regression against which the diagnosis is compared: the balance of forces. It is smoothed without
+//! phase, a few times above the motion. Bounded least squares on the experiments to be fitted give mass,
+//! damping and the terms of one cause. Causes are ranked by their likelihood on the others.
 //!
 //! It shares its low-pass with the diagnosis and nothing else: nothing is predicted forward.
 
@@ -52,8 +52,8 @@ pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regres
     found.into_iter().collect()
 }
 
-/// Causes that the library has by what they gain on the check experiments, the best first; empty where the
-/// dataset has no free experiments with a command and a position to fit and to check. A cause is named where
+/// Causes of the library by what they gain on the check experiments, the best first. The list is empty if the
+/// dataset lacks free experiments, with a command and a position, to fit and to check. A cause is named if
 /// [`named`] says so.
 fn regress(dataset: &Dataset) -> Vec<Regressed> {
     let prepared = Believed::of(dataset).zip(believed::measured(dataset));
@@ -174,8 +174,8 @@ mod tests {
 
     const OMEGA: f64 = 5.0;
 
-    /// Records of 1.2 kg moving by 0.3 m under the forces of `law`, which is given position, speed and time;
-    /// with noise of 2 % of the command.
+    /// Records of 1.2 kg moving by 0.3 m under the forces of `law`, which is given position, speed and time.
+    /// The command has noise of 2 %.
     fn records(law: impl Fn(f64, f64, f64) -> f64) -> Vec<Measured> {
         let mut random = super::super::noise::Random::new(11);
         let waves = |t: f64, order: i32, shift: f64| {
@@ -237,7 +237,7 @@ mod tests {
         let believed = Believed { mass: 1.3, damping: 7.0, ..believed() };
         let regression = Regression { believed: &believed, rows: &rows, seen };
         let found = regression.evaluate(&CAUSES[1], None).unwrap().coefficients;
-        // Noise of 2 % over thousands of rows shifts none of them by a percent; the smooth sign of a speed
+        // Noise of 2 % over thousands of rows shifts none of them by a percent. The smooth sign of a speed
         // loses a few percent of the level about its reversals.
         for (value, truth) in found.iter().zip([1.2, 4.0, 6.0]) {
             assert!((value / truth - 1.0).abs() < 0.05, "{found:?}");

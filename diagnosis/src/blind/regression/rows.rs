@@ -113,8 +113,8 @@ pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
-/// A corner a few times above the motion of all experiments, Hz: speed over excursion, of what lies below the
-/// corner, until that no longer moves.
+/// A corner a few times above the motion of all experiments, Hz. It is speed over excursion, of what lies
+/// below the corner, until that no longer moves.
 pub(super) fn corner_hz(records: &[Measured]) -> f64 {
     let of = |measured: &Measured| {
         let spacing_s = measured.spacing_s;

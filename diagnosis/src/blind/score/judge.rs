@@ -74,8 +74,9 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// Whether the answer says `explained`, and a hidden effect is neither named nor declared alike to what
-    /// is named, or something is accused that is neither hidden nor declared alike to what is.
+    /// Whether the answer says `explained` and is wrong. It is wrong in two cases. A hidden effect is neither
+    /// named nor declared alike to what is named. Or the answer accuses something that is neither hidden nor
+    /// declared alike to what is.
     pub(super) fn is_sure_and_wrong(&self) -> bool {
         let is_like = |a: &str, b: &str| {
             let pairs = &self.answer.look_alikes;

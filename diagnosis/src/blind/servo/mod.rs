@@ -1,8 +1,9 @@
-//! Cases of servo joints of which only the target and the servo's own position are recorded: hobby servos, a
-//! motor on a bounded voltage behind a proportional loop, and industrial drives with a fast sampled loop.
+//! Cases of servo joints of which only the target and the servo's own position are recorded. They are hobby
+//! servos, with a motor on a bounded voltage behind a proportional loop, and industrial drives with a fast
+//! sampled loop.
 //!
 //! The joint ([`axis`](super::axis)) is that of the blind benches, and the loop ([`firmware`]) is written out
-//! by hand: neither the simulator nor its library of effects makes the data.
+//! by hand. Neither the simulator nor its library of effects makes the data.
 
 pub(super) mod conditions;
 mod draw;

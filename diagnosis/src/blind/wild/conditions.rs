@@ -48,8 +48,8 @@ pub struct Conditions {
     pub friction_factor: Option<f64>,
 }
 
-/// Share of wrong levels among those that are believed: this share of cases hides friction, which is then not
-/// believed at all, that a third of all cases believe a wrong one.
+/// Share of wrong levels among those that are believed. This share of cases hides friction, which is then not
+/// believed at all. With it, a third of all cases believe a wrong level.
 const WRONG_SHARE: f64 = 0.55;
 
 /// A factor between `low` and `high`, or one over it.

@@ -1,5 +1,5 @@
-//! Cases with the conditions of real records: slow motion, friction that takes most of the command, a
-//! command that was measured with noise, coarse encoders, clocks that wander, rows that are lost.
+//! Cases with the conditions of real records. Motion is slow, friction takes most of the command, and the
+//! command was measured with noise. Encoders are coarse, clocks wander, and rows are lost.
 //!
 //! The axis ([`axis`](super::axis)) is that of the blind benches: neither the simulator nor its library of
 //! effects makes the data.

@@ -148,7 +148,7 @@ impl Balance {
         let refuse = |reason: &'static str| AnalysisError::NoLimitCycle { reason };
         let whole = ControlLoop::new(scenario, &View::CLAMPED)?;
         let [contact] = whole.assembly().contacts.as_slice() else {
-            return Err(refuse("the machine has not exactly one contact"));
+            return Err(refuse("the machine needs exactly one contact"));
         };
         if !contact.law.is_linear() {
             return Err(refuse("the contact's force is not linear in compression and its rate"));

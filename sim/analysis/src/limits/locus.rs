@@ -37,7 +37,7 @@ const FAR: f64 = 1e3;
 /// are divided, into at most [`FINEST`] parts.
 const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
-/// Tolerance of matrices, relative to their largest element: within it they are affine in the gain, and a
+/// Tolerance of matrices, relative to their largest element. Within it they are affine in the gain, and a
 /// slope is the product of one column and one row.
 const AFFINE: f64 = 1e-10;
 /// Within this they are affine up to rounding.
@@ -222,7 +222,7 @@ mod tests {
         }
     }
 
-    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law and
+    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2. The damping d is another term of the law and
     /// does not affect the zeros of k.
     #[test]
     fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {

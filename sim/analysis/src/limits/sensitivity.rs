@@ -81,7 +81,7 @@ pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
 
 impl ControlLoop {
     /// Sensitivities of bandwidth and largest gain of the sampled loop to every nonzero mass, stiffness and
-    /// damping; of large machines, to those that matter most at the edge of stability and at the bandwidth.
+    /// damping. Of large machines, only those that matter most at the edge of stability and at the bandwidth.
     /// If the drive saturates below the bandwidth, also those of the saturation frequency to these parameters
     /// and to the limits, with the gain kept. Sorted by falling worth; empty if no gain is stable.
     ///
@@ -218,8 +218,9 @@ impl ControlLoop {
 }
 
 impl ControlLoop {
-    /// Effect of each number on the loop, to first order: the relative change of the gain at the edge of
-    /// stability, or of the frequency at which the machine answers as at the bandwidth, whichever is larger.
+    /// Effect of each number on the loop, to first order: the larger of two relative changes. One is that of
+    /// the gain at the edge of stability. The other is that of the frequency at which the machine answers as
+    /// at the bandwidth.
     fn effects(
         &self,
         key: &str,

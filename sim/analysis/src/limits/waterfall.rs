@@ -133,7 +133,7 @@ pub struct Waterfall {
     pub stages: Vec<Stage>,
     /// The largest gain without each ingredient, with the others present.
     pub without: Vec<(String, Relief)>,
-    /// Saturation frequency, Hz: above it a reference as large as the final one in the file saturates the
+    /// Saturation frequency, Hz. Above it a reference as large as the final one in the file saturates the
     /// drive, at half of the largest stable gain. Zero if it saturates at rest, `None` if it never does.
     pub saturation_hz: Option<f64>,
     /// Index of a flexible mode on whose falling flank the bandwidth lies. The bandwidth then follows that
@@ -319,9 +319,9 @@ impl ControlLoop {
         })
     }
 
-    /// Bandwidth of a controller in the sampled loop, Hz: where the response of its reading to the reference
-    /// first falls 3 dB below its value at low frequency. Half of the sampling rate if it never does; `None`
-    /// if the controller reads nothing.
+    /// Bandwidth of a controller in the sampled loop, Hz. It is where the response of its reading to the
+    /// reference first falls 3 dB below its value at low frequency. Half of the sampling rate if it never
+    /// does; `None` if the controller reads nothing.
     ///
     /// # Errors
     /// Those of [`crate::SampledLoop::open_loop`].

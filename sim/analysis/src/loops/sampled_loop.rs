@@ -1,10 +1,10 @@
 //! The exact sampled loop: the plant under every hold, fractional delays of controllers, drives and sensors,
 //! filters, and several rates.
 //!
-//! Everything is linear in the vector known when a common period begins: the plant's state, held outputs,
-//! outputs in transit, early readings, and the controllers' states. The code steps through one period,
-//! instant by instant, with each quantity as a row over that vector (lifting). The rows at the end are the
-//! matrix of the loop.
+//! Everything is linear in the vector known when a common period begins. It has the plant's state, held
+//! outputs, outputs in transit, early readings, and the controllers' states. The code steps through one
+//! period, instant by instant, with each quantity as a row over that vector (lifting). The rows at the end
+//! are the matrix of the loop.
 
 use std::collections::VecDeque;
 

@@ -125,8 +125,8 @@ pub struct ModeInPair {
     /// The pair of zeros that belongs to the mode, the one with positive imaginary part; `None` for a mode
     /// that only costs phase.
     pub zero: Option<C64>,
-    /// Phase change that remains beyond the mode: -180 for poles alone, 0 with a pair of zeros on the left,
-    /// -360 with a pair on the right.
+    /// Phase change that remains beyond the mode. It is -180 for poles alone, 0 with a pair of zeros on the
+    /// left, -360 with a pair on the right.
     pub phase_change_deg: f64,
     /// The largest phase lag near the mode.
     pub dip_deg: f64,

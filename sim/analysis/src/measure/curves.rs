@@ -26,9 +26,9 @@ const POINTS: usize = 500;
 const BRIEF_POINTS: usize = 200;
 /// Points on each side of every resonance and antiresonance, spaced by its own width.
 const POINTS_BESIDE: i32 = 12;
-/// Largest change between neighbouring points: of a response relative to itself, and of the open and closed
-/// loop on the Riemann sphere relative to its radius. Curves then look smooth on a logarithmic scale and in
-/// the plane.
+/// Largest change between neighbouring points. It is that of a response relative to itself, and of the open
+/// and closed loop on the Riemann sphere relative to its radius. Curves then look smooth on a logarithmic
+/// scale and in the plane.
 const CHANGE: f64 = 0.12;
 const ARC: f64 = 0.02;
 /// Duration of a step response in periods of the crossover: this at a phase margin of 60°, more at less. Also

@@ -20,8 +20,8 @@ const PERIODIC: f64 = 1e-6;
 const MIRRORED: f64 = 1e-8;
 /// A dozen products and one quotient of numbers of size one, times the condition of a double integrator.
 const ROUNDING: f64 = 1e-9;
-/// A cubic with the rate between its neighbours, at 5 Hz and 1 ms: its rate at a sample errs by the sixth of
-/// (w T)^2 = 1e-3, of which a twelfth of (w T)^2 remains in the mean over a span.
+/// A cubic with the rate between its neighbours, at 5 Hz and 1 ms. Its rate at a sample errs by the sixth of
+/// (w T)^2 = 1e-3. Of that, a twelfth of (w T)^2 remains in the mean over a span.
 const CUBIC: f64 = 1e-6;
 
 fn machine(kind: ActuatorKind, damping: f64) -> Machine {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::error::{finite, positive};
 use crate::{ControlError, Stream};
 
-/// Instants closer than this to a jump of a reference count as after it, s: a sample computed as `k T` may be
+/// Instants closer than this to a jump of a reference count as after it, s. A sample computed as `k T` may be
 /// a rounding below the instant in the file.
 pub(super) const TIME_TOLERANCE_S: f64 = 1e-12;
 

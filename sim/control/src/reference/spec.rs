@@ -26,8 +26,8 @@ pub enum ReferenceSpec {
         /// Mean value.
         offset: f64,
     },
-    /// A periodic sum of cosines of equal amplitude and random phase (Pintelon and Schoukens, "System
-    /// Identification: A Frequency Domain Approach", 2nd ed., sections 2.6 and 5.3). Of several draws of the
+    /// A periodic sum of cosines of equal amplitude and random phase. Source: Pintelon and Schoukens, "System
+    /// Identification: A Frequency Domain Approach", 2nd ed., sections 2.6 and 5.3. Of several draws of the
     /// phases, the one with the smallest crest factor is kept.
     Multisine {
         /// The excited multiples of `1 / period_s`.

@@ -16,9 +16,9 @@ const ORIGIN: u64 = 1 << 40;
 
 /// Noise of a band `f_c - B` to `f_c + B` as `a(t) cos(2 pi f_c t) - b(t) sin(2 pi f_c t)` (Rice,
 /// "Mathematical Analysis of Random Noise", Bell Syst. Tech. J. 1944/45, section 3.7). a and b are
-/// independent noises of the band 0 to B: each is a sum of white draws, one per `1 / (2 B)`, times sinc
-/// pulses under a Hann window. The weights are scaled to a unit sum of squares, so the variance is the same
-/// at every instant.
+/// independent noises of the band 0 to B. Each is a sum of white draws, one per `1 / (2 B)`. They multiply
+/// sinc pulses under a Hann window. The weights are scaled to a unit sum of squares, so the variance is the
+/// same at every instant.
 #[derive(Clone, Debug)]
 pub(super) struct WhiteNoise {
     centre_hz: f64,

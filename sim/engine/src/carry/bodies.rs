@@ -6,10 +6,10 @@ use crate::error::EngineError;
 
 /// Another engine that integrates the bodies of one machine.
 ///
-/// All other parts of a run stay the same: controllers, drive chains, sensors and their filters, the laws of
-/// contacts, links and friction, instants and events. At the start of each step the forces of all elements
-/// are evaluated at the present state. The engine then moves the bodies over the step under these constant
-/// forces.
+/// All other parts of a run stay the same. These are controllers, drive chains, sensors and their filters,
+/// the laws of contacts, links and friction, instants and events. At the start of each step the forces of all
+/// elements are evaluated at the present state. The engine then moves the bodies over the step under these
+/// constant forces.
 pub trait BodyEngine: Debug + Send {
     /// Moves the bodies by `step_s` under `forces_n`, one per coordinate (see
     /// [`feeler_plant::motion::Coordinates`]), and writes the result to `positions_m` and `speeds_m_per_s`.

@@ -185,8 +185,8 @@ fn point(piece: &mut impl Piece, row: &[f64], s: f64, h: f64) -> Option<Point> {
     Some(Point { s, force_n: dot(row, &xi), slope: piece.slope(row, &xi, h) })
 }
 
-/// The maximum between two ends of a piece, of which the force rises at one and falls at the other: secant
-/// steps on the slope until the tangents bound it.
+/// The maximum between two ends of a piece, of which the force rises at one and falls at the other. Secant
+/// steps on the slope go on until the tangents bound it.
 fn crest(
     piece: &mut impl Piece,
     row: &[f64],

@@ -155,7 +155,8 @@ impl<L: Lane> StepMap<L> {
     }
 
     /// Moves the lanes of `here` by up to `most` steps and returns the number. It is smaller if a lane has
-    /// left its mode at the end of a step (first mask), or has diverged and stays where it was (second).
+    /// left its mode at the end of a step (first mask). So it is if one has diverged and stays where it was
+    /// (second).
     #[inline(always)]
     pub(crate) fn steps(
         &self,

@@ -46,7 +46,7 @@ impl Record for ControllerUse {
             optional(
                 "motion",
                 Kind::Name("a sensor of position or velocity"),
-                "sensor for damping, impedance and the approach; where absent, the first that reads \
+                "sensor for damping, impedance and the approach; if absent, the first that reads \
                  position or velocity of the driven body",
             )
         ),

@@ -105,9 +105,8 @@ const INTEGRATOR: Field<RunSettings> = Field {
         name: "integrator",
         kind: Kind::Word(INTEGRATORS),
         absent: Absent::Word(Integrator::ALL[0].1),
-        text: "how to step; of no account where another engine moves the bodies; where absent, more than 32 \
-               bodies are stepped by rk4 if the step is short \
-               enough for the fastest motion",
+        text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 bodies \
+               if the step is short enough for the fastest motion",
     },
     role: Role::Structure,
     get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),
@@ -167,7 +166,7 @@ impl Record for RunSettings {
             optional(
                 "record_rate",
                 Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
-                "rate of the record; one over the step where absent",
+                "rate of the record; if absent, one over the step",
             )
         ),
         Field {

@@ -141,8 +141,8 @@ impl<L: Lane> Simulation<L> {
     /// Runs on to whatever comes first: an event, a sample, a record, or `until_s`. A loop over it goes
     /// through the same numbers as [`Self::run_to`], to the bit.
     ///
-    /// At an event its lane stands right behind it, the others within the same interval between instants
-    /// ([`Self::lane_time_s`] tells where); the next steps finish that interval. The ledger charges
+    /// At an event its lane stands right behind it. The others stand within the same interval between
+    /// instants ([`Self::lane_time_s`] tells where); the next steps finish that interval. The ledger charges
     /// controllers at the ends of intervals. With fixed steps every lane stands at the end of the interval.
     ///
     /// A 10 kg axis, 5 mm off a wall, is pushed towards it with 40 N. How fast does it hit?
@@ -334,14 +334,14 @@ impl<L: Lane> Simulation<L> {
         self.sampling.is_approaching(lane)
     }
 
-    /// Compression of each contact of a lane at the present time, m (negative across a gap), its rate, m/s,
-    /// and its acceleration, m/s2 (without the part of nonlinear laws).
+    /// Compression of each contact of a lane at the present time, m (negative across a gap), and its rate,
+    /// m/s. Also its acceleration, m/s2 (without the part of nonlinear laws).
     pub fn compressions(&self, lane: usize) -> Vec<[f64; 3]> {
         self.lanes.compressions(lane)
     }
 
-    /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file;
-    /// empty if the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
+    /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file.
+    /// Empty if the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
     /// lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
         self.lanes.peaks(lane)

@@ -15,8 +15,8 @@ const COLUMNS: usize = 9;
 /// is at least the speed that the energy of the pushing body would give it.
 const TOLERANCE: f64 = 4e-14;
 /// Alternatively, required agreement relative to the parts of the state. It applies to differences so small
-/// that only rounding remains: a few units in the last place of each part, summed over the midpoint rule's
-/// substeps.
+/// that only rounding remains. It is a few units in the last place of each part, summed over the midpoint
+/// rule's substeps.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A step that converges by this column may be doubled.
 const EASY_COLUMN: usize = 5;
@@ -59,7 +59,7 @@ fn parts(row: &[f64], sizes: &[f64]) -> f64 {
 }
 
 /// Sizes of the entries of an extended vector. The size of a nonlinear term is at least its value for
-/// separate arguments: a small difference of two large positions is no more accurate than they are.
+/// separate arguments. A small difference of two large positions is no more accurate than they are.
 fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
     let mut sizes: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
     for (j, arguments) in flow.equations.arguments.iter().enumerate() {

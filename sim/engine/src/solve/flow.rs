@@ -203,7 +203,7 @@ impl Flow {
     }
 
     /// The rows that carry the extended vector over `span_fs` femtoseconds, in this order. The states; for
-    /// every line its value at the end, its slopes at start and end, and its value at the start; for every
+    /// every line its value at the end, its slopes at start and end, and its value at the start. For every
     /// contact with peaks the second derivatives at start and end; the wanted signals at the end.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {

@@ -9,7 +9,7 @@ use crate::solve::flow::{BLOCK, Flow};
 const MOST_TERMS: usize = 31;
 /// Remainder of a polynomial relative to the motion.
 const REMAINDER: f64 = 1e-18;
-/// Longest part of a span in the search for a zero, times the mode's norm: each part is then below 0.4 rad of
+/// Longest part of a span in the search for a zero, times the mode's norm. Each part is then below 0.4 rad of
 /// the fastest oscillation.
 const PART_REACH: f64 = 0.375;
 /// Number of parts of the longest span that a [`Flow`] allows.
@@ -157,8 +157,8 @@ impl Polynomial {
 
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
-    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already
-    /// crossed if it does not. `slope_size` gives the sum of the magnitudes of the parts of its slope at
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows. If it does not,
+    /// it has already crossed. `slope_size` gives the sum of the magnitudes of the parts of its slope at
     /// zero. It is called if the sign of that slope may be rounding.
     pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
         let start = self.at(0.0);
@@ -256,7 +256,7 @@ impl Polynomial {
         self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span)
     }
 
-    /// For a value of zero at the start: the first evaluated instant with a positive value, a negative number
+    /// For a value of zero at the start: the first evaluated instant with a positive value. A negative number
     /// if the value falls at once, `None` if it stays at zero.
     fn leave_zero(&self, span: f64, slope_size: f64) -> Option<f64> {
         // Just after the start the sign is that of the lowest power of time whose term matters at the end of

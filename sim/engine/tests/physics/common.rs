@@ -75,8 +75,8 @@ pub(crate) fn force_control(scenario: &mut Scenario, gains: ForceGains, period_s
     scenario.controllers.insert("force".into(), controller);
 }
 
-/// The axis for effects, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission, a tip (5 kg)
-/// 0.2 mm from a wall; the reference is 20 N.
+/// The axis for effects, in a force loop at 1 kHz with a 20 N reference. A motor (7 kg) on a guide, a
+/// transmission, and a tip (5 kg) 0.2 mm from a wall.
 pub(crate) fn axis(duration_s: f64) -> Scenario {
     let mut machine = Machine::default();
     machine.bodies.insert("motor".into(), body(7.0, 0.0));

@@ -70,7 +70,7 @@ fn prop_at_its_null_value_every_effect_is_absent() {
     assert!(seen >= LIBRARY.len() - 3, "only {seen} effects were looked at");
 }
 
-/// Effects without a null but with a stiff limit: the machine approaches the ideal one as one over the
+/// Effects without a null but with a stiff limit. The machine approaches the ideal one as one over the
 /// stiffness, in the motion after the first impact.
 #[test]
 fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
@@ -143,7 +143,7 @@ fn prop_dissipative_effects_never_add_energy() {
     }
 }
 
-/// Near its typical value (which may be that of the axis itself) every effect runs to the end, changes the
+/// Every effect near its typical value, which may be that of the axis itself. It runs to the end, changes the
 /// motion or the readings, and closes the ledger.
 #[test]
 fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
@@ -199,7 +199,7 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
     }
 }
 
-/// An arm of 10 N m, held by its drive, on a base of 1000 N m/rad: the weight turns the base, whether it is a
+/// An arm of 10 N m, held by its drive, on a base of 1000 N m/rad. The weight turns the base, whether it is a
 /// body of its own or an effect of the guide.
 #[test]
 fn regress_the_weight_of_an_arm_loads_the_base_that_an_effect_makes() {

@@ -5,7 +5,7 @@ use feeler_plant::description::{Actuator, ActuatorKind};
 
 use crate::common::{axis, body, effect, run, spring};
 
-/// A lag of 0.2 ns changes a force with a rate of a few kilonewtons a second by less than a micronewton; the
+/// A lag of 0.2 ns changes a force with a rate of a few kilonewtons a second by less than a micronewton. The
 /// ideal drive's own force is exact.
 const LAG_N: f64 = 1e-4;
 /// An exponential over a millisecond of a part that decays at 6e9 1/s is squared about 23 times. Rounding

@@ -238,8 +238,8 @@ fn two_guides(push_n: f64, velocity_m_per_s: f64) -> Scenario {
     held
 }
 
-/// Two parallel guides hold the sum of both levels: 5 + 8 N forward (the right one is mounted the other way
-/// round) and 5 + 12 N backward.
+/// Two parallel guides hold the sum of both levels. It is 5 + 8 N forward (the right one is mounted the other
+/// way round) and 5 + 12 N backward.
 #[test]
 fn regress_parallel_guides_hold_the_sum_of_their_levels() {
     for v in [0.0, 0.01, -0.01] {

@@ -178,7 +178,7 @@ fn sigma_1() -> f64 {
 }
 
 /// The paper's equations of a body of 1 kg under a force `push(t, x)`, by steps of the classical Runge-Kutta
-/// method: position, speed and bristles at multiples of `every_s`.
+/// method. Gives position, speed and bristles at multiples of `every_s`.
 fn integrated(push: impl Fn(f64, f64) -> f64, run_s: f64, every_s: f64, step_s: f64) -> Vec<[f64; 3]> {
     let rate = |t: f64, [x, v, z]: [f64; 3]| {
         let level = COULOMB + (STATIC - COULOMB) * (-(v / STRIBECK).powi(2)).exp();

@@ -84,7 +84,7 @@ fn truth_contacts_beside_each_other_add() {
     stages.contacts.insert("soft".into(), contact("tip", GROUND, 1e4, 0.0));
     stages.contacts.insert("hard".into(), Contact { gap_m: 5e-3, ..contact("tip", GROUND, 3e4, 0.0) });
     let (trace, simulation) = run(&scenario(stages, 0.1, &[]));
-    // Touch the soft wall at 0, the hard one on the sine of the soft one; leave each at zero compression with
+    // Touch the soft wall at 0, the hard one on the sine of the soft one. Leave each at zero compression with
     // the speed of arrival.
     let omega = 100.0_f64;
     let to_hard = (5e-3 * omega).asin() / omega;

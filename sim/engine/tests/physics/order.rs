@@ -78,7 +78,7 @@ fn order_through_an_impact_is_one() {
         let slope = slope(&steps, &errors);
         println!("{} through an impact: {slope:.3}, errors {errors:?}", integrator.name());
         // The mean of 24 errors, each spread uniformly over a range as wide as its mean, scatters by an
-        // eighth: 0.17 octaves per step size, 0.1 in the slope.
+        // eighth. That is 0.17 octaves per step size, 0.1 in the slope.
         close(slope, 1.0, 0.25);
     }
 }

@@ -33,7 +33,7 @@ pub struct Evidence {
 /// Tests whether variances exceed those of the noise; lines are independent of each other.
 ///
 /// Without excess each ratio follows an F distribution. The mean of its logarithm is ψ(a) - ln a - ψ(b) + ln
-/// b and its variance ψ'(a) + ψ'(b), with a and b the complex degrees of freedom. A single line is tested
+/// b and its variance ψ'(a) + ψ'(b). Here a and b are the complex degrees of freedom. A single line is tested
 /// against the tail of F. Source: Abramowitz and Stegun, Handbook of Mathematical Functions, 6.3.2, 6.4.3 and
 /// 26.6.2 (1964).
 ///

@@ -34,12 +34,12 @@ impl Root {
 }
 
 /// Poles (rad/s, those with positive imaginary part) common to several responses that share their frequencies
-/// (Hz): `pairs` pairs are sought from evenly spaced ones over the band.
+/// (Hz). `pairs` pairs are sought from evenly spaced ones over the band.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`] where a response has another length than the frequencies;
+/// [`LtiError::RecordLengths`] where a response has another length than the frequencies.
 /// [`LtiError::RecordTooShort`] for fewer frequencies than unknowns; [`LtiError::OutOfRange`] for a negative
-/// frequency; [`LtiError::Degenerate`] where responses do not tell the poles.
+/// frequency. [`LtiError::Degenerate`] if the responses do not determine the poles.
 ///
 /// # Example
 /// ```

@@ -133,7 +133,7 @@ fn powered(spectrum: &[f64]) -> (usize, usize) {
     if last >= first + LEAST_LINES { (first, last) } else { (1, last) }
 }
 
-/// Number of samples after which a record repeats about its mean, at least twice: the first dip of the
+/// Number of samples after which a record repeats about its mean, at least twice. It is the first dip of the
 /// difference between the record and its shifted copy, relative to the power. After de Cheveigne and
 /// Kawahara, J. Acoust. Soc. Am. 111 (2002) 1917.
 fn repetition(record: &[f64]) -> Option<usize> {

@@ -29,7 +29,7 @@ pub struct SineFit {
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] below five samples; [`LtiError::OutOfRange`] for a frequency not between zero
-/// and half the sample rate; [`LtiError::NotFinite`]; [`LtiError::NotExcited`] if the record is too short to
+/// and half the sample rate. [`LtiError::NotFinite`]; [`LtiError::NotExcited`] if the record is too short to
 /// separate sine and drift.
 pub fn fit_sine(record: &[f64], period_s: f64, frequency_hz: f64) -> Result<SineFit, LtiError> {
     require_positive("sample time (s)", period_s)?;

@@ -34,8 +34,8 @@ const LONGEST_STEP: f64 = 0.3;
 /// Lines on each side of a sine that give the noise there, and the smallest number of them that must remain.
 const NOISE_LINES: usize = 8;
 const LEAST_NOISE_LINES: f64 = 6.0;
-/// Lines of noise that the fit of one sine removes under a Hann window: 2 (1 + 2/3) - (1 + 1/2), from the
-/// transforms of window and square.
+/// Lines of noise that the fit of one sine removes under a Hann window: 2 (1 + 2/3) - (1 + 1/2). It follows
+/// from the transforms of window and square.
 const LINES_TAKEN: f64 = 11.0 / 6.0;
 /// Lines per independent line under a Hann window: 1 + 2 (4/9 + 1/36).
 const LINES_PER_INDEPENDENT: f64 = 35.0 / 18.0;
@@ -102,7 +102,7 @@ pub fn find_sines(record: &[f64], period_s: f64) -> Result<SineSum, LtiError> {
 ///
 /// # Errors
 /// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
-/// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate;
+/// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate.
 /// [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be separated.
 pub fn response_at_sines(
     input: &[f64],

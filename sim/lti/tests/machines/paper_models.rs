@@ -173,7 +173,7 @@ fn truth_zeros_vanish_by_substitution() {
         for zero in system.zeros().unwrap() {
             let near = zero * 1.01;
             let ratio = system.at(zero).unwrap()[(0, 0)].norm() / system.at(near).unwrap()[(0, 0)].norm();
-            // At a distance of one per cent the response is of order 0.01; at the zero it is of the order of
+            // At a distance of one per cent the response is of order 0.01. At the zero it is of the order of
             // its relative error times that.
             assert!(ratio < 1e-10, "{}: {zero}: {ratio:e}", row.name);
         }

@@ -8,7 +8,7 @@ use crate::description::{Actuator, ActuatorKind, DcMotor, Knot, MotorInput, Posi
 /// A drive. A command gets its noise, then passes delay, deadband, gain, limit and rate limit (all exact on
 /// held commands), then the lags.
 ///
-/// The command of a continuous servo is a target: the deadband applies to its error, the limit to its force,
+/// The command of a continuous servo is a target. The deadband applies to its error, the limit to its force,
 /// and the lags follow the force. For a sampled servo, everything that acts on a target is stored separately
 /// ([`TargetChain`]). The rest is a drive whose held command is the force.
 #[derive(Clone, Debug, PartialEq)]

@@ -90,7 +90,7 @@ impl Record for Sensor {
             optional(
                 "relative_to",
                 Kind::Name("a body or `ground`"),
-                "the body it rides on, for position and velocity; absolute where absent",
+                "the body it rides on, for position and velocity; absolute if absent",
             )
         ),
         Sensor::GAIN,

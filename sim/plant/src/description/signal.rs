@@ -27,8 +27,8 @@ pub enum Quantity {
     Gap,
     /// Of a contact: its rate.
     GapRate,
-    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way along the
-    /// axis, in the frame of the shapes.
+    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way. It lies along
+    /// the axis, in the frame of the shapes.
     PointX,
     /// See [`Self::PointX`].
     PointY,
@@ -151,13 +151,13 @@ impl fmt::Display for SignalName {
 #[non_exhaustive]
 pub enum ParseSignalError {
     /// There is no dot.
-    #[error("`{text}` is no signal")]
+    #[error("`{text}` is not a signal")]
     NoDot {
         /// What was written.
         text: String,
     },
     /// The part after the dot is not a quantity.
-    #[error("`{quantity}` is no quantity of a signal")]
+    #[error("`{quantity}` is not a quantity of a signal")]
     UnknownQuantity {
         /// What was written.
         quantity: String,

@@ -17,7 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "command-noise",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
-    site: "a drive that gives a force, and no velocity source",
+    site: "a drive that gives a force, not a velocity source",
     parameters: CommandNoise::PARAMETERS,
     summary: "noise on the commands of a drive",
     documentation: "\

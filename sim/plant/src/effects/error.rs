@@ -52,7 +52,7 @@ pub enum EffectError {
         high: f64,
     },
     /// A split would leave no mass on one side.
-    #[error("`{parameter}` = {value_kg} kg leaves nothing of the {available_kg} kg there are")]
+    #[error("`{parameter}` = {value_kg} kg takes all of the {available_kg} kg available")]
     MassExceeded {
         /// The parameter.
         parameter: &'static str,

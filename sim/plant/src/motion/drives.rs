@@ -199,7 +199,7 @@ impl Motion {
         state.guards(|| [scaled(-1.0, &above_upper), above_lower], rate)
     }
 
-    /// Effect of a bound switch on the state when it is reached: a force with its own dynamics is set to the
+    /// Effect of a bound switch on the state when it is reached. A force with its own dynamics is set to the
     /// limit, since a fixed step may exceed it.
     pub(super) fn hold_force(&self, i: usize, to: SwitchState, xi: &mut [f64]) {
         if let (SwitchState::Limit(state), Some(force)) = (to, self.layout.force(i))

@@ -218,7 +218,7 @@ impl Motion {
     }
 
     /// Makes coordinates that stick to each other move as one, and finds the friction forces `lambda` that
-    /// hold them: `J M^-1 J^T lambda = -J a`, of minimum norm if several guides share the load.
+    /// hold them. They satisfy `J M^-1 J^T lambda = -J a`, of minimum norm if several guides share the load.
     fn stick(&self, stuck: &[(usize, [Option<usize>; 2])], acceleration: &mut [Row], friction: &mut [Row]) {
         if stuck.is_empty() {
             return;

@@ -150,7 +150,7 @@ impl Layout {
         self.drives[drive].ramp
     }
 
-    /// The first of the two states of a drive's imposed motion, scaled as those of a moving gap: its
+    /// The first of the two states of a drive's imposed motion, scaled as those of a moving gap. They are its
     /// acceleration times [`GAP_TIME_S`], and the rate of that times the square.
     pub fn imposed(&self, drive: usize) -> Option<usize> {
         self.drives[drive].imposed

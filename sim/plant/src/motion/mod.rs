@@ -1,7 +1,7 @@
 //! Equations of motion, one linear set per mode.
 //!
 //! Between events and with held inputs a machine of springs, dampers, contacts and dry friction is linear:
-//! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are
+//! `x' = A xi`. The state is `x = [q, v, z]`, and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are
 //! coordinates and speeds of the independent bodies, `z` the states of drives, filters and moving gaps. `u`
 //! are the held inputs, `w` the values of nonlinear laws ([`NonlinearTerm`]; most machines have none). The
 //! [`Mode`] is the state of all contacts and guides; it ends when a [`Guard`] falls below zero. Every

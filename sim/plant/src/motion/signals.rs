@@ -9,10 +9,10 @@ use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
 
 impl Motion {
-    /// Names of the states, in the order of [`super::Layout`]: positions and velocities as signals are named,
-    /// then `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so
-    /// on, and the four states of a moving gap. A second-order filter has its output, and the rate of the
-    /// output over its angular corner frequency.
+    /// Names of the states, in the order of [`super::Layout`]. Positions and velocities come first, as
+    /// signals are named. Then come `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`,
+    /// `<sensor>.filter1` and so on, and the four states of a moving gap. A second-order filter has its
+    /// output, and the rate of the output over its angular corner frequency.
     pub fn state_names(&self) -> Vec<String> {
         let mut names = vec![String::new(); self.layout.states()];
         for g in 0..self.coordinates.count() {

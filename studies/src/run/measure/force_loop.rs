@@ -52,8 +52,8 @@ impl ForceLoop {
     }
 }
 
-/// Standard deviation of the noisiest sensor as a force, N. For a position it is scaled by the stiffest
-/// contact; velocity and acceleration are first integrated over the shortest controller period.
+/// Standard deviation of the noisiest sensor as a force, N. A position is scaled by the stiffest contact.
+/// Velocity and acceleration are first integrated over the shortest controller period.
 pub(in crate::run) fn sensor_noise_n(scenario: &Scenario) -> f64 {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);

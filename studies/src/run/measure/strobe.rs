@@ -3,7 +3,7 @@
 //! Values at a surface that the motion crosses once per cycle form its Poincaré map (M. di Bernardo et al.,
 //! "Piecewise-smooth Dynamical Systems", 2008). There is one value if every cycle repeats the last, two after
 //! a period doubling, and many if no cycle repeats. If the tool leaves the workpiece, the surface is
-//! touch-down. The force is still zero there, so it is read one controller sample later, which gives a map of
+//! touch-down. The force is still zero there, so it is read one controller sample later. This gives a map of
 //! the same kind that grows with the speed of impact. If the tool stays in contact, the surface is the
 //! maximum of the force in each cycle.
 
@@ -11,8 +11,8 @@ use crate::run::measure::contact::{ContactRun, Interval, peak};
 
 /// Smallest number of touch-downs in the tail to count cycles; with fewer the motion is one in contact.
 const LEAST_TOUCHES: usize = 2;
-/// Before the force rises through its mean again it must have been below it by this part of its range, so
-/// that ripple does not count as a cycle.
+/// Before the force rises through its mean again it must have been below it by this part of its range. So
+/// ripple does not count as a cycle.
 const HYSTERESIS: f64 = 0.1;
 
 /// A contact's force and its record.
@@ -100,7 +100,7 @@ mod tests {
 
     /// A half sine of 30 ms in rows of 0.5 ms: a cubic through four rows errs by 3/128 (w h)^4 = 2e-7 of it.
     const CUBIC: f64 = 1e-6;
-    /// A sine of 13.7 Hz in rows of 0.5 ms: the parabola through its peak errs by about (w h)^4 / 128 = 3e-8
+    /// A sine of 13.7 Hz in rows of 0.5 ms. The parabola through its peak errs by about (w h)^4 / 128 = 3e-8
     /// of it, its neighbours by less than 1e-4.
     const PARABOLA: f64 = 1e-4;
 

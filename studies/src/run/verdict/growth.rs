@@ -1,13 +1,13 @@
 //! Whether a motion grows, or bouncing dies out.
 //!
-//! In contact it grows if `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows if the force peaks of the last half
-//! of all contacts rise from each to the next and exceed all earlier ones. This needs at least 6 contacts
-//! with a total rise of more than 2.25 times, or 3 of which each exceeds 1.5 times the last. The last of them
-//! must fall into the tail, or the tool must be away at the end, so that it has not come to rest since.
+//! In contact it grows if `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows if the peaks of the last half of
+//! all contacts rise from each to the next and exceed all earlier ones. This needs at least 6 contacts with a
+//! total rise of more than 2.25 times, or 3 of which each exceeds 1.5 times the last. The last of them must
+//! fall into the tail, or the tool must be away at the end. So it has not come to rest since.
 //!
 //! Sensor noise keeps a stable loop moving; the closer the loop is to its limit, the slower its amplitude
-//! varies. The three amplitudes then also rise by chance: in one run of a hundred by 1.5 times each, and in
-//! one of ten so that a line through their logarithms exceeds four of its standard errors. Up to 100 sigma
+//! varies. The three amplitudes then also rise by chance. In one run of a hundred they rise by 1.5 times
+//! each. In one of ten a line through their logarithms exceeds four of its standard errors. Up to 100 sigma
 //! the motion may be a response to noise. It then grows only if the rise from window to window is significant
 //! against the spread of these rises ([`Trend::in_noise`]).
 
@@ -27,8 +27,8 @@ const FADES: f64 = 0.03;
 const LEAST_WEAKER: usize = 4;
 /// Each falls by this part of the significant fall over a tail.
 const WEAKER_SHARE: f64 = 3.0;
-/// A stable loop in practice oscillates by less than this number of standard deviations of its reading noise:
-/// with a damping ratio of 0.01 % by about 50.
+/// A stable loop in practice oscillates by less than this number of standard deviations of its reading noise.
+/// With a damping ratio of 0.01 % it is about 50.
 const NOISE_REACH: f64 = 100.0;
 
 /// Whether the amplitudes of the tail's three parts grow clearly from each to the next.
@@ -156,7 +156,7 @@ mod tests {
     }
 
     /// From an oscillation that lasts much longer than the tail of 0.9 s to one that ends in a hundredth of
-    /// it: by construction none of them grows.
+    /// it. By construction none of them grows.
     #[test]
     fn truth_what_noise_makes_of_a_stable_loop_does_not_grow() {
         for rate_per_s in [-0.3, -1.0, -3.0, -10.0, -100.0] {

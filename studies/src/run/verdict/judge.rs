@@ -10,7 +10,7 @@ use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
 use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 
 /// Growth (or decay) from one part of the tail to the next that exceeds the fluctuation of a steady
-/// oscillation with too few cycles for a trend.
+/// oscillation. It serves oscillations with too few cycles for a trend.
 const CREEPS: f64 = 1.05;
 /// The same for an oscillation within the settling band.
 const FEW_CYCLES: f64 = 1.01;

@@ -312,7 +312,8 @@ impl<'a> Judge<'a> {
         let task = &search.task;
         let weight = task.inverse.as_ref().map_or(0.0, |inverse| inverse.weight);
         let of = |is_counted: &dyn Fn(usize) -> bool| {
-            task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r)).map(|(_, n)| n).sum::<f64>()
+            let counted = task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r));
+            counted.map(|(_, looks)| looks.iter().copied().fold(0.0, f64::max)).sum::<f64>()
         };
         let looks = of(&|_| true) / of(&|r| dataset.records[r].is_check).max(1.0);
         Self { dataset, search, weight, looks }

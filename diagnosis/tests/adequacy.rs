@@ -75,6 +75,7 @@ fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Recor
         commands: vec![command],
         series: vec![series],
         silent: vec![false],
+        bridged: Vec::new(),
     }
 }
 

@@ -89,6 +89,7 @@ fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
             commands: vec![commands[first..].to_vec()],
             series: vec![counted],
             silent: vec![false],
+            bridged: Vec::new(),
         }],
         warnings: Vec::new(),
     }

@@ -97,6 +97,7 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
                 commands,
                 series,
                 silent: (0..sensors).map(|_| draw.next() < 0.05).collect(),
+                bridged: Vec::new(),
             }
         })
         .collect();

@@ -73,6 +73,7 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
         commands: commands.to_vec(),
         series: series.to_vec(),
         silent: vec![false; signals.len()],
+        bridged: Vec::new(),
     };
     Dataset {
         name: "run".into(),

@@ -142,6 +142,7 @@ fn records_between(believed: &str, real: &str) -> Dataset {
         commands: vec![command],
         series: vec![vec![0.0; ROWS]; noises.len()],
         silent: vec![false; noises.len()],
+        bridged: Vec::new(),
     });
     let mut dataset = Dataset {
         name: "bench".into(),

@@ -96,6 +96,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
             commands: vec![command(push_n, turn)],
             series: vec![vec![0.0; ROWS]; 3],
             silent: vec![false; 3],
+            bridged: Vec::new(),
         });
     let (channels, records) = (channels.collect(), records.collect());
     let (tolerance, drives) = (indexmap::IndexMap::default(), vec![(0, "command".into())]);

@@ -29,7 +29,7 @@ pub enum FaultKind {
         /// Number of such cells in the column.
         cells: usize,
     },
-    /// A few cells are empty; interpolation replaces them.
+    /// A few cells are empty; they are bridged, and count as unknown.
     EmptyCells {
         /// Number of empty cells in the column.
         cells: usize,
@@ -48,7 +48,7 @@ pub enum FaultKind {
         /// Length, s.
         seconds: f64,
     },
-    /// The recorder lost a few rows; interpolation replaces them.
+    /// The recorder lost a few rows; they are bridged, and count as unknown.
     LostRows {
         /// Number of lost rows.
         rows: usize,
@@ -218,11 +218,11 @@ impl FaultKind {
             ),
             Self::EmptyCells { cells: 1, .. } => (
                 "one cell is empty".into(),
-                "its value was interpolated; look at the recorder if there are more",
+                "its value was bridged and counts as unknown; look at the recorder if there are more",
             ),
             Self::EmptyCells { cells, longest } => (
                 format!("{cells} cells are empty, the first here, up to {longest} together"),
-                "their values were interpolated; look at the recorder if they become more",
+                "their values were bridged and count as unknown; look at the recorder if they become more",
             ),
             Self::OtherRate { note } => {
                 (note.clone(), "record it at the rate of the others where its band matters")
@@ -244,7 +244,8 @@ impl FaultKind {
                          before this row"
                     ),
                 },
-                "the rows between were interpolated; look at the recorder's buffer if they become more",
+                "the rows between were bridged and count as unknown; look at the recorder's buffer if they \
+                 become more",
             ),
             Self::Cut { pieces, checked } => (
                 format!(

@@ -55,6 +55,7 @@ mod tests {
             commands: vec![series.clone()],
             series: vec![series],
             silent: vec![false],
+            bridged: Vec::new(),
         }
     }
 

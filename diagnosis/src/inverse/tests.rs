@@ -61,6 +61,7 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
             commands: vec![clean.iter().map(|u| u + noise * draw()).collect()],
             series: vec![x],
             silent: vec![false],
+            bridged: Vec::new(),
         }
     };
     let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };

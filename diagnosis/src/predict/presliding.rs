@@ -151,6 +151,7 @@ mod tests {
                 commands: vec![(0..ROWS).map(command).collect()],
                 series: vec![positions],
                 silent: vec![false],
+                bridged: Vec::new(),
             }],
             warnings: Vec::new(),
         }

@@ -99,10 +99,14 @@ impl Record {
         self.bridged.get(c).map(Vec::as_slice).filter(|rows| !rows.is_empty())
     }
 
+    /// Whether a row of channel `c` has no reading.
+    pub(crate) fn is_bridged(&self, c: usize, row: usize) -> bool {
+        self.gaps(c).is_some_and(|gaps| gaps[row])
+    }
+
     /// Rows of channel `c` that were read.
     pub(crate) fn read_rows(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
-        let gaps = self.gaps(c);
-        (0..self.series[c].len()).filter(move |&k| !gaps.is_some_and(|gaps| gaps[k]))
+        (0..self.series[c].len()).filter(move |&k| !self.is_bridged(c, k))
     }
 
     /// The readings of channel `c` alone.

@@ -30,6 +30,8 @@ pub(crate) struct ServoLoop<L: Lane> {
     /// Largest change of that target between samples.
     step: L,
     error_deadband: L,
+    /// Its inputs besides the target: their drives, force per unit, and what has arrived.
+    fed: Vec<(usize, L, L)>,
 }
 
 impl<L: Lane> ServoLoop<L> {
@@ -46,6 +48,12 @@ impl<L: Lane> ServoLoop<L> {
         let chain = |f: fn(&feeler_plant::assembly::TargetChain) -> f64| {
             number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
         };
+        let inputs = programs[0].motion.assembly().drives.iter().enumerate();
+        let fed = inputs.filter_map(|(input, drive)| {
+            let feed = drive.feeds.filter(|feed| feed.servo == wired.drive)?;
+            let gain = number(&|drive| drive.servo.as_ref().map_or(0.0, |servo| feed.gain(servo)));
+            Some((input, gain, L::zero()))
+        });
         let next_sample_s = wired.clock.sample_time_s(0);
         Ok(Self {
             drive: wired.drive,
@@ -60,12 +68,20 @@ impl<L: Lane> ServoLoop<L> {
             followed: start,
             step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
             error_deadband: chain(|target| target.error_deadband),
+            fed: fed.collect(),
         })
     }
 
-    /// A target arrives.
-    pub(super) fn aim(&mut self, target: L) {
-        self.target = target;
+    /// Takes the command of drive `i` if it is the target or another input of this servo; returns whether it
+    /// is.
+    pub(super) fn takes(&mut self, i: usize, input: L) -> bool {
+        if i == self.drive {
+            self.target = input;
+            return true;
+        }
+        let Some((.., fed)) = self.fed.iter_mut().find(|(drive, ..)| *drive == i) else { return false };
+        *fed = input;
+        true
     }
 
     /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
@@ -76,7 +92,8 @@ impl<L: Lane> ServoLoop<L> {
         let error = self.followed - reading;
         let reference = reading + (error - error.clamp_to(self.error_deadband));
         let inputs = Inputs { reading, motion: L::zero(), motion_is_velocity: false };
-        let output = self.controller.sample(sample_s, &inputs, reference);
+        let fed = self.fed.iter().fold(L::zero(), |sum, (_, gain, input)| sum + *gain * *input);
+        let output = self.controller.sample_fed(sample_s, &inputs, reference, fed);
         self.next_sample += 1;
         self.next_sample_s = self.clock.sample_time_s(self.next_sample);
         if self.delay_s > 0.0 {

@@ -11,7 +11,7 @@ mod laws;
 mod rates;
 
 pub use build::{assemble, resolve};
-pub use drive::{Drive, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource};
+pub use drive::{Drive, Feed, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource};
 pub use friction::Friction;
 pub use laws::{Bristle, Pull, Ripple, Weight};
 

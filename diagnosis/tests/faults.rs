@@ -215,6 +215,35 @@ fn regress_noise_that_is_not_stated_comes_from_the_records() {
     assert!((dataset.channels[1].noise / sigma - 1.0).abs() < 0.1, "{}", dataset.channels[1].noise);
 }
 
+/// Three lost rows, four empty cells of the encoder, and an accelerometer that reads every fourth row only.
+#[test]
+fn truth_rows_without_a_reading_are_unknown_to_the_diagnosis() {
+    let rows = sound();
+    let mut text = HEADER.join(",") + "\n";
+    for (k, [t, u, x, a]) in rows.iter().enumerate().filter(|(k, _)| !(500..503).contains(k)) {
+        let encoder = if (900..904).contains(&k) { String::new() } else { x.to_string() };
+        let acceleration = if k % 4 == 0 { a.to_string() } else { String::new() };
+        let _ = writeln!(text, "{t},{u},{encoder},{acceleration}");
+    }
+    let folder = folder(&[("a.csv", text.as_bytes())]);
+    let dataset = Dataset::load(folder.path()).expect("it loads");
+    let record = &dataset.records[0];
+    assert_eq!(record.len(), ROWS);
+    let unknown = |c: usize| (0..ROWS).filter(|&k| record.bridged[c][k]).collect::<Vec<_>>();
+    assert_eq!(unknown(0), [500, 501, 502, 900, 901, 902, 903]);
+    let between: Vec<usize> = (0..ROWS).filter(|k| k % 4 != 0 || *k == 500).collect();
+    assert_eq!(unknown(1), between);
+    let said = in_words(&dataset.warnings).join(
+        "
+",
+    );
+    assert!(
+        said.contains("`encoder_m` has 1993 readings at 1000 Hz") && said.contains("4 rows bridged"),
+        "{said}"
+    );
+    assert!(said.contains("3 rows (0.0030 s) are missing") && said.contains("count as unknown"), "{said}");
+}
+
 #[test]
 fn truth_a_clock_that_runs_fast_is_outvoted() {
     let (sound, fast) = (csv(&sound()), spoil(|_, row| row[0] *= 1.01));

@@ -114,3 +114,50 @@ fn regress_an_imposed_position_leads_as_it_led_the_run() {
         replayed("kind = \"imposed\"", law, "drive.command", named);
     }
 }
+
+/// Between rows the imposed motion is a cubic. With the speed from neighbouring rows its error is of third
+/// order in their spacing, with the measured one of fourth.
+#[test]
+fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
+    let (rows_per_s, omega) = (50.0, 2.0 * std::f64::consts::PI * 4.0);
+    let text = "[bodies.rig]\nmass = 3.0\n[bodies.axis]\nmass = 1.5\n\
+         [springs.rope]\nbetween = [\"rig\", \"axis\"]\nstiffness = 400.0\ndamping = 9.0\n\
+         [actuators.drive]\non = \"rig\"\nkind = \"imposed\"\n\
+         [controllers.aim]\ndrives = \"drive\"\nlaw = \"open-loop\"\nperiod = 1e-4\n\
+         reference = { kind = \"chirp\", amplitude = 0.02, start = 4.0, end = 4.0, duration = 9.0 }\n\
+         [run]\nduration = 2.0\nstep = 1e-4\n";
+    let mut scenario = Document::parse(text, "machine.toml").expect("a machine").scenario;
+    let names = ["rig.position", "rig.velocity", "axis.position"];
+    scenario.run.record = names.map(|name| name.parse().expect("a signal")).to_vec();
+    scenario.run.record_rate_hz = Some(rows_per_s);
+    let program = Program::new(&scenario).expect("it is sound");
+    let mut trace = Trace::new(program.record_names());
+    Simulation::<f64>::new(vec![program]).expect("it moves").run(&mut trace).expect("it runs");
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut rows = "t_s,p,s,x\n".to_owned();
+    for (k, t) in trace.t_s.iter().enumerate() {
+        let [p, s, x] = [0, 1, 2].map(|column| trace.columns[column][k]);
+        let _ = writeln!(rows, "{t:?},{p:?},{s:?},{x:?}");
+    }
+    fs::write(folder.path().join("run.csv"), rows).expect("written");
+    fs::write(folder.path().join("machine.toml"), text).expect("written");
+    let error = |speed: &str| {
+        let dataset = format!(
+            "machine = \"machine.toml\"\n[columns.p]\nsignal = \"rig.position\"\nhold = 1e-4\n{speed}\
+             [columns.x]\nsignal = \"axis.position\"\n[[experiments]]\nfile = \"run.csv\"\n"
+        );
+        fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
+        let dataset = Dataset::load(folder.path()).expect("it loads");
+        let assembly = assemble(&dataset.machine).expect("it assembles");
+        let own = Predictor::new(assembly, &dataset, &dataset.records[0]).and_then(|mut own| own.free());
+        let (own, record) = (own.expect("it moves").series, &dataset.records[0]);
+        let last = own.len() - 1;
+        // Where it ends, neighbouring rows do not tell the speed.
+        let rows = own[last].iter().zip(&record.series[last]).take(record.len() - LAST_ROWS);
+        rows.skip(LAST_ROWS).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max)
+    };
+    let [without, with] = ["", "[columns.s]\nsignal = \"rig.velocity\"\n"].map(error);
+    // Rates from neighbours are short by the share (omega h)^2 / 6: 4 % here.
+    assert!(omega / rows_per_s < 1.0 && without > 1e-4, "{without}");
+    assert!(with < 0.1 * without, "{with} of {without}");
+}

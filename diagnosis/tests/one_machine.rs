@@ -275,6 +275,22 @@ fn prop_drawn_machines_are_predicted_as_they_run() {
     assert!(2 * touched > DRAWN, "only {touched} of {DRAWN} touched the wall");
 }
 
+/// A servo with the speed of its target and a force as further inputs, which arrive at different times.
+fn fed(servo: &str) -> String {
+    let input = |name: &str, kind: &str, delay_s: f64, first: f64| {
+        format!(
+            "[actuators.{name}]\non = \"axis\"\nkind = \"{kind}\"\n\
+             [actuators.{name}.effects.command-delay]\ndelay = {delay_s}\n\
+             [controllers.{name}]\nlaw = \"open-loop\"\ndrives = \"{name}\"\nperiod = 0.01\n\
+             reference = [[0.0, {first}], [0.1, 0.0], [0.3, {}]]\n",
+            -0.5 * first
+        )
+    };
+    let [speed, force] =
+        [input("speed", "target-velocity", 0.0023, 0.6), input("lead", "feed-forward", 0.0, 4.0)];
+    format!("{servo}\n{speed}{force}")
+}
+
 /// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it. Their
 /// loops run inside the prediction as they run in the machine.
 #[test]
@@ -288,6 +304,8 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
          period = 0.0025\ncompute_delay = 0.0008\n\
          resolution = 1e-4\noutput_resolution = 0.05\nerror_deadband = 0.001\n\
          velocity_limit = 0.5\ndelay = 0.0061",
+        &fed("kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nki = 300.0\nlimit = 12.0"),
+        &fed("kind = \"position-servo\"\nkp = 700.0\nkd = 20.0\nki = 300.0\nlimit = 9.0\nperiod = 0.0025"),
         "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ninductance = 0.01\n\
          gear_ratio = 4.0\ncurrent_limit = 3.0\nsupply_voltage = 9.0",
         "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 2.0\ntorque_constant = 0.5\n\

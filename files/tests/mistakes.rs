@@ -246,6 +246,30 @@ fn regress_effects_on_a_force_are_refused_where_the_motion_is_imposed() {
     }
 }
 
+#[test]
+fn truth_an_input_of_a_servo_needs_one_servo_on_its_bodies() {
+    let of = |more: &str| {
+        let text = format!(
+            "[bodies.axis]\nmass = 1.0\n[actuators.speed]\non = \"axis\"\nkind = \"target-velocity\"\n{more}"
+        );
+        match Program::new(&Document::parse(&text, "it.toml").unwrap().scenario) {
+            Err(EngineError::Problems { problems }) => problems.iter().map(ToString::to_string).collect(),
+            _ => Vec::new(),
+        }
+    };
+    let servo =
+        |name: &str| format!("[actuators.{name}]\non = \"axis\"\nkind = \"position-servo\"\nkp = 100.0\n");
+    assert_eq!(of(&servo("a")), Vec::<String>::new());
+    assert!(
+        of("")[0].contains("there is no position servo on `axis` that reacts on `ground`"),
+        "{:?}",
+        of("")
+    );
+    assert!(of(&(servo("a") + &servo("b")))[0].contains("more than one position servo"));
+    let limited = of(&format!("limit = 3.0\n{}", servo("a")));
+    assert!(limited[0].contains("actuators.speed.limit"), "{limited:?}");
+}
+
 /// What disturbs a command has its unit, and the power of a stiffness is that of its law.
 #[test]
 fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {

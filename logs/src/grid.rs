@@ -25,6 +25,9 @@ pub struct Series {
     pub times_s: Vec<f64>,
     /// For each pick, its values; NaN if unknown.
     pub values: Vec<Vec<f64>>,
+    /// For each pick, the instants that no reading of it is nearest to; empty if there are none, or if the
+    /// pick is held.
+    pub bridged: Vec<Vec<bool>>,
     /// For each pick, the index of the first invalid cell, and the number of invalid cells.
     pub bad: Vec<Option<(usize, usize)>>,
     /// Rows of the file before the first one with data.
@@ -109,6 +112,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
             clock: clock.column.clone(),
             times_s: base.times_s.clone(),
             values: found.iter().map(|(_, column)| column.values.clone()).collect(),
+            bridged: vec![Vec::new(); found.len()],
             bad: found.iter().map(|(_, column)| bad(column)).collect(),
             rows_before: base.rows_before,
             notes: Vec::new(),
@@ -116,8 +120,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
     }
     let own = base.times_s.iter().zip(&leader.values).filter(|(_, x)| !x.is_nan());
     let times_s: Vec<f64> = own.map(|(t, _)| *t).collect();
-    let mut values = Vec::new();
-    let mut notes = Vec::new();
+    let (mut values, mut bridged, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for (pick, (table, column)) in picks.iter().zip(&found) {
         let Some(other) = &table.clock else {
             return Err(LogError::other(
@@ -129,16 +132,38 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
         let shift_s = other.origin_s - clock.origin_s;
         let readings = table.times_s.iter().zip(&column.values).filter(|(_, x)| !x.is_nan());
         let (at, given): (Vec<f64>, Vec<f64>) = readings.map(|(t, x)| (t + shift_s, *x)).unzip();
-        if at.len() < 2 * times_s.len() / 3 {
+        let between = if pick.is_held { Vec::new() } else { bridged_of(&at, &times_s) };
+        let is_broken = std::ptr::eq(*table, base) && !between.is_empty();
+        if at.len() < 2 * times_s.len() / 3 || is_broken {
             let rate =
                 table.rate_of_hz(column).map_or_else(String::new, |rate| format!(" at {} Hz", short(rate)));
-            let how = if pick.is_held { "held" } else { "interpolated" };
-            notes.push(format!("`{}` has {} readings{rate}, and is {how} between them", pick.name, at.len()));
+            let unknown = between.iter().filter(|is_bridged| **is_bridged).count();
+            let how = if pick.is_held {
+                "held between them".to_owned()
+            } else {
+                format!("interpolated between them: {unknown} rows bridged, counted as unknown")
+            };
+            notes.push(format!("`{}` has {} readings{rate}, and is {how}", pick.name, at.len()));
         }
         values.push(sampled(&at, &given, &times_s, pick.is_held));
+        bridged.push(between);
     }
     let bad = found.iter().map(|(_, column)| bad(column)).collect();
-    Ok(Series { clock: clock.column.clone(), times_s, values, bad, rows_before: base.rows_before, notes })
+    let (clock, rows_before) = (clock.column.clone(), base.rows_before);
+    Ok(Series { clock, times_s, values, bridged, bad, rows_before, notes })
+}
+
+/// The instants that are the nearest to none of the readings `at`; empty if there are none.
+fn bridged_of(at: &[f64], times: &[f64]) -> Vec<bool> {
+    let mut is_bridged = vec![true; times.len()];
+    let mut next = 0;
+    for t in at {
+        while next + 1 < times.len() && (times[next + 1] - t).abs() <= (times[next] - t).abs() {
+            next += 1;
+        }
+        is_bridged[next] = false;
+    }
+    if is_bridged.contains(&true) { is_bridged } else { Vec::new() }
 }
 
 /// A series at other instants: held, or linear between its neighbours. Outside it keeps its end values.
@@ -169,5 +194,13 @@ mod tests {
         let times = [0.0, 1.0, 1.5, 3.0, 4.0, 9.0];
         assert_eq!(sampled(&at, &values, &times, false), [10.0, 10.0, 15.0, 10.0, 0.0, 0.0]);
         assert_eq!(sampled(&at, &values, &times, true), [10.0, 10.0, 10.0, 20.0, 0.0, 0.0]);
+    }
+
+    /// Each reading is that of one instant at most, and every other instant is unknown.
+    #[test]
+    fn truth_instants_between_readings_are_bridged() {
+        let times = [0.0, 1.0, 2.0, 3.0, 4.0];
+        assert_eq!(bridged_of(&[0.1, 2.2, 3.9], &times), [false, true, false, true, false]);
+        assert!(bridged_of(&[0.2, 0.9, 2.1, 3.0, 4.3], &times).is_empty());
     }
 }

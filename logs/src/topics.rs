@@ -37,6 +37,8 @@ struct Topic {
     form: Form,
     /// The type, where the bag does not define it and the usual definition is taken.
     supposed: Option<String>,
+    /// Definitions of earlier releases, for a first message that the present one does not fit.
+    earlier: Vec<Decoder>,
     log_ns: Vec<i64>,
     stamps_ns: Vec<i64>,
     columns: Vec<Column>,
@@ -70,9 +72,11 @@ impl Topics {
     }
 
     pub(crate) fn declare(&mut self, id: u64, declared: &Declared<'_>) {
+        let (form, earlier) = forms(declared);
         let topic = Topic {
             name: declared.name.into(),
-            form: form(declared),
+            form,
+            earlier,
             supposed: declared.schema.is_none().then(|| declared.schema_name.to_owned()),
             log_ns: Vec::new(),
             stamps_ns: Vec::new(),
@@ -115,12 +119,19 @@ impl Topics {
                 fill(&mut topic.columns, &topic.slots, &values, topic.log_ns.len());
             }
             Form::Ros(decoder) => {
-                let is_new = match (decoder.decode(message), &topic.supposed) {
+                let mut decoded = decoder.decode(message);
+                let mut earlier = std::mem::take(&mut topic.earlier).into_iter();
+                while decoded.is_err() && topic.log_ns.is_empty() {
+                    let Some(next) = earlier.next() else { break };
+                    **decoder = next;
+                    decoded = decoder.decode(message);
+                }
+                let is_new = match (decoded, &topic.supposed) {
                     (Ok(is_new), _) => is_new,
                     // Types change from one release to the next.
                     (Err(_), Some(name)) if topic.log_ns.is_empty() => {
                         let why = format!(
-                            "the bag holds no definition of {name}, and the usual one does not fit \
+                            "the bag holds no definition of {name}, and the usual ones do not fit \
                              ({CONVERT})"
                         );
                         topic.form = Form::LeftOut(why);
@@ -198,26 +209,28 @@ impl Topics {
     }
 }
 
-fn form(declared: &Declared<'_>) -> Form {
-    match declared.encoding {
-        "json" => Form::Json,
-        "cdr" => {
-            let known = ros::well_known(declared.schema_name);
-            let (encoding, text) = match (declared.schema, &known) {
-                (Some(text), _) => (declared.schema_encoding, text),
-                (None, Some(known)) => ("ros2msg", known.as_str()),
-                (None, None) => {
-                    let name = declared.schema_name;
-                    return Form::LeftOut(format!("the bag holds no definition of {name} ({CONVERT})"));
-                }
-            };
-            match ros::definition(encoding, declared.schema_name, text) {
-                Ok(definition) => Form::Ros(Box::new(Decoder::new(definition))),
-                Err(error) => Form::LeftOut(error.to_string()),
+/// The form of a topic's messages, and those of earlier releases if the bag does not define it.
+fn forms(declared: &Declared<'_>) -> (Form, Vec<Decoder>) {
+    let name = declared.schema_name;
+    let of = |encoding: &str, text: &str| ros::definition(encoding, name, text).map(Decoder::new);
+    let or_left_out = |decoder: Result<Decoder, ros::DefinitionError>| match decoder {
+        Ok(decoder) => Form::Ros(Box::new(decoder)),
+        Err(error) => Form::LeftOut(error.to_string()),
+    };
+    let form = match (declared.encoding, declared.schema) {
+        ("json", _) => Form::Json,
+        ("cdr", Some(text)) => or_left_out(of(declared.schema_encoding, text)),
+        ("cdr", None) => {
+            let known = ros::well_known(name);
+            let mut decoders = known.iter().map(|text| of("ros2msg", text));
+            match decoders.next() {
+                Some(last) => return (or_left_out(last), decoders.filter_map(Result::ok).collect()),
+                None => Form::LeftOut(format!("the bag holds no definition of {name} ({CONVERT})")),
             }
         }
-        other => Form::LeftOut(format!("they are encoded as `{other}` (write JSON or CDR messages)")),
-    }
+        (other, _) => Form::LeftOut(format!("they are encoded as `{other}` (write JSON or CDR messages)")),
+    };
+    (form, Vec::new())
 }
 
 /// The column of a path, created if new; earlier rows have no value.
@@ -285,4 +298,69 @@ fn sorted(mut topic: Topic) -> (Topic, Vec<i64>, (String, String)) {
         }
     }
     (topic, times, clock)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A message in little-endian CDR.
+    struct Written(Vec<u8>);
+
+    impl Written {
+        fn aligned(&mut self, bytes: &[u8]) {
+            while (self.0.len() - 4) % bytes.len() > 0 {
+                self.0.push(0);
+            }
+            self.0.extend(bytes);
+        }
+
+        fn text(&mut self, text: &str) {
+            self.aligned(&(text.len() as u32 + 1).to_le_bytes());
+            self.0.extend(text.bytes().chain([0]));
+        }
+
+        /// A point of a trajectory with one position and nothing else.
+        fn point(&mut self, position: f64) {
+            self.aligned(&1_u32.to_le_bytes());
+            self.aligned(&position.to_le_bytes());
+            for word in [0_u32; 5] {
+                self.aligned(&word.to_le_bytes());
+            }
+        }
+    }
+
+    /// Foxy's state of a joint trajectory controller has three points, Humble's six and more behind them.
+    #[test]
+    fn truth_the_state_of_a_controller_is_read_from_bags_of_foxy_and_humble() {
+        let name = "control_msgs/msg/JointTrajectoryControllerState";
+        for (points, behind, first) in [(3, 0, "desired"), (6, 1 + 6 * 5, "reference")] {
+            let declared = Declared {
+                name: "/state",
+                encoding: "cdr",
+                schema_name: name,
+                schema_encoding: "",
+                schema: None,
+            };
+            let mut topics = Topics::default();
+            topics.declare(1, &declared);
+            for k in 0..3 {
+                let mut message = Written(vec![0, 1, 0, 0]);
+                message.aligned(&(7_u32 + k).to_le_bytes());
+                message.aligned(&0_u32.to_le_bytes());
+                message.text("base");
+                message.aligned(&1_u32.to_le_bytes());
+                message.text("elbow");
+                (0..points).for_each(|i| message.point(f64::from(10 * k + i) + 0.5));
+                (0..behind).for_each(|_| message.aligned(&0_u32.to_le_bytes()));
+                topics.push(Path::new("bag"), 1, i64::from(7 + k) * 1_000_000_000, &message.0).unwrap();
+            }
+            let run = topics.into_run(Path::new("bag"), "bag".into());
+            assert_eq!(run.notes, Vec::<String>::new());
+            let (_, column) = run.find(&format!("{first}.positions[elbow]")).expect(first);
+            assert_eq!(column.values, [0.5, 10.5, 20.5]);
+            let (_, error) = run.find("error.positions[elbow]").expect("the error");
+            assert_eq!(error.values, [2.5, 12.5, 22.5]);
+        }
+    }
 }

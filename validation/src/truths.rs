@@ -122,6 +122,8 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
             compression * ks * force
         }
         ActuatorKind::Imposed => compression * ks / stroke,
+        // Inputs of a servo have no force of their own.
+        ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => C64::new(0.0, 0.0),
     }
 }
 

@@ -256,8 +256,8 @@ fn regress_what_the_check_warns_of_is_said_with_the_response() {
         }
         fs::write(folder.path().join(file.file_name().unwrap()), bytes).unwrap();
     }
-    let said = "a row is missing before this one (the rows between were interpolated; look at the \
-                recorder's buffer if they become more)";
+    let said = "a row is missing before this one (the rows between were bridged and count as unknown; look \
+                at the recorder's buffer if they become more)";
     let found = json(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv", "--json"]);
     let notes: Vec<&str> =
         found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();

@@ -168,14 +168,8 @@ fn expected(
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);
     let others = score(&task, other.causes.clone(), fitted);
     // Noise alone leaves a residual of one; the predicted record has none.
-    let looks = task.weights.looks[0];
-    Some(
-        own.misfits[0]
-            .iter()
-            .zip(&others.misfits[0])
-            .map(|(a, b)| 0.5 * looks * ((1.0 + b) / (1.0 + a)).ln())
-            .sum(),
-    )
+    let misfits = own.misfits[0].iter().zip(&others.misfits[0]).zip(&task.weights.looks[0]);
+    Some(misfits.map(|((a, b), looks)| 0.5 * looks * ((1.0 + b) / (1.0 + a)).ln()).sum())
 }
 
 fn truth_prediction(dataset: &Dataset, truth: &Scored) -> Option<crate::predict::Prediction> {

@@ -1,4 +1,6 @@
-//! Rows that a recorder lost: counted, and bridged if there are few.
+//! Rows that a recorder lost and cells that it left empty: counted, and bridged if there are few.
+
+use super::fault::FaultKind;
 
 /// Largest number of consecutive missing rows that is bridged.
 const MOST_TOGETHER: usize = 20;
@@ -57,6 +59,49 @@ impl Lost {
     fn is_few(&self, spacing_s: f64, rows: usize) -> bool {
         self.longest_s <= (MOST_TOGETHER as f64 + 0.5) * spacing_s
             && self.rows as f64 <= MOST_SHARE * rows as f64
+    }
+}
+
+/// Interpolates a few empty cells and marks their rows in `gaps`. Reports a fatal fault for more. Returns the
+/// index of the first.
+pub(super) fn empty_cells(
+    column: &mut [f64],
+    gaps: &mut Vec<bool>,
+    unreadable: Option<(usize, usize)>,
+    is_held: bool,
+) -> Option<(usize, FaultKind)> {
+    if let Some((row, cells)) = unreadable {
+        return Some((row, FaultKind::NotANumber { cells }));
+    }
+    let first = column.iter().position(|x| !x.is_finite())?;
+    let cells = column.iter().filter(|x| !x.is_finite()).count();
+    let stretches = column.chunk_by(|a, b| a.is_finite() == b.is_finite());
+    let longest = stretches.filter(|run| !run[0].is_finite()).map(<[f64]>::len).max().unwrap_or(0);
+    if !are_few(longest, cells, column.len()) {
+        return Some((first, FaultKind::NotANumber { cells }));
+    }
+    gaps.resize(column.len(), false);
+    gaps.iter_mut().zip(column.iter()).for_each(|(gap, x)| *gap |= !x.is_finite());
+    let empty: Vec<bool> = column.iter().map(|x| !x.is_finite()).collect();
+    bridge(column, |k| empty[k], is_held);
+    Some((first, FaultKind::EmptyCells { cells, longest }))
+}
+
+/// Fills the rows that are missing: held, or on a line between their neighbours. Beyond the ends the nearest
+/// value is kept.
+pub(super) fn bridge(column: &mut [f64], is_missing: impl Fn(usize) -> bool, is_held: bool) {
+    let (missing, known): (Vec<usize>, Vec<usize>) = (0..column.len()).partition(|&k| is_missing(k));
+    for k in missing {
+        let after = known.partition_point(|other| *other < k);
+        let before = after.checked_sub(1).map(|i| known[i]);
+        column[k] = match (before, known.get(after)) {
+            (Some(a), Some(&b)) if !is_held => {
+                column[a] + (column[b] - column[a]) * (k - a) as f64 / (b - a) as f64
+            }
+            (Some(a), _) => column[a],
+            (None, Some(&b)) => column[b],
+            (None, None) => f64::NAN,
+        };
     }
 }
 

@@ -6,10 +6,10 @@ use feeler_files::{Experiment, Role};
 use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::names::nearest;
 
-use super::bridge::{FIRST_LOST, Lost, are_few};
+use super::bridge::{FIRST_LOST, Lost, empty_cells};
 use super::data::{Channel, Dataset, Record, Table};
 use super::fault::{Fault, FaultKind};
-use super::regrid::{Between, regrid};
+use super::regrid::{Between, far_from_rows, regrid};
 
 /// Smallest number of rows for a prediction.
 const FEWEST_ROWS: usize = 50;
@@ -71,6 +71,8 @@ struct Series {
     spacing_s: f64,
     /// Commands, then channels.
     columns: Vec<Vec<f64>>,
+    /// For each column, the rows without a reading; empty if there are none.
+    bridged: Vec<Vec<bool>>,
     /// Channels that do not count.
     silent: Vec<bool>,
 }
@@ -89,11 +91,12 @@ impl Reader<'_> {
         let names: Vec<&str> = (self.dataset.drives.iter().map(|driven| driven.column.as_str()))
             .chain(self.dataset.channels.iter().map(|channel| channel.column.as_str()))
             .collect();
-        let mut columns = Vec::new();
+        let (mut columns, mut bridged) = (Vec::new(), Vec::new());
         for name in &names {
             if let Some(i) = table.header.iter().position(|header| header == name) {
                 // A converter that writes -0 means 0.
                 columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>());
+                bridged.push(table.bridged.get(i).cloned().unwrap_or_default());
             } else {
                 let is_free = |header: &&String| !names.contains(&header.as_str());
                 let known: Vec<String> = table.header.iter().skip(1).filter(is_free).cloned().collect();
@@ -123,7 +126,7 @@ impl Reader<'_> {
             let at = table.header.iter().position(|header| header == name);
             let unreadable = at.and_then(|at| table.unreadable[at]);
             let is_held = self.dataset.drives.get(i).is_some_and(|driven| driven.hold_s.is_some());
-            if let Some((row, kind)) = empty_cells(column, unreadable, is_held) {
+            if let Some((row, kind)) = empty_cells(column, &mut bridged[i], unreadable, is_held) {
                 note(Some(name), Some(row + first_row), kind);
             }
         }
@@ -135,8 +138,8 @@ impl Reader<'_> {
         if let Some(hold_s) = holds.find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
-        let silent = self.column_faults(&names, &columns, first_row, note)?;
-        Some(Series { times_s, rows, spacing_s, columns, silent })
+        let silent = self.column_faults(&names, &columns, &bridged, first_row, note)?;
+        Some(Series { times_s, rows, spacing_s, columns, bridged, silent })
     }
 
     /// Checks every column. Returns the channels that do not count; `None` if no channel measures the
@@ -145,6 +148,7 @@ impl Reader<'_> {
         &self,
         names: &[&str],
         columns: &[Vec<f64>],
+        bridged: &[Vec<bool>],
         first_row: usize,
         note: &mut Note<'_>,
     ) -> Option<Vec<bool>> {
@@ -157,22 +161,21 @@ impl Reader<'_> {
         let mut silent = vec![false; names.len() - drives];
         let mut is_lost = false;
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
-            let (is_silent, loses_place) = self.channel_faults(i, name, column, first_row, note);
+            let rows = read_rows(column.len(), &bridged[drives + i]);
+            let readings: Vec<f64> = rows.iter().map(|k| column[*k]).collect();
+            let mut at_row = |name: Option<&str>, reading: Option<usize>, kind| {
+                note(name, reading.map(|reading| first_row + rows[reading]), kind);
+            };
+            let (is_silent, loses_place) = self.channel_faults(i, name, &readings, &mut at_row);
             silent[i] = is_silent;
             is_lost |= loses_place;
         }
         (!is_lost).then_some(silent)
     }
 
-    /// Checks one channel. Returns whether it is ignored, and whether the machine's position is lost with it.
-    fn channel_faults(
-        &self,
-        i: usize,
-        name: &str,
-        column: &[f64],
-        first_row: usize,
-        note: &mut Note<'_>,
-    ) -> (bool, bool) {
+    /// Checks the readings of one channel. Returns whether it is ignored, and whether the machine's position
+    /// is lost with it.
+    fn channel_faults(&self, i: usize, name: &str, column: &[f64], note: &mut Note<'_>) -> (bool, bool) {
         // Rounding has removed noise and motion alike. The finding is the step, which other experiments show.
         if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
             return (false, false);
@@ -190,7 +193,7 @@ impl Reader<'_> {
         let is_idle = self.experiment.engagement == Some(Engagement::Free)
             && channel.is_of_contact(&self.dataset.machine);
         let mut is_clipped = false;
-        series_faults(column, channel, tells_place, first_row, &mut |row, kind| {
+        series_faults(column, channel, tells_place, &mut |row, kind| {
             is_clipped |= matches!(kind, FaultKind::Clipped { .. });
             if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
                 note(Some(name), row, kind);
@@ -201,7 +204,7 @@ impl Reader<'_> {
 
     /// The evenly spaced record of sound series.
     fn record(&self, series: Series, is_uneven: bool) -> Record {
-        let Series { mut times_s, rows, spacing_s, columns: mut commands, silent } = series;
+        let Series { mut times_s, rows, spacing_s, columns: mut commands, mut bridged, silent } = series;
         let drives = self.dataset.drives.len();
         if rows > times_s.len() || is_uneven {
             for (i, column) in commands.iter_mut().enumerate() {
@@ -215,10 +218,12 @@ impl Reader<'_> {
                     _ => Between::Straight,
                 };
                 *column = regrid(&times_s, column, rows, spacing_s, between);
+                bridged[i] = far_from_rows(&times_s, &bridged[i], rows, spacing_s);
             }
             times_s = (0..rows).map(|k| times_s[0] + k as f64 * spacing_s).collect();
         }
         let channels = commands.split_off(drives);
+        bridged.drain(..drives);
         Record {
             name: file_name(&self.experiment.file),
             engagement: self.experiment.engagement,
@@ -229,41 +234,15 @@ impl Reader<'_> {
             spacing_s,
             commands,
             series: channels,
+            bridged,
             silent,
         }
     }
 }
 
-/// Interpolates a few empty cells, and reports a fatal fault for more. Returns the index of the first.
-fn empty_cells(
-    column: &mut [f64],
-    unreadable: Option<(usize, usize)>,
-    is_held: bool,
-) -> Option<(usize, FaultKind)> {
-    if let Some((row, cells)) = unreadable {
-        return Some((row, FaultKind::NotANumber { cells }));
-    }
-    let first = column.iter().position(|x| !x.is_finite())?;
-    let cells = column.iter().filter(|x| !x.is_finite()).count();
-    let stretches = column.chunk_by(|a, b| a.is_finite() == b.is_finite());
-    let longest = stretches.filter(|run| !run[0].is_finite()).map(<[f64]>::len).max().unwrap_or(0);
-    if !are_few(longest, cells, column.len()) {
-        return Some((first, FaultKind::NotANumber { cells }));
-    }
-    let known: Vec<usize> = (0..column.len()).filter(|k| column[*k].is_finite()).collect();
-    for k in (0..column.len()).filter(|k| !column[*k].is_finite()).collect::<Vec<usize>>() {
-        let after = known.partition_point(|other| *other < k);
-        let before = after.checked_sub(1).map(|i| known[i]);
-        column[k] = match (before, known.get(after)) {
-            (Some(a), Some(&b)) if !is_held => {
-                column[a] + (column[b] - column[a]) * (k - a) as f64 / (b - a) as f64
-            }
-            (Some(a), _) => column[a],
-            (None, Some(&b)) => column[b],
-            (None, None) => f64::NAN,
-        };
-    }
-    Some((first, FaultKind::EmptyCells { cells, longest }))
+/// The rows that were read, without those of `gaps`; all if there are none.
+fn read_rows(rows: usize, gaps: &[bool]) -> Vec<usize> {
+    (0..rows).filter(|&k| gaps.get(k) != Some(&true)).collect()
 }
 
 fn is_constant(column: &[f64]) -> bool {
@@ -321,8 +300,10 @@ fn grain(channel: &Channel, tables: &[Table]) -> f64 {
     let steps = tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
         let values = &table.columns[column];
+        let gaps = table.bridged.get(column).map_or(&[][..], Vec::as_slice);
+        let values: Vec<f64> = read_rows(values.len(), gaps).into_iter().map(|k| values[k]).collect();
         let usable = values.len() >= FEWEST_ROWS && values.iter().all(|x| x.is_finite());
-        usable.then(|| quantum(values).filter(|step| channel.is_coarse(*step)))?
+        usable.then(|| quantum(&values).filter(|step| channel.is_coarse(*step)))?
     });
     steps.fold(0.0, f64::max)
 }
@@ -340,7 +321,6 @@ fn series_faults(
     column: &[f64],
     channel: &Channel,
     tells_place: bool,
-    first_row: usize,
     note: &mut impl FnMut(Option<usize>, FaultKind),
 ) {
     let noise = channel.noise;
@@ -364,7 +344,7 @@ fn series_faults(
             && step.is_none()
         {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
-            note(Some(row + first_row), FaultKind::Clipped { value: extreme, share, tells_place });
+            note(Some(row), FaultKind::Clipped { value: extreme, share, tells_place });
         }
     }
     if let Some(step) = step.filter(|step| channel.is_coarse(*step)) {

@@ -6,6 +6,7 @@ use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity};
 use indexmap::IndexMap;
 
+use super::bridge::bridge;
 use super::fault::{Fault, FaultKind};
 use super::looped::Looped;
 
@@ -66,7 +67,7 @@ pub struct Driven {
 }
 
 /// One experiment: commands and readings on an even grid.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
     /// File name, as a person would say it.
     pub name: String,
@@ -86,6 +87,9 @@ pub struct Record {
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
+    /// Per channel, the rows without a reading, whose values are interpolated: lost rows, and those between
+    /// the readings of a slow channel. Empty if every row is read.
+    pub bridged: Vec<Vec<bool>>,
     /// Per channel, whether its series carries no information here: it is constant or clipped.
     pub silent: Vec<bool>,
 }
@@ -108,6 +112,7 @@ impl Record {
             times_s: (0..rows).map(|k| k as f64 * spacing_s).collect(),
             spacing_s,
             silent: vec![false; series.len()],
+            bridged: Vec::new(),
             commands,
             series,
         }
@@ -121,6 +126,46 @@ impl Record {
     /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The rows of channel `c` without a reading; `None` if every row is read.
+    fn gaps(&self, c: usize) -> Option<&[bool]> {
+        self.bridged.get(c).map(Vec::as_slice).filter(|rows| !rows.is_empty())
+    }
+
+    /// Whether a row of channel `c` has no reading.
+    pub(crate) fn is_bridged(&self, c: usize, row: usize) -> bool {
+        self.gaps(c).is_some_and(|gaps| gaps[row])
+    }
+
+    /// Rows of channel `c` that were read.
+    pub(crate) fn read_rows(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
+        (0..self.series[c].len()).filter(move |&k| !self.is_bridged(c, k))
+    }
+
+    /// The readings of channel `c` alone.
+    pub(crate) fn readings(&self, c: usize) -> Vec<f64> {
+        self.read_rows(c).map(|k| self.series[c][k]).collect()
+    }
+
+    /// Number of readings of channel `c`, at least one.
+    pub(crate) fn count(&self, c: usize) -> usize {
+        self.gaps(c).map_or(self.series[c].len(), |_| self.read_rows(c).count()).max(1)
+    }
+
+    /// Sets the rows of channel `c` without a reading to zero.
+    pub(crate) fn blank(&self, c: usize, values: &mut [f64]) {
+        let gaps = self.gaps(c).unwrap_or_default();
+        values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(value, _)| *value = 0.0);
+    }
+
+    /// Readings of channel `c` less their predictions; between readings on a line.
+    pub(crate) fn residual(&self, c: usize, predicted: &[f64]) -> Vec<f64> {
+        let mut left: Vec<f64> = self.series[c].iter().zip(predicted).map(|(m, p)| m - p).collect();
+        if let Some(gaps) = self.gaps(c) {
+            bridge(&mut left, |k| gaps[k], false);
+        }
+        left
     }
 }
 
@@ -208,6 +253,34 @@ pub(crate) struct Table {
     pub(crate) unreadable: Vec<Option<(usize, usize)>>,
     /// Rows of the file before the first one with data.
     pub(crate) rows_before: usize,
+    /// For each column, the rows without a reading; empty if there are none.
+    pub(crate) bridged: Vec<Vec<bool>>,
     /// Columns that were resampled, a sentence each.
     pub(crate) notes: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows 1, 2 and 4 of five are bridged; the values there are of no consequence.
+    #[test]
+    fn truth_bridged_rows_are_unknown() {
+        let gaps = vec![false, true, true, false, true];
+        let of = |unknown: f64| Record {
+            series: vec![vec![1.0, unknown, -unknown, 7.0, unknown], vec![0.0; 5]],
+            bridged: vec![gaps.clone(), Vec::new()],
+            ..Record::default()
+        };
+        for record in [of(0.0), of(1e9)] {
+            assert_eq!(record.readings(0), [1.0, 7.0]);
+            assert_eq!([record.count(0), record.count(1)], [2, 5]);
+            // Residuals of the readings are 1 and 4, and those between are on a line.
+            let left = record.residual(0, &[0.0, 0.0, 0.0, 3.0, 0.0]);
+            assert_eq!(left, [1.0, 2.0, 3.0, 4.0, 4.0]);
+            let mut values = [1.0; 5];
+            record.blank(0, &mut values);
+            assert_eq!(values, [1.0, 0.0, 0.0, 1.0, 0.0]);
+        }
+    }
 }

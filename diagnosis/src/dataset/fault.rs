@@ -27,7 +27,7 @@ pub enum FaultKind {
         /// Number of such cells in the column.
         cells: usize,
     },
-    /// A few cells are empty; interpolation replaces them.
+    /// A few cells are empty; they are bridged, and count as unknown.
     EmptyCells {
         /// Number of empty cells in the column.
         cells: usize,
@@ -46,7 +46,7 @@ pub enum FaultKind {
         /// Length, s.
         seconds: f64,
     },
-    /// The recorder lost a few rows; interpolation replaces them.
+    /// The recorder lost a few rows; they are bridged, and count as unknown.
     LostRows {
         /// Number of lost rows.
         rows: usize,

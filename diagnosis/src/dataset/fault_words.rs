@@ -97,16 +97,17 @@ impl FaultKind {
             Self::TooShort { .. } => "record at least 50 rows",
             Self::NotANumber { .. } => "cut the file there, or record again",
             Self::EmptyCells { cells: 1, .. } => {
-                "its value was interpolated; look at the recorder if there are more"
+                "its value was bridged and counts as unknown; look at the recorder if there are more"
             }
             Self::EmptyCells { .. } => {
-                "their values were interpolated; look at the recorder if they become more"
+                "their values were bridged and count as unknown; look at the recorder if they become more"
             }
             Self::OtherRate { .. } => "record it at the rate of the others where its band matters",
             Self::TimeGoesBack => "sort the rows, or repair the clock of the recorder",
             Self::Gap { .. } => "split the file here into two experiments",
             Self::LostRows { .. } => {
-                "the rows between were interpolated; look at the recorder's buffer if they become more"
+                "the rows between were bridged and count as unknown; look at the recorder's buffer if they \
+                 become more"
             }
             Self::Cut { .. } => "record one more with `role = \"check\"` to choose what is scored",
             Self::Uneven { .. } => "series were brought to an even grid by interpolation",

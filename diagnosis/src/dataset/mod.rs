@@ -22,7 +22,7 @@ pub use data::{Channel, Dataset, Driven, Record};
 pub use looped::Looped;
 
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
-pub(crate) use scatter::of_series as scatter;
+pub(crate) use scatter::{of_readings as scatter_of, of_series as scatter};
 
 use std::path::Path;
 
@@ -163,7 +163,7 @@ impl Dataset {
             if is_stated || self.records.is_empty() {
                 continue;
             }
-            let scatter = scatter::of_channel(self.records.iter().map(|record| &record.series[c]));
+            let scatter = scatter::of_channel(&self.records, c);
             // Rounding to a stated resolution is part of the scatter, and counted separately.
             let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             self.channels[c].noise = noise;

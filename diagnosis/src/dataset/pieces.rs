@@ -31,6 +31,7 @@ impl Record {
     fn piece(&self, index: usize, of: usize) -> Self {
         let rows = index * self.len() / of..(index + 1) * self.len() / of;
         let cut = |series: &Vec<f64>| series[rows.clone()].to_vec();
+        let part = |gaps: &Vec<bool>| gaps.get(rows.clone()).unwrap_or_default().to_vec();
         Self {
             name: format!("{} ({} of {of})", self.name, index + 1),
             is_check: index % 3 == 1,
@@ -38,6 +39,7 @@ impl Record {
             times_s: cut(&self.times_s),
             commands: self.commands.iter().map(cut).collect(),
             series: self.series.iter().map(cut).collect(),
+            bridged: self.bridged.iter().map(part).collect(),
             ..self.clone()
         }
     }

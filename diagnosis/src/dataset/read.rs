@@ -43,6 +43,7 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
         columns: vec![series.times_s],
         unreadable: vec![None],
         rows_before: series.rows_before,
+        bridged: vec![Vec::new()],
         notes: series.notes,
     };
     for (((name, column, _), values), bad) in found.iter().zip(series.values).zip(series.bad) {
@@ -50,6 +51,7 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
         table.columns.push(in_si(values, column));
         table.unreadable.push(bad);
     }
+    table.bridged.extend(series.bridged);
     let others = others(&run, &found, columns);
     table.columns.extend(others.iter().map(|_| Vec::new()));
     table.unreadable.extend(others.iter().map(|_| None));

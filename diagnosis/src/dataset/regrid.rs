@@ -35,6 +35,22 @@ pub(super) fn regrid(
         .collect()
 }
 
+/// Rows of the even grid further than half a spacing from every row of `time`, and those whose nearest row
+/// has no reading; empty if there are none.
+pub(super) fn far_from_rows(time: &[f64], gaps: &[bool], rows: usize, spacing_s: f64) -> Vec<bool> {
+    let mut at = 0;
+    let far: Vec<bool> = (0..rows)
+        .map(|i| {
+            let t = time[0] + i as f64 * spacing_s;
+            while at + 1 < time.len() && (time[at + 1] - t).abs() <= (time[at] - t).abs() {
+                at += 1;
+            }
+            (time[at] - t).abs() > 0.5 * spacing_s || gaps.get(at) == Some(&true)
+        })
+        .collect();
+    if far.contains(&true) { far } else { Vec::new() }
+}
+
 /// Lagrange's cubic through the four rows from `first` on, at `t`.
 fn cubic(time: &[f64], column: &[f64], first: usize, t: f64) -> f64 {
     let rows = first..first + 4;
@@ -47,6 +63,16 @@ fn cubic(time: &[f64], column: &[f64], first: usize, t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Rows 3 and 4 of seven are lost, and row 1 has no reading.
+    #[test]
+    fn truth_rows_far_from_every_stamp_are_unknown() {
+        let time = [0.0, 0.011, 0.019, 0.05, 0.0605];
+        let gaps = [false, true, false, false, false];
+        let far = far_from_rows(&time, &gaps, 7, 0.01);
+        assert_eq!(far, [false, true, false, true, true, false, false]);
+        assert!(far_from_rows(&time[..3], &[], 3, 0.01).is_empty());
+    }
 
     #[test]
     fn order_a_position_between_uneven_rows_is_right_to_the_fourth_power() {

@@ -4,6 +4,8 @@
 //! binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise
 //! that a filter has removed from the upper band is not visible, so the result is a lower bound.
 
+use super::data::Record;
+
 /// Order of the differences: at an eighth of the sampling rate a motion is reduced to a thousandth, so that
 /// only noise and impacts remain.
 const ORDER: usize = 8;
@@ -14,21 +16,44 @@ const GAIN: f64 = 12870.0;
 /// of an impact.
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
+/// Rows between readings may vary by this share in a difference.
+const UNEVEN: f64 = 0.05;
+
 /// Standard deviation of white noise in a series.
 pub(crate) fn of_series(series: &[f64]) -> f64 {
+    middle(sizes(series))
+}
+
+/// The same in the readings of a channel. A difference across bridged rows does not count, except where these
+/// recur between readings.
+pub(crate) fn of_readings(record: &Record, channel: usize) -> f64 {
+    let rows: Vec<usize> = record.read_rows(channel).collect();
+    let spans: Vec<usize> = rows.windows(ORDER + 1).map(|rows| rows[ORDER] - rows[0]).collect();
+    let mut sorted = spans.clone();
+    sorted.sort_unstable();
+    let usual = sorted.get(sorted.len() / 2).map_or(0.0, |span| *span as f64);
+    let kept = sizes(&record.readings(channel)).into_iter().zip(spans);
+    middle(kept.filter(|(_, span)| *span as f64 <= (1.0 + UNEVEN) * usual).map(|(size, _)| size).collect())
+}
+
+/// Sizes of the differences along a series.
+fn sizes(series: &[f64]) -> Vec<f64> {
     let mut differences = series.to_vec();
     for _ in 0..ORDER {
         differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();
     }
-    let mut sizes: Vec<f64> = differences.into_iter().map(f64::abs).collect();
+    differences.into_iter().map(f64::abs).collect()
+}
+
+fn middle(mut sizes: Vec<f64>) -> f64 {
     sizes.sort_by(f64::total_cmp);
     sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / GAIN.sqrt())
 }
 
-/// Standard deviation of white noise in a channel, from its series in all experiments. It is the median, so
+/// Standard deviation of white noise in a channel, from its readings in all experiments. It is the median, so
 /// that neither a filtered experiment nor one with impacts decides.
-pub(super) fn of_channel<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
-    let mut found: Vec<f64> = series.map(|series| of_series(series)).collect();
+pub(super) fn of_channel(records: &[Record], channel: usize) -> f64 {
+    let mut found: Vec<f64> = records.iter().map(|record| of_readings(record, channel)).collect();
     found.sort_by(f64::total_cmp);
     found.get(found.len() / 2).copied().unwrap_or(0.0)
 }
@@ -36,6 +61,7 @@ pub(super) fn of_channel<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::bridge::bridge;
 
     const SIGMA: f64 = 0.02;
 
@@ -54,6 +80,25 @@ mod tests {
         (0..4000).map(|k| at(k) + sigma * draw()).collect()
     }
 
+    fn record(series: Vec<f64>, gaps: Vec<bool>) -> Record {
+        Record { series: vec![series], bridged: vec![gaps], ..Record::default() }
+    }
+
+    /// Noise with every fifth row read and the others on a line, or with two rows of fifty bridged.
+    #[test]
+    fn truth_bridged_rows_do_not_hide_noise() {
+        let noise: Vec<f64> = noisy(SIGMA).iter().zip(noisy(0.0)).map(|(a, b)| a - b).collect();
+        for is_gap in [|k: usize| k % 5 != 0, |k: usize| k % 50 < 2] {
+            let gaps: Vec<bool> = (0..noise.len()).map(is_gap).collect();
+            let mut series = noise.clone();
+            bridge(&mut series, is_gap, false);
+            // Some 800 differences in the first case, which share rows.
+            let found = of_readings(&record(series.clone(), gaps), 0);
+            assert!((found / SIGMA - 1.0).abs() < 0.2, "{found}");
+            assert!(of_series(&series) < 0.99 * found);
+        }
+    }
+
     #[test]
     fn truth_scatter_is_the_noise_and_not_the_motion() {
         // Neighbouring differences share rows, so 4000 of them give the median to about four per cent.
@@ -61,8 +106,8 @@ mod tests {
         // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): the apparent noise of a motion in
         // the upper band.
         assert!(of_series(&noisy(0.0)) < 1e-4);
-        let [a, b, c] = [SIGMA, 0.0, 2.0 * SIGMA].map(noisy);
-        assert!((of_channel([a, b, c].iter()) / SIGMA - 1.0).abs() < 0.1);
+        let records = [SIGMA, 0.0, 2.0 * SIGMA].map(|sigma| record(noisy(sigma), Vec::new()));
+        assert!((of_channel(&records, 0) / SIGMA - 1.0).abs() < 0.1);
         assert!(of_series(&[1.0; 4]).abs() < f64::EPSILON);
     }
 }

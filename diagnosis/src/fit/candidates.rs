@@ -106,19 +106,19 @@ fn makes_sense(
                 .iter()
                 .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
         }
-        // A force beside a servo is a load that is known: only its size may be off.
+        // A force beside a servo, or an input of one, is known: only its size may be off.
         (Place::Drive, Table::Actuators) => !is_load(machine, i) || definition.has(Trait::PlainNumber),
         (Place::Encoder, Table::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
         _ => true,
     }
 }
 
-/// Whether a drive is a force on a body that a drive of another kind moves.
+/// Whether a drive is an input of a servo, or a force on a body that a drive of another kind moves.
 fn is_load(machine: &Machine, drive: usize) -> bool {
     let is_force = |kind: &ActuatorKind| matches!(kind, ActuatorKind::Force { .. });
     let Some((_, own)) = machine.actuators.get_index(drive) else { return false };
-    is_force(&own.kind)
-        && machine.actuators.values().any(|other| other.on == own.on && !is_force(&other.kind))
+    let is_beside = || machine.actuators.values().any(|other| other.on == own.on && !is_force(&other.kind));
+    own.kind.feeds_servo() || (is_force(&own.kind) && is_beside())
 }
 
 fn rigid_together(assembly: &Assembly, a: usize, b: usize) -> bool {

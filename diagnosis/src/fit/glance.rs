@@ -62,7 +62,7 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     for (c, channel) in dataset.channels.iter().enumerate() {
         let Source::Sensor(sensor) = channel.source else { continue };
         let steps: Vec<f64> =
-            dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
+            dataset.records.iter().filter_map(|record| quantum(&record.readings(c))).collect();
         let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
         if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
             glance.quanta.push((sensor, coarse));

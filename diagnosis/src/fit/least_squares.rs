@@ -46,8 +46,8 @@ pub(crate) struct Weights {
     pub(crate) scale: Vec<Vec<f64>>,
     /// Divisor of a residual.
     pub(crate) sigma: Vec<Vec<f64>>,
-    /// Per record, the number of independent samples in one channel.
-    pub(crate) looks: Vec<f64>,
+    /// Number of independent samples.
+    pub(crate) looks: Vec<Vec<f64>>,
 }
 
 impl Weights {
@@ -121,19 +121,20 @@ impl Weights {
             .collect();
         let looks = (dataset.records.iter().zip(reference))
             .map(|(record, reference)| {
-                looks(record, is_blind.then_some(reference.omega).filter(|o| *o > 0.0))
+                let omega = is_blind.then_some(reference.omega).filter(|o| *o > 0.0);
+                (0..channels).map(|c| looks(record, c, omega)).collect()
             })
             .collect();
         Self { noise, scale, sigma, looks }
     }
 }
 
-/// Number of independent samples in one channel of a record. `omega` is the natural frequency of the
+/// Number of independent samples in channel `c` of a record. `omega` is the natural frequency of the
 /// anchoring, rad/s, if only positions correct the prediction.
-fn looks(record: &Record, omega: Option<f64>) -> f64 {
+fn looks(record: &Record, c: usize, omega: Option<f64>) -> f64 {
     let rows = record.len() as f64;
     let per_s = omega.map_or(LOOKS_PER_S, |omega| (LOOKS_PER_RADIAN * omega).min(LOOKS_PER_S));
-    (per_s * rows * record.spacing_s).min(rows / ROWS_PER_LOOK).max(FEWEST_LOOKS)
+    (per_s * rows * record.spacing_s).min(record.count(c) as f64 / ROWS_PER_LOOK).max(FEWEST_LOOKS)
 }
 
 /// Root mean square acceleration of a record: measured, or from the variation of the position at the
@@ -179,13 +180,6 @@ pub(crate) struct Fitted {
     pub(crate) sigma: Vec<f64>,
 }
 
-/// Mean robust squared residual of one series in sigmas.
-fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 {
-    let sum: f64 =
-        measured.iter().zip(predicted).map(|(m, p)| robust(beyond(m - p, dead_zone) / sigma).0).sum();
-    sum / measured.len() as f64
-}
-
 /// The part of a residual that exceeds the quantisation of its reading.
 pub(crate) fn beyond(residual: f64, dead_zone: f64) -> f64 {
     residual - residual.clamp(-dead_zone, dead_zone)
@@ -223,13 +217,33 @@ impl Task<'_> {
 
     pub(crate) fn misfit_of(&self, r: usize, prediction: &Prediction) -> Vec<f64> {
         let record = &self.dataset.records[r];
-        let channels = record
-            .series
-            .iter()
-            .zip(&prediction.smooth)
-            .zip(&self.weights.sigma[r])
-            .zip(&prediction.dead_zone);
-        channels.map(|(((m, p), &sigma), &dead_zone)| loss(m, p, sigma, dead_zone)).collect()
+        let loss = |c: usize| {
+            let sum: f64 = self.residuals(r, c, prediction).into_iter().map(|x| robust(x).0).sum();
+            sum / record.count(c) as f64
+        };
+        (0..record.series.len()).map(loss).collect()
+    }
+
+    /// Residuals of a channel in sigmas; zero in rows without a reading.
+    pub(crate) fn residuals(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
+        let (record, sigma) = (&self.dataset.records[r], self.weights.sigma[r][c]);
+        let residual = |(m, p): (&f64, &f64)| beyond(m - p, prediction.dead_zone[c]) / sigma;
+        let mut residuals: Vec<f64> =
+            record.series[c].iter().zip(&prediction.smooth[c]).map(residual).collect();
+        record.blank(c, &mut residuals);
+        residuals
+    }
+
+    /// Robust weights of the residuals of a channel; zero in rows without a reading.
+    pub(crate) fn robust_weights(&self, r: usize, c: usize, residuals: &[f64]) -> Vec<f64> {
+        let mut weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
+        self.dataset.records[r].blank(c, &mut weights);
+        weights
+    }
+
+    /// What one reading of a channel counts in the cost.
+    pub(crate) fn share(&self, r: usize, c: usize) -> f64 {
+        PIECES / self.dataset.records[r].count(c) as f64
     }
 
     pub(crate) fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
@@ -267,21 +281,18 @@ impl Task<'_> {
     fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
-        let record = &self.dataset.records[r];
         let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
-        for (c, measured) in record.series.iter().enumerate() {
-            let sigma = self.weights.sigma[r][c];
-            let slopes = slopes(&base, &moved, c, sigma);
-            let residual =
-                |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
-            let residuals: Vec<f64> = measured.iter().zip(&base.smooth[c]).map(residual).collect();
+        for c in 0..self.dataset.channels.len() {
+            let slopes = slopes(&base, &moved, c, self.weights.sigma[r][c]);
+            let residuals = self.residuals(r, c, &base);
+            let mut weights = self.robust_weights(r, c, &residuals);
             // Within the dead zone a slope has no effect.
-            let counts = |r: f64| r != 0.0 || base.dead_zone[c] == 0.0;
-            let weights: Vec<f64> =
-                residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
-            let factor = PIECES / measured.len() as f64;
+            let is_within = |residual: &f64| *residual == 0.0 && base.dead_zone[c] != 0.0;
+            let rows = weights.iter_mut().zip(&residuals).filter(|(_, residual)| is_within(residual));
+            rows.for_each(|(weight, _)| *weight = 0.0);
+            let factor = self.share(r, c);
             add_curvature(&mut a, factor, &slopes, &weights);
             add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
         }

@@ -26,20 +26,17 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
             .collect()
     };
     let accelerations = of(Quantity::Acceleration);
-    let series = &dataset.records[record].series;
-    let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
     let rows = dataset.records[record].len();
+    let residual = |c: usize| dataset.records[record].residual(c, &prediction.series[c]);
     if accelerations.is_empty() {
         return match of(Quantity::Position).first() {
-            Some(&c) => {
-                let residuals: Vec<f64> = (0..rows).map(|k| residual(c, k)).collect();
-                forcing(&residuals, prediction.omega, dataset.records[record].spacing_s)
-            }
+            Some(&c) => forcing(&residual(c), prediction.omega, dataset.records[record].spacing_s),
             None => vec![0.0; rows],
         };
     }
+    let residuals: Vec<Vec<f64>> = accelerations.iter().map(|&c| residual(c)).collect();
     (0..rows)
-        .map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64)
+        .map(|k| residuals.iter().map(|residual| residual[k]).sum::<f64>() / residuals.len() as f64)
         .collect()
 }
 

@@ -5,7 +5,7 @@
 //! model explains cancels. A white-noise likelihood of all samples would make every comparison certain, even
 //! the wrong ones.
 
-use crate::dataset::scatter;
+use crate::dataset::scatter_of;
 use crate::fit::least_squares::{Task, Weights, robust};
 use crate::fit::scored::Scored;
 
@@ -24,8 +24,7 @@ const LEAST_NOISE: f64 = 0.97;
 pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
     let mut sum = 0.0;
     for &r in records {
-        let looks = weights.looks[r];
-        for (a, b) in old.misfits[r].iter().zip(&new.misfits[r]) {
+        for ((a, b), looks) in old.misfits[r].iter().zip(&new.misfits[r]).zip(&weights.looks[r]) {
             sum += 0.5 * looks * ((a + QUIET) / (b + QUIET)).ln();
         }
     }
@@ -43,7 +42,7 @@ pub(crate) fn evidence(task: &Task<'_>, old: &Scored, new: &Scored, records: &[u
     let is_check = |r: usize| task.dataset.records[r].is_check;
     let looks = |is_counted: &dyn Fn(usize) -> bool| {
         let counted = task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r));
-        counted.map(|(_, looks)| looks).sum::<f64>()
+        counted.map(|(_, looks)| looks.iter().copied().fold(0.0, f64::max)).sum::<f64>()
     };
     // The balance is weighed on the check experiments.
     let is_all = records.iter().any(|&r| !is_check(r));
@@ -71,7 +70,7 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     for ((misfits, sigmas), record) in rows {
         for (c, (misfit, sigma)) in misfits.iter_mut().zip(sigmas).enumerate() {
             // A fit does not see the steps of an encoder, and stated noise may be too large.
-            let noise = dataset.channels[c].noise.min(scatter(&record.series[c]));
+            let noise = dataset.channels[c].noise.min(scatter_of(record, c));
             *misfit = misfit.min(LEAST_NOISE * mean_loss(noise / sigma));
         }
     }

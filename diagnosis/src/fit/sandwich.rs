@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::fit::curvature::{add_curvature, add_gradient, times};
-use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, robust, slopes};
+use crate::fit::least_squares::{Fitted, Task, slopes};
 
 /// Smallest number of blocks over all fitted records together.
 const BLOCKS: usize = 12;
@@ -58,11 +58,9 @@ fn pulls(
             continue;
         }
         let slopes = slopes(&here, &moved, c, sigma);
-        let residual =
-            |(value, predicted): (&f64, &f64)| beyond(value - predicted, here.dead_zone[c]) / sigma;
-        let residuals: Vec<f64> = measured.iter().zip(&here.smooth[c]).map(residual).collect();
-        let weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
-        let factor = PIECES / measured.len() as f64;
+        let residuals = task.residuals(r, c, &here);
+        let weights = task.robust_weights(r, c, &residuals);
+        let factor = task.share(r, c);
         add_curvature(&mut curvature, factor, &slopes, &weights);
         let weighted = times(&residuals, &weights);
         let rows = measured.len().div_ceil(blocks).max(1);

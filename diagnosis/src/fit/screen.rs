@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, add_mixed, along, times};
-use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, deviations, reach, robust, slopes};
+use crate::fit::least_squares::{Fitted, Task, beyond, deviations, reach, robust, slopes};
 use crate::fit::model::Model;
 use crate::predict::Prediction;
 
@@ -62,23 +62,16 @@ impl<'a> Linearised<'a> {
                 let here = task.predict(&base.model, &base.theta, r)?;
                 let moved: Vec<Option<(Prediction, f64)>> =
                     (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
-                let series = &task.dataset.records[r].series;
+                let record = &task.dataset.records[r];
                 let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-                let slopes: Vec<Vec<Vec<f64>>> = (0..series.len())
+                let slopes: Vec<Vec<Vec<f64>>> = (0..record.series.len())
                     .map(|c| {
-                        let sigma = task.weights.sigma[r][c];
-                        let slopes = slopes(&here, &moved, c, sigma);
-                        let rows = series[c].len();
-                        let residual = |(value, predicted): (&f64, &f64)| {
-                            beyond(value - predicted, here.dead_zone[c]) / sigma
-                        };
-                        let weights: Vec<f64> = series[c]
-                            .iter()
-                            .zip(&here.smooth[c])
-                            .map(|pair| robust(residual(pair)).1)
-                            .collect();
-                        add_curvature(&mut normal, PIECES / rows as f64, &slopes, &weights);
-                        add_curvature(&mut plain, PIECES / rows as f64, &slopes, &vec![1.0; rows]);
+                        let slopes = slopes(&here, &moved, c, task.weights.sigma[r][c]);
+                        let weights = task.robust_weights(r, c, &task.residuals(r, c, &here));
+                        let mut alike = vec![1.0; weights.len()];
+                        record.blank(c, &mut alike);
+                        add_curvature(&mut normal, task.share(r, c), &slopes, &weights);
+                        add_curvature(&mut plain, task.share(r, c), &slopes, &alike);
                         slopes
                     })
                     .collect();
@@ -206,7 +199,7 @@ impl<'a> Linearised<'a> {
                         let Some(residuals) = self.residuals(r, c, slopes, prediction, shift) else {
                             continue;
                         };
-                        let factor = PIECES / residuals.len() as f64;
+                        let factor = self.task.share(r, c);
                         let (losses, weights): (Vec<f64>, Vec<f64>) =
                             residuals.iter().map(|&residual| robust(residual)).unzip();
                         cost += factor * losses.iter().sum::<f64>();
@@ -226,8 +219,8 @@ impl<'a> Linearised<'a> {
         [(cost, weighted), (cost, alike)]
     }
 
-    /// Residuals of a channel in sigmas at a shift of the other unknowns; `None` if the channel never
-    /// changes.
+    /// Residuals of a channel in sigmas at a shift of the other unknowns, zero in rows without a reading;
+    /// `None` if the channel never changes.
     fn residuals(
         &self,
         r: usize,
@@ -240,13 +233,16 @@ impl<'a> Linearised<'a> {
         if sigma.is_infinite() {
             return None;
         }
-        let measured = &self.task.dataset.records[r].series[c];
+        let record = &self.task.dataset.records[r];
+        let measured = &record.series[c];
         let moved = along(slopes, shift, measured.len());
         let rows = measured.iter().zip(&prediction.smooth[c]).zip(&moved);
-        Some(
-            rows.map(|((m, p), moved)| beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma)
-                .collect(),
-        )
+        let residual = |((m, p), moved): ((&f64, &f64), &f64)| {
+            beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma
+        };
+        let mut residuals: Vec<f64> = rows.map(residual).collect();
+        record.blank(c, &mut residuals);
+        Some(residuals)
     }
 
     /// Normal equations of the effect's own parameters. The part that the other unknowns can take over is
@@ -270,8 +266,8 @@ impl<'a> Linearised<'a> {
                         continue;
                     };
                     let slopes = slopes(prediction, &moved, c, self.task.weights.sigma[r][c]);
-                    let factor = PIECES / residuals.len() as f64;
-                    let weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
+                    let factor = self.task.share(r, c);
+                    let weights = self.task.robust_weights(r, c, &residuals);
                     add_curvature(&mut a, factor, &slopes, &weights);
                     add_mixed(&mut mixed, factor, others, &slopes, &weights);
                     add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));

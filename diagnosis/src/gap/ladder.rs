@@ -43,7 +43,7 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     let forces = of_kind(&[Quantity::Force, Quantity::SpringForce]);
     let records = &dataset.records;
     let residual = |r: usize, prediction: &Prediction, c: usize| -> Vec<f64> {
-        records[r].series[c].iter().zip(&prediction.series[c]).map(|(m, p)| m - p).collect()
+        records[r].residual(c, &prediction.series[c])
     };
     let mut rungs = Vec::new();
     let mut add =
@@ -113,13 +113,12 @@ fn rung(
         let chosen = |k: usize| only.is_none_or(|wanted| prediction.touching[k] == wanted);
         let share = (0..record.len()).filter(|&k| chosen(k)).count() as f64 / record.len() as f64;
         for &c in channels {
-            let before: f64 =
-                record.series[c].iter().zip(&prediction.series[c]).map(|(m, p)| (m - p).powi(2)).sum();
+            let before: f64 = record.residual(c, &prediction.series[c]).iter().map(|x| x * x).sum();
             let after: f64 = left(r, &prediction, c).iter().map(|x| x * x).sum();
             let misfit = scored.misfits[r][c];
             let rest = misfit * (after / before.max(f64::MIN_POSITIVE)).min(1.0);
             evidence +=
-                0.5 * share * task.weights.looks[r] * ((misfit + QUIET) / (rest.max(QUIET) + QUIET)).ln();
+                0.5 * share * task.weights.looks[r][c] * ((misfit + QUIET) / (rest.max(QUIET) + QUIET)).ln();
         }
         if record.is_check {
             continue;

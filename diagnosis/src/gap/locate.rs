@@ -104,12 +104,12 @@ fn of_record(
     let bands = bands(&task.dataset.records);
     let half_rate = 0.5 / record.spacing_s;
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
-    for (c, measured) in record.series.iter().enumerate() {
+    for c in 0..record.series.len() {
         let scale = task.weights.scale[r][c].max(f64::MIN_POSITIVE);
         let noise = (noise[c] / scale).powi(2);
         for (m, prediction) in predictions.iter().enumerate() {
             let residual: Vec<f64> =
-                measured.iter().zip(&prediction.series[c]).map(|(a, b)| (a - b) / scale).collect();
+                record.residual(c, &prediction.series[c]).into_iter().map(|x| x / scale).collect();
             for (band, part) in split(&residual, &bands, record.spacing_s).iter().enumerate() {
                 let share = (bands[band][1].min(half_rate) - bands[band][0]) * 2.0 * record.spacing_s;
                 for (&phase, x) in phases.iter().zip(part) {

@@ -136,11 +136,12 @@ pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
 }
 
 fn column_error(dataset: &Dataset, record: &Record, c: usize, free: &[f64], windows: &[f64]) -> ColumnError {
-    let measured = &record.series[c];
+    let measured = record.readings(c);
     let n = measured.len() as f64;
     let mean = measured.iter().sum::<f64>() / n;
     let rms = |predicted: &[f64]| {
-        (measured.iter().zip(predicted).map(|(m, p)| (m - p).powi(2)).sum::<f64>() / n).sqrt()
+        let squares = record.read_rows(c).map(|k| (record.series[c][k] - predicted[k]).powi(2));
+        (squares.sum::<f64>() / n).sqrt()
     };
     let is_constant = measured.iter().all(|m| m.to_bits() == measured[0].to_bits());
     let scale =
@@ -151,7 +152,7 @@ fn column_error(dataset: &Dataset, record: &Record, c: usize, free: &[f64], wind
         scale,
         rms: rms(free),
         relative: over_scale(rms(free)),
-        largest: measured.iter().zip(free).map(|(m, p)| (m - p).abs()).fold(0.0, f64::max),
+        largest: record.read_rows(c).map(|k| (record.series[c][k] - free[k]).abs()).fold(0.0, f64::max),
         relative_in_windows: over_scale(rms(windows)),
     }
 }

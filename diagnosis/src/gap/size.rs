@@ -45,8 +45,7 @@ fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) 
         .ok()?
         .follow(Anchoring::Continuous, Start::Windows(rows))
         .ok()?;
-    let of = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
-    Some(record.series.iter().zip(&prediction.series).map(of).collect())
+    Some(prediction.series.iter().enumerate().map(|(c, series)| record.residual(c, series)).collect())
 }
 
 /// Mean square error over scale of each record in `records`, over all channels; `None` if the model has no

@@ -27,6 +27,8 @@ pub(super) struct ServoLoop {
     offset_s: f64,
     delay_s: f64,
     reads: Reads,
+    /// Inputs besides the target: their drives, and force per unit.
+    fed: Vec<(usize, f64)>,
     start: LoopState,
 }
 
@@ -47,6 +49,11 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
         let (period_s, delay_s) = (spec.period_s, spec.delay_s);
         let stands = assembly.nodes[part.on].position_m - assembly.nodes[part.reacts_on].position_m;
         let resolution = sampling.resolution.unwrap_or(0.0);
+        let inputs = assembly.drives.iter().enumerate();
+        let fed = inputs.filter_map(|(input, other)| {
+            let feed = other.feeds.filter(|feed| feed.servo == drive)?;
+            Some((input, feed.gain(part.servo.as_ref()?)))
+        });
         found.push(ServoLoop {
             drive,
             is_controller: false,
@@ -54,6 +61,7 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
             offset_s: 0.0,
             delay_s,
             reads: Reads::Stroke { resolution, target: sampling.target },
+            fed: fed.collect(),
             start: LoopState::of(spec, stands, &format!("actuators.{}", part.name))?,
         });
     }
@@ -154,8 +162,21 @@ impl ServoLoop {
             offset_s: spec.offset_s,
             delay_s: spec.delay_s + part.received_late(),
             reads: Reads::Sensors { sensors, motion_is_velocity: *motion_is_velocity },
+            fed: Vec::new(),
             start: LoopState::of(spec.clone(), 0.0, &format!("controllers.{name}"))?,
         })
+    }
+
+    /// Takes the command of a drive if it is the target or another input of this loop; returns whether it is.
+    pub(super) fn takes(&self, held: &mut LoopState, drive: usize, value: f64) -> bool {
+        if drive == self.drive {
+            held.target = value;
+            return true;
+        }
+        let Some((_, gain)) = self.fed.iter().find(|(input, _)| *input == drive) else { return false };
+        held.fed.retain(|(input, _)| *input != drive);
+        held.fed.push((drive, gain * value));
+        true
     }
 
     fn sample_s(&self, sample: u64) -> f64 {
@@ -197,6 +218,7 @@ impl ServoLoop {
         let reference = follow(&mut held.followed, held.target, reading, most, target.error_deadband);
         held.samples += 1;
         let inputs = Inputs { reading, motion: 0.0, motion_is_velocity: false };
-        held.controller.sample(sample_s, &inputs, reference)
+        let fed = held.fed.iter().map(|(_, force)| force).sum();
+        held.controller.sample_fed(sample_s, &inputs, reference, fed)
     }
 }

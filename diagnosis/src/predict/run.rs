@@ -5,7 +5,7 @@ use std::sync::Arc;
 use feeler_engine::knots;
 use feeler_lanes::dispatch;
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::Profile;
+use feeler_plant::description::{Profile, Quantity};
 
 use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
@@ -343,9 +343,9 @@ impl<'a> Predictor<'a> {
         let mut now_s = 0.0;
         loop {
             for &(_, drive, value) in arrivals.iter().filter(|(at_s, ..)| *at_s <= now_s) {
-                match self.servos.iter().position(|servo| servo.drive == drive) {
-                    Some(i) => state.loops[i].aim(value),
-                    None => self.machine.set_input(state, drive, value),
+                let mut loops = self.servos.iter().zip(&mut state.loops);
+                if !loops.any(|(servo, held)| servo.takes(held, drive, value)) {
+                    self.machine.set_input(state, drive, value);
                 }
             }
             arrivals.retain(|(at_s, ..)| *at_s > now_s);
@@ -388,7 +388,8 @@ impl<'a> Predictor<'a> {
     }
 }
 
-/// Gives every imposed motion the positions of a record, with the rates between rows.
+/// Gives every imposed motion the positions of a record. Its speed in each row is as measured, if a column
+/// holds the body's own speed, else that from the row before to the row after.
 fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
     for (&Driven { drive, .. }, commands) in dataset.drives.iter().zip(&record.commands) {
         let part = &mut assembly.drives[drive];
@@ -397,7 +398,16 @@ fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
         }
         let at = |row: usize| (row as f64 * record.spacing_s + part.delay, part.held(commands[row]));
         let points: Vec<(f64, f64)> = (0..commands.len()).map(at).collect();
-        if let Ok(profile) = Profile::new(&knots(&points)) {
+        let mut knots = knots(&points);
+        let of_body = Source::Node(part.on, Quantity::Velocity);
+        let measured = dataset.channels.iter().position(|channel| channel.source == of_body);
+        // A deadband stops the motion at times, which the measured speed does not show.
+        if let Some(c) = measured.filter(|c| !record.silent[*c] && part.deadband == 0.0) {
+            for (k, speed) in record.series[c].iter().enumerate().filter(|(k, _)| !record.is_bridged(c, *k)) {
+                knots[k].rate_m_per_s = part.gain * speed;
+            }
+        }
+        if let Ok(profile) = Profile::new(&knots) {
             part.imposed = Some(Arc::new(profile));
         }
     }

@@ -22,6 +22,8 @@ pub(super) struct LoopState {
     pub(super) controller: Controller<f64>,
     pub(super) target: f64,
     pub(super) followed: f64,
+    /// Force of the other inputs that have arrived, by their drives.
+    pub(super) fed: Vec<(usize, f64)>,
     pub(super) samples: u64,
     /// Outputs under way: when they arrive, and what they are.
     pub(super) pending: VecDeque<(f64, f64)>,
@@ -36,11 +38,7 @@ impl LoopState {
         })?;
         let pending = VecDeque::new();
         let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
-        Ok(Self { controller, target: stands, followed: stands, samples: 0, pending, taken })
-    }
-
-    /// A target arrives.
-    pub(super) fn aim(&mut self, target: f64) {
-        self.target = target;
+        let fed = Vec::new();
+        Ok(Self { controller, target: stands, followed: stands, fed, samples: 0, pending, taken })
     }
 }

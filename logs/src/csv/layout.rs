@@ -146,11 +146,25 @@ fn scored(sample: &[u8], separator: Separator, comment: u8) -> Option<(f64, Dial
         let count = cells().filter(|cell| is_data(cell, comma) || is_empty(cell)).count();
         (count as f64 + 0.1) / (cells().count() as f64 + 0.1)
     };
-    let has_comma = cells().any(|cell| cell.contains(&b',') && number(cell, true).is_some());
-    dialect.decimal_comma = has_comma && separator != Separator::Mark(b',') && share(true) > share(false);
+    // Between commas a number with a comma is in quotes. There `"1,234"` may be thousands.
+    let is_decimal = |cell: &[u8]| {
+        let is_sure = separator != Separator::Mark(b',') || !may_be_thousands(cell);
+        cell.contains(&b',') && is_sure && number(cell, true).is_some()
+    };
+    dialect.decimal_comma = cells().any(is_decimal) && share(true) > share(false);
     // Rows of one cell are the last resort.
     let width = if usual > 1 { 1.0 } else { 1e-3 };
     Some((width * regular * share(dialect.decimal_comma), dialect, rows))
+}
+
+/// Whether the only comma of a number may separate its thousands.
+fn may_be_thousands(cell: &[u8]) -> bool {
+    let mut parts = cell.strip_prefix(b"-").unwrap_or(cell).split(|b| *b == b',');
+    let (Some(before), Some(after), None) = (parts.next(), parts.next(), parts.next()) else { return false };
+    (1..=3).contains(&before.len())
+        && before[0] != b'0'
+        && after.len() == 3
+        && after.iter().all(u8::is_ascii_digit)
 }
 
 fn kind(data: &[ByteRecord], i: usize, decimal_comma: bool) -> CellKind {
@@ -196,6 +210,10 @@ mod tests {
             ("  t    x\n 0.0  1.5\n 0.1  1.6\n", Separator::Blanks, false),
             ("t,q\n0,\"[1.0, 2.0]\"\n1,\"[1.5, 2.5]\"\n", Separator::Mark(b','), false),
             ("x\n1\n2\n3\n", Separator::Mark(b','), false),
+            ("\"t\";\"x\"\n\"0,0\";\"1,5\"\n\"0,1\";\"1,6\"\n", Separator::Mark(b';'), true),
+            ("\"t\",\"x\"\n\"0,0\",\"1,5\"\n\"0,1\",\"1,6\"\n", Separator::Mark(b','), true),
+            ("t,x\n0,\"-1,500\"\n1,\"0,125\"\n2,\"1,625\"\n", Separator::Mark(b','), true),
+            ("t,x\n0,\"1,500\"\n1,\"12,125\"\n", Separator::Mark(b','), false),
         ] {
             let found = layout(text).dialect;
             assert_eq!((found.separator, found.decimal_comma), (separator, comma), "{text:?}");

@@ -10,7 +10,8 @@ const LINE: &str = "============================================================
 /// Fields of a type, and the types that these require.
 type Known = (&'static str, &'static str, &'static [&'static str]);
 
-const KNOWN: [Known; 19] = [
+/// Of several with one name the last release comes first.
+const KNOWN: [Known; 20] = [
     (
         "sensor_msgs/JointState",
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
@@ -55,6 +56,13 @@ const KNOWN: [Known; 19] = [
             "geometry_msgs/Twist",
             VECTOR,
         ],
+    ),
+    // As in ROS 2 Foxy.
+    (
+        "control_msgs/JointTrajectoryControllerState",
+        "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint desired\n\
+         trajectory_msgs/JointTrajectoryPoint actual\ntrajectory_msgs/JointTrajectoryPoint error",
+        &["trajectory_msgs/JointTrajectoryPoint"],
     ),
     (
         "trajectory_msgs/MultiDOFJointTrajectoryPoint",
@@ -101,15 +109,18 @@ const KNOWN: [Known; 19] = [
     ("std_msgs/MultiArrayDimension", "string label\nuint32 size\nuint32 stride", &[]),
 ];
 
-/// The definition of a common message, as a schema of encoding `ros2msg`.
-pub(crate) fn well_known(name: &str) -> Option<String> {
+/// The definitions of a common message in different releases, as schemas of encoding `ros2msg`.
+pub(crate) fn well_known(name: &str) -> Vec<String> {
     let of = |name: &str| KNOWN.iter().find(|(known, ..)| *known == name);
-    let (_, fields, needs) = of(&short_name(name))?;
-    let mut text = (*fields).to_owned();
-    for (other, fields, _) in needs.iter().filter_map(|need| of(need)) {
-        let _ = write!(text, "\n{LINE}\nMSG: {other}\n{fields}");
-    }
-    Some(text)
+    let name = short_name(name);
+    let whole = |(_, fields, needs): &Known| {
+        let mut text = (*fields).to_owned();
+        for (other, fields, _) in needs.iter().filter_map(|need| of(need)) {
+            let _ = write!(text, "\n{LINE}\nMSG: {other}\n{fields}");
+        }
+        text
+    };
+    KNOWN.iter().filter(|(known, ..)| *known == name).map(whole).collect()
 }
 
 #[cfg(test)]
@@ -119,9 +130,12 @@ mod tests {
     #[test]
     fn prop_every_common_message_is_complete() {
         for (name, ..) in KNOWN {
-            let text = well_known(name).expect("it is known");
-            assert!(super::super::definition("ros2msg", name, &text).is_ok(), "{name}");
+            let texts = well_known(name);
+            assert!(!texts.is_empty(), "{name}");
+            for text in texts {
+                assert!(super::super::definition("ros2msg", name, &text).is_ok(), "{name}");
+            }
         }
-        assert_eq!(well_known("a/B"), None);
+        assert!(well_known("a/B").is_empty());
     }
 }

@@ -134,6 +134,12 @@ impl<L: Lane> Controller<L> {
     /// `t_s` moves the approach's ramp.
     #[inline(always)]
     pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
+        self.sample_fed(t_s, inputs, reference, L::zero())
+    }
+
+    /// The same with a force that the force and the position law add to their output before its limit.
+    #[inline(always)]
+    pub fn sample_fed(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L, fed: L) -> L {
         let Self { config, state } = self;
         let mut y = inputs.reading;
         for (filter, of_filter) in
@@ -160,7 +166,7 @@ impl<L: Lane> Controller<L> {
         let in_contact = match &config.law {
             LawConfig::OpenLoop => r,
             LawConfig::Force(pid) | LawConfig::Position(pid) => {
-                pid.update(&mut law.pid, r, y, v, limit, fresh)
+                pid.update(&mut law.pid, r, y, v, fed, limit, fresh)
             }
             LawConfig::Impedance(impedance) => impedance.update(&mut law.impedance, r, y, x, v, fresh),
             LawConfig::Admittance(admittance) => admittance.update(&mut law.admittance, r, y, x, v, fresh),

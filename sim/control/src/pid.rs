@@ -78,10 +78,20 @@ impl<L: Lane> PidConfig<L> {
         }
     }
 
-    /// The output before its limit. Lanes in `fresh` start here: no integral, no derivative, the lead settled
-    /// at this error.
+    /// The output before its limit, with `fed` added. Lanes in `fresh` start here: no integral, no
+    /// derivative, the lead settled at this error.
     #[inline(always)]
-    pub(crate) fn update(&self, state: &mut PidState<L>, r: L, y: L, v: L, limit: L, fresh: L::Mask) -> L {
+    #[expect(clippy::too_many_arguments, reason = "the signals of one sample")]
+    pub(crate) fn update(
+        &self,
+        state: &mut PidState<L>,
+        r: L,
+        y: L,
+        v: L,
+        fed: L,
+        limit: L,
+        fresh: L::Mask,
+    ) -> L {
         let zero = L::zero();
         let mut e = r - y;
         if let Some(lead) = &self.lead {
@@ -93,7 +103,7 @@ impl<L: Lane> PidConfig<L> {
         let last_derivative = L::select(fresh, zero, state.derivative);
 
         let d = self.derivative_pole * last_derivative + self.derivative_gain * (e - last_error);
-        let rest = self.feed_forward * r + self.kp * e + self.kd * d - self.damping * v;
+        let rest = self.feed_forward * r + self.kp * e + self.kd * d - self.damping * v + fed;
         let gained = self.ki_period * e;
         let wanted = rest + last_integral + gained;
         let deeper = (wanted.gt(limit) & gained.gt(zero)) | (wanted.lt(-limit) & gained.lt(zero));

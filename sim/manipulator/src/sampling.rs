@@ -89,7 +89,8 @@ impl Control {
         sensors: &[Sensing<f64>],
     ) -> Option<DVector<f64>> {
         let reference = &self.reference;
-        let sampled = self.sampler.sample(t_s, signals, sensors, |sample_s, _| reference.value(sample_s));
+        let asked = |sample_s: f64, _| [reference.value(sample_s), 0.0];
+        let sampled = self.sampler.sample(t_s, signals, sensors, asked);
         self.wanted = sampled.reference;
         let now = DVector::from_column_slice(motors);
         if let Some(last) = &self.last {

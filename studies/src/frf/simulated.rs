@@ -256,14 +256,14 @@ fn touches_nonlinearly(machine: &Machine) -> bool {
 fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     let Some(actuator) = machine.actuators.get(actuator) else { return RMS_FORCE };
     match actuator.kind {
-        ActuatorKind::VelocitySource { .. } => RMS_VELOCITY,
+        ActuatorKind::VelocitySource { .. } | ActuatorKind::TargetVelocity => RMS_VELOCITY,
         ActuatorKind::PositionServo(_) | ActuatorKind::Imposed => RMS_POSITION,
         ActuatorKind::DcMotor(motor) => match motor.input {
             MotorInput::Voltage => motor.supply_voltage_v.map_or(RMS_VOLTAGE, |most| SHARE_OF_LIMIT * most),
             MotorInput::Duty => SHARE_OF_LIMIT,
             MotorInput::Current => motor.current_limit_a.map_or(RMS_CURRENT, |most| SHARE_OF_LIMIT * most),
         },
-        ActuatorKind::Force { .. } => {
+        ActuatorKind::Force { .. } | ActuatorKind::FeedForward => {
             let links = assemble(machine).map(|assembly| assembly.links).unwrap_or_default();
             let friction: f64 =
                 links.iter().map(|link| link.friction.forward.max(link.friction.backward)).sum();

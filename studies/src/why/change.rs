@@ -310,7 +310,7 @@ fn ideal_actuators(scenario: &mut Scenario) {
             }
             ActuatorKind::PositionServo(servo) => (servo.delay_s, servo.error_deadband_m) = (0.0, 0.0),
             ActuatorKind::DcMotor(motor) => motor.inductance_h = 0.0,
-            ActuatorKind::Imposed => {}
+            ActuatorKind::Imposed | ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => {}
         }
     }
     drop_effects(scenario, |effect| effect.has(Trait::DriveFlaw));

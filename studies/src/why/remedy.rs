@@ -309,7 +309,7 @@ fn quicken_drives(scenario: &mut Scenario, times: f64) {
             ActuatorKind::PositionServo(servo) => {
                 servo.delay_s /= times;
             }
-            ActuatorKind::Imposed => {}
+            ActuatorKind::Imposed | ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => {}
         }
         for effect in &mut actuator.effects {
             if let Some(ActuatorLag { time_constant }) = effect.parameters() {

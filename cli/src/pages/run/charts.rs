@@ -217,7 +217,9 @@ impl<'a> View<'a> {
         let (mut forces, mut commands, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for (name, actuator) in &self.machine.actuators {
             let command = format!("{name}.command");
-            forces.push(Curve::new(format!("{name}.force"), force));
+            if !actuator.kind.feeds_servo() {
+                forces.push(Curve::new(format!("{name}.force"), force));
+            }
             // Dashed and above the force, since the two coincide for a fast drive.
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
                 forces.push(Curve { dashed: true, ..Curve::new(command, force) });

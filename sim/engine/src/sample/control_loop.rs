@@ -53,9 +53,12 @@ impl<L: Lane> ControlLoop<L> {
     #[inline(always)]
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
         let references = self.references.as_slice();
-        let sampled = self.sampler.sample(t_s, signals, sensors, |sample_s, _| match references {
-            [shared] => L::splat(shared.value(sample_s)),
-            own => L::from_fn(|l| own[l].value(sample_s)),
+        let sampled = self.sampler.sample(t_s, signals, sensors, |sample_s, _| {
+            let reference = match references {
+                [shared] => L::splat(shared.value(sample_s)),
+                own => L::from_fn(|l| own[l].value(sample_s)),
+            };
+            [reference, L::zero()]
         });
         self.reference = sampled.reference;
         self.sampler.send(sampled.sample_s, sampled.output)

@@ -61,14 +61,15 @@ impl<L: Lane, O> Sampler<L, O> {
         }
     }
 
-    /// Takes the sample that is due at `t_s`. The reference follows from its time and its reading.
+    /// Takes the sample that is due at `t_s`. Its time and its reading give the reference, and a force that the
+    /// law adds.
     #[inline(always)]
     pub fn sample(
         &mut self,
         t_s: f64,
         signals: &[L],
         sensors: &[Sensing<L>],
-        reference: impl FnOnce(f64, L) -> L,
+        asked: impl FnOnce(f64, L) -> [L; 2],
     ) -> Sampled<L> {
         let sample_s = self.next_sample_s;
         let mut read = |which: usize| {
@@ -77,8 +78,8 @@ impl<L: Lane, O> Sampler<L, O> {
         };
         let (reading, motion) = (read(0), read(1));
         let inputs = Inputs { reading, motion, motion_is_velocity: self.motion_is_velocity };
-        let reference = reference(sample_s, reading);
-        let output = self.controller.sample(sample_s, &inputs, reference);
+        let [reference, fed] = asked(sample_s, reading);
+        let output = self.controller.sample_fed(sample_s, &inputs, reference, fed);
         self.next_sample += 1;
         self.next_sample_s = self.clock.sample_time_s(self.next_sample);
         Sampled { sample_s, reference, output }

@@ -155,14 +155,14 @@ impl<L: Lane> Sampling<L> {
         Ok(())
     }
 
-    /// Applies a command of drive `i`: a sampled servo gets a new target, any other drive a new input.
+    /// Applies a command of drive `i`: a sampled servo gets a new target or another input of its loop, any
+    /// other drive a new input.
     #[inline(always)]
     fn take(&mut self, i: usize, input: L, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
-        match self.servos.iter_mut().find(|servo| servo.drive == i) {
-            Some(servo) => servo.aim(input),
-            None => lanes.set_input(i, input)?,
+        if self.servos.iter_mut().any(|servo| servo.takes(i, input)) {
+            return Ok(());
         }
-        Ok(())
+        lanes.set_input(i, input)
     }
 
     /// Applies the output of controller `i`; outputs of several controllers on one drive add.

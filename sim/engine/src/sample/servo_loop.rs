@@ -21,6 +21,8 @@ pub(crate) struct ServoLoop<L: Lane> {
     /// Largest change of that target between samples.
     step: L,
     error_deadband: L,
+    /// Its inputs besides the target: their drives, force per unit, and what has arrived.
+    fed: Vec<(usize, L, L)>,
 }
 
 impl<L: Lane> ServoLoop<L> {
@@ -38,6 +40,12 @@ impl<L: Lane> ServoLoop<L> {
             number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
         };
         let (clock, tapped) = (wired.clock.clone(), [Some(wired.encoder), None]);
+        let inputs = programs[0].motion.assembly().drives.iter().enumerate();
+        let fed = inputs.filter_map(|(input, drive)| {
+            let feed = drive.feeds.filter(|feed| feed.servo == wired.drive)?;
+            let gain = number(&|drive| drive.servo.as_ref().map_or(0.0, |servo| feed.gain(servo)));
+            Some((input, gain, L::zero()))
+        });
         Ok(Self {
             drive: wired.drive,
             sampler: Sampler::new(controller, clock, wired.spec.delay_s, tapped, false, sensors),
@@ -45,25 +53,35 @@ impl<L: Lane> ServoLoop<L> {
             followed: start,
             step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
             error_deadband: chain(|target| target.error_deadband),
+            fed: fed.collect(),
         })
     }
 
-    /// A target arrives.
-    pub(super) fn aim(&mut self, target: L) {
-        self.target = target;
+    /// Takes the command of drive `i` if it is the target or another input of this servo; returns whether it
+    /// is.
+    pub(super) fn takes(&mut self, i: usize, input: L) -> bool {
+        if i == self.drive {
+            self.target = input;
+            return true;
+        }
+        let Some((.., fed)) = self.fed.iter_mut().find(|(drive, ..)| *drive == i) else { return false };
+        *fed = input;
+        true
     }
 
     /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
-        let Self { sampler, target, followed, step, error_deadband, .. } = self;
+        let Self { sampler, target, followed, step, error_deadband, fed, .. } = self;
         let sampled = sampler.sample(t_s, signals, sensors, |_, reading| {
-            follow(followed, *target, reading, *step, *error_deadband)
+            let reference = follow(followed, *target, reading, *step, *error_deadband);
+            [reference, fed.iter().fold(L::zero(), |sum, (_, gain, input)| sum + *gain * *input)]
         });
         sampler.send(sampled.sample_s, sampled.output)
     }
 }
 
-/// The reference of a servo at a sample: its target, limited in rate to `step`, less errors within `deadband`.
+/// The reference of a servo at a sample: its target, limited in rate to `step`. Errors within `deadband` are
+/// left out.
 pub fn follow<L: Lane>(followed: &mut L, target: L, reading: L, step: L, deadband: L) -> L {
     *followed += (target - *followed).clamp_to(step);
     let error = *followed - reading;

@@ -58,6 +58,61 @@ fn truth_a_continuous_servo_steps_as_a_spring_and_damper() {
     assert!(balance.residual().abs() < LEDGER * balance.exchanged());
 }
 
+/// A servo with the speed of its target or a force as a further input.
+fn fed(servo: PositionServo, kind: ActuatorKind, input: f64, limit_n: Option<f64>) -> Scenario {
+    let mut scenario = driven(ActuatorKind::PositionServo(servo), ReferenceSpec::Constant(0.0), 1.0);
+    scenario.machine.actuators["drive"].limit_n = limit_n;
+    scenario.machine.actuators.insert("input".into(), Actuator { kind, ..drive("tip", GROUND) });
+    command(&mut scenario, "lead", ReferenceSpec::Constant(input), COMMANDED_S);
+    scenario.controllers["lead"].drives = "input".into();
+    scenario
+}
+
+/// What a target that is off by `force / kp` does, the speed of a target does by `kd` and a force does by
+/// itself: within the limit, continuous and sampled.
+#[test]
+fn truth_inputs_of_a_servo_are_forces_of_its_loop() {
+    let (kp, kd, speed, force) = (800.0, 12.0, 0.4, -9.0);
+    for period_s in [None, Some(0.004)] {
+        for limit_n in [None, Some(3.0)] {
+            let servo = PositionServo { period_s, ..servo(kp, kd) };
+            for (kind, input, by) in
+                [(ActuatorKind::TargetVelocity, speed, kd * speed), (ActuatorKind::FeedForward, force, force)]
+            {
+                let (trace, simulation) = run(&fed(servo, kind, input, limit_n));
+                let mut aimed =
+                    driven(ActuatorKind::PositionServo(servo), ReferenceSpec::Constant(by / kp), 1.0);
+                aimed.machine.actuators["drive"].limit_n = limit_n;
+                let (same, _) = run(&aimed);
+                for name in &RECORD[..3] {
+                    for (own, other) in column(&trace, name).iter().zip(column(&same, name)) {
+                        close(*own, *other, EXACT);
+                    }
+                }
+                let most = column(&trace, "drive.force").iter().fold(0.0_f64, |most, f| most.max(f.abs()));
+                assert!(limit_n.is_none_or(|limit| most <= limit + EXACT) && most > 1.0, "{most}");
+                let balance = simulation.energy(0).unwrap();
+                assert!(balance.residual().abs() < LEDGER * balance.exchanged());
+            }
+        }
+    }
+}
+
+/// A force that is fed forward is no error: the integral part counters it, and the servo rests at its target.
+#[test]
+fn truth_an_integral_part_does_not_integrate_the_force_that_is_fed_forward() {
+    for period_s in [None, Some(0.004)] {
+        let servo = PositionServo { ki: 4000.0, period_s, ..servo(500.0, 60.0) };
+        let mut scenario = fed(servo, ActuatorKind::FeedForward, 8.0, None);
+        scenario.run.duration_s = 9.0;
+        let (trace, _) = run(&scenario);
+        let moved = column(&trace, "tip.position").iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        assert!(moved > 1e-3, "{moved}");
+        // The slowest pole decays as exp(-3.7 t) or faster.
+        close(*column(&trace, "tip.position").last().unwrap(), 0.0, EXACT);
+    }
+}
+
 /// A load shifts the rest position of a servo by `load / kp`, and an integral part removes the shift.
 #[test]
 fn truth_a_servo_droops_by_load_over_gain() {

@@ -72,10 +72,10 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not an actuator, [`EffectError::WrongSite`] if its motion is
-    /// imposed, whatever force that takes.
+    /// imposed, whatever force that takes, or if its command is an input of a servo.
     pub fn force_drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
         let drive = self.drive_mut(host, effect)?;
-        if drive.imposed.is_some() {
+        if drive.imposed.is_some() || drive.feeds.is_some() {
             return Err(EffectError::WrongSite { kind: effect.kind, needs: effect.site });
         }
         Ok(drive)

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use super::resolve::resolve;
 use super::{
-    Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, Pull, SensorPart, Source, Weight,
+    Assembly, ContactPart, Drive, Feed, ForceLaw, GROUND_NODE, Link, Node, NodeId, Pull, SensorPart, Source,
+    Weight,
 };
 use crate::description::{
     Actuator, ActuatorKind, Axis, Contact, ContactLaw, DcMotor, GROUND, Machine, MotorInput, PositionServo,
@@ -173,6 +174,9 @@ impl<'a> Build<'a> {
                     let reflected = motor.rotor_inertia * motor.gear_ratio.powi(2);
                     self.assembly.nodes[on].mass_kg += reflected;
                 }
+                ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => {
+                    drive.feeds = self.feed(name, actuator);
+                }
                 ActuatorKind::Force { .. } | ActuatorKind::VelocitySource { .. } => {}
             }
             self.assembly.drives.push(drive);
@@ -194,6 +198,31 @@ impl<'a> Build<'a> {
                 "leave `limit` out, or use a `position-servo`",
             ));
         }
+    }
+
+    /// The input of a servo that an actuator is: of the only one between the same bodies.
+    fn feed(&mut self, name: &str, actuator: &Actuator) -> Option<Feed> {
+        let is_fed = |other: &Actuator| {
+            matches!(other.kind, ActuatorKind::PositionServo(_))
+                && other.on == actuator.on
+                && other.reacts_on == actuator.reacts_on
+        };
+        let mut servos = self.machine.actuators.values().enumerate().filter(|(_, other)| is_fed(other));
+        let (servo, other) = (servos.next().map(|(i, _)| i), servos.next());
+        let mut problem = |key: &str, message: String, remedy: &str| {
+            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy.to_owned()));
+        };
+        let (on, reacts_on) = (&actuator.on, &actuator.reacts_on);
+        if servo.is_none() || other.is_some() {
+            let many = if servo.is_none() { "no" } else { "more than one" };
+            let message = format!("there is {many} position servo on `{on}` that reacts on `{reacts_on}`");
+            problem("on", message, "name the two bodies of one `position-servo`");
+        }
+        if actuator.limit_n.is_some() {
+            let message = "an input of a servo has no effort of its own".to_owned();
+            problem("limit", message, "give the servo the `limit`");
+        }
+        Some(Feed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
     }
 
     fn servo_problems(&mut self, name: &str, servo: &PositionServo) {

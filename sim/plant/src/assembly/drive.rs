@@ -27,6 +27,8 @@ pub struct Drive {
     pub motor: Option<Motor>,
     /// The motion of the driven body, whatever forces act on it, if it is imposed.
     pub imposed: Option<Arc<Profile>>,
+    /// The servo that takes the command as an input of its own. The drive then has no force.
+    pub feeds: Option<Feed>,
     /// Delay of the command, s.
     pub delay: f64,
     /// Half-width of the deadband of commands (for a servo: of errors). Beyond it the width is subtracted.
@@ -47,6 +49,22 @@ pub struct Drive {
     pub line: Option<SpeedLine>,
     /// Cogging forces added to the drive force.
     pub ripples: Vec<Ripple>,
+}
+
+/// An input of a servo besides its target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Feed {
+    /// Index of the servo's drive.
+    pub servo: usize,
+    /// Whether it is the speed of the target, else a force.
+    pub is_velocity: bool,
+}
+
+impl Feed {
+    /// Force of a servo per unit of this input.
+    pub fn gain(self, servo: &Servo) -> f64 {
+        if self.is_velocity { servo.kd } else { 1.0 }
+    }
 }
 
 /// `tau df/dt + f = gain u - damping v`: the paper's Fig. 2, where `gain` is the damping, and the winding of
@@ -137,6 +155,7 @@ impl Drive {
             servo: None,
             motor: None,
             imposed: None,
+            feeds: None,
             delay: 0.0,
             deadband: 0.0,
             gain: 1.0,
@@ -159,7 +178,7 @@ impl Drive {
             }
             ActuatorKind::PositionServo(servo) => plain.with_servo(servo),
             ActuatorKind::DcMotor(motor) => plain.with_motor(motor),
-            ActuatorKind::Imposed => plain,
+            ActuatorKind::Imposed | ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => plain,
         }
     }
 
@@ -250,6 +269,7 @@ impl Drive {
             && self.servo.is_none()
             && self.motor.is_none()
             && self.imposed.is_none()
+            && self.feeds.is_none()
     }
 
     /// Largest held command after its gain.

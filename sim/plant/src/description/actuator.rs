@@ -62,17 +62,27 @@ pub enum ActuatorKind {
     DcMotor(DcMotor),
     /// The body moves as commanded, whatever forces act on it: the command is its position (m).
     Imposed,
+    /// An input of the position servo between the same bodies: the speed of its target (m/s). The servo adds
+    /// `kd` times this to its force.
+    TargetVelocity,
+    /// An input of the position servo between the same bodies: a force (N) that it adds to that of its loop.
+    FeedForward,
 }
 
 impl ActuatorKind {
     /// Dimension of the command.
     pub fn command(&self) -> Dimension {
         match self {
-            Self::Force { .. } => Dimension::FORCE,
-            Self::VelocitySource { .. } => Dimension::VELOCITY,
+            Self::Force { .. } | Self::FeedForward => Dimension::FORCE,
+            Self::VelocitySource { .. } | Self::TargetVelocity => Dimension::VELOCITY,
             Self::PositionServo(_) | Self::Imposed => Dimension::LENGTH,
             Self::DcMotor(motor) => motor.input.command(),
         }
+    }
+
+    /// Whether the command is an input of a servo, without a force of its own.
+    pub fn feeds_servo(&self) -> bool {
+        matches!(self, Self::TargetVelocity | Self::FeedForward)
     }
 
     /// The quantity that names the command in a record, such as `servo.target` or `motor.voltage`.
@@ -441,6 +451,20 @@ impl Record for Actuator {
             "the body moves as commanded, whatever forces act on it",
             Actuator: Actuator { kind: ActuatorKind::Imposed, .. },
             Actuator { kind: ActuatorKind::Imposed, ..Actuator::ideal("", GROUND) },
+            &[] as &[Field<Actuator>]
+        ),
+        form!(
+            "target-velocity",
+            "the speed of the target of the position servo on the same bodies, which adds kd times it",
+            Actuator: Actuator { kind: ActuatorKind::TargetVelocity, .. },
+            Actuator { kind: ActuatorKind::TargetVelocity, ..Actuator::ideal("", GROUND) },
+            &[] as &[Field<Actuator>]
+        ),
+        form!(
+            "feed-forward",
+            "a force that the position servo on the same bodies adds to that of its loop, within its limit",
+            Actuator: Actuator { kind: ActuatorKind::FeedForward, .. },
+            Actuator { kind: ActuatorKind::FeedForward, ..Actuator::ideal("", GROUND) },
             &[] as &[Field<Actuator>]
         ),
     ];

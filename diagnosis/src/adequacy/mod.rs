@@ -87,6 +87,13 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
     }
 
+    /// Whether what is left has structure, or predictions became worse farther ahead.
+    pub(crate) fn is_structured(&self) -> bool {
+        let is_of_model =
+            |short: &Shortfall| matches!(short.condition, Condition::Residual | Condition::Horizons);
+        self.shortfalls.iter().any(is_of_model)
+    }
+
     /// Whether something else may do as well.
     pub(crate) fn has_rival(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())

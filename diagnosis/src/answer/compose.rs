@@ -22,8 +22,11 @@ use crate::report::{Cause, Cell, Diagnosis, Gap, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
-/// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one.
-const INADEQUATE: f64 = 0.5;
+/// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one. In
+/// wild cases of three seeds 14 of 17 such causes were right.
+const INADEQUATE: f64 = 0.65;
+/// The same if what is left has structure, or predictions far ahead became worse: of 9 such causes none was.
+const STRUCTURED: f64 = 0.25;
 /// The same if something else may do as well, or a believed value ends at the limit of its tolerance.
 const RIVALLED: f64 = 0.8;
 /// Errors above this many noise floors are errors of the model.
@@ -395,6 +398,7 @@ impl Judge<'_> {
 /// Factor on the probabilities of all causes of an answer.
 fn certainty(adequacy: &Adequacy) -> f64 {
     match (adequacy.is_short(), adequacy.has_rival()) {
+        (true, _) if adequacy.is_structured() => STRUCTURED,
         (true, _) => INADEQUATE,
         (false, true) => RIVALLED,
         (false, false) => 1.0,

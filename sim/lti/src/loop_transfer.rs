@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::domain::{C64, Continuous, Discrete, TimeDomain};
 use crate::error::{LtiError, require_not_negative};
+use crate::polish::MANY_STATES;
 use crate::response::TransferEvaluator;
 use crate::state_space::StateSpace;
 
@@ -91,8 +92,11 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
-        let zeros = match system.zeros() {
-            Err(LtiError::Degenerate) => Vec::new(),
+        // They only say where to look closely. Those of many states that are sampled together may lie beyond
+        // any number.
+        let zeros = if system.states() < MANY_STATES { system.zeros() } else { system.unpolished_zeros() };
+        let zeros = match zeros {
+            Err(LtiError::Degenerate | LtiError::EigenvaluesNotConverged { .. }) => Vec::new(),
             other => other?,
         };
         let mut poles_s: Vec<C64> = to_s(system.poles()?);

@@ -98,6 +98,11 @@ pub struct Remedy {
     pub settles: bool,
 }
 
+/// Where a verdict's loop is closed: in contact, if anything can touch.
+pub(super) fn in_contact(scenario: &Scenario) -> &'static str {
+    if nothing_can_touch(scenario) { "" } else { " in contact" }
+}
+
 /// Whether a run of a scenario has come to rest.
 pub(super) fn is_at_rest(scenario: &Scenario, measured: &Measured) -> bool {
     let outcome = measured.summary.outcome;

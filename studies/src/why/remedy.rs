@@ -3,7 +3,7 @@
 use feeler_control::{Law, LeadSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
-use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
+use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
 
 use super::change::{Cause, Change, sample_faster, servos, slow_down};
 use super::explanation::{Explanation, Remedy};
@@ -11,7 +11,7 @@ use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
 use super::search::arriving_later;
 use super::size::{Changed, Size, Written, at_rest, mildest};
-use crate::numbers::with_unit;
+use crate::numbers::{plain, with_unit};
 use crate::run::Measured;
 
 /// Share of the largest stable gain that a loop uses.
@@ -152,13 +152,13 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         add(
             Some(Change::NoDelay),
             &MANY_TIMES,
-            |times| format!("delays {times:.3} times as short, filters as many times as fast"),
+            |times| format!("delays {} times as short, filters as many times as fast", plain(times)),
             Box::new(shorten_delays),
         );
         add(
             Some(Change::ContinuousController),
             &TIMES,
-            |times| format!("sampling {times:.3} times as fast"),
+            |times| format!("sampling {} times as fast", plain(times)),
             Box::new(sample_faster),
         );
     }
@@ -169,13 +169,13 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         add(
             Some(Change::RigidTransmission),
             &TIMES,
-            |times| format!("a transmission {times:.3} times as stiff"),
+            |times| format!("a transmission {} times as stiff", plain(times)),
             Box::new(move |s, times| scale_springs(s, &springs, times, 1.0)),
         );
         add(
             None,
             &TIMES,
-            |times| format!("a transmission with {times:.3} times the damping"),
+            |times| format!("a transmission with {} times the damping", plain(times)),
             Box::new(move |s, times| scale_springs(s, &same, 1.0, times)),
         );
     }
@@ -185,13 +185,13 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         add(
             None,
             &TIMES,
-            |times| format!("{times:.3} times the damping of base and fixture"),
+            |times| format!("{} times the damping of base and fixture", plain(times)),
             Box::new(move |s, times| scale_springs(s, &springs, 1.0, times)),
         );
         add(
             None,
             &TIMES,
-            |times| format!("base and fixture {times:.3} times as stiff"),
+            |times| format!("base and fixture {} times as stiff", plain(times)),
             Box::new(move |s, times| scale_springs(s, &same, times, 1.0)),
         );
     }
@@ -199,33 +199,38 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         add(
             Some(Change::IdealActuator),
             &TIMES,
-            |times| format!("a drive {times:.3} times as fast"),
+            |times| format!("a drive {} times as fast", plain(times)),
             Box::new(quicken_drives),
         );
     }
     if has(Cause::Saturation) {
-        let what = |times: f64| format!("limits {times:.3} times as high");
+        let what = |times: f64| format!("limits {} times as high", plain(times));
         add(Some(Change::NoSaturation), &TIMES, what, Box::new(raise_limits));
     }
     if has(Cause::StictionOrQuantiser) {
         add(
             Some(Change::NoFriction),
             &MANY_TIMES,
-            |times| format!("friction {times:.3} times as small, by compensation or another guide"),
+            |times| format!("friction {} times as small, by compensation or another guide", plain(times)),
             Box::new(|s, times| fade(s, times, |effect| effect.has(Trait::DryFriction))),
         );
         add(
             Some(Change::NoQuantiser),
             &MANY_TIMES,
-            |times| format!("sensors and outputs {times:.3} times as fine"),
+            |times| format!("sensors and outputs {} times as fine", plain(times)),
             Box::new(refine_steps),
         );
+    }
+    if has(Cause::FreePlay) {
+        let what = |times| format!("free play {} times as small", plain(times));
+        let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.kind == Kind::Backlash);
+        add(Some(Change::NoFreePlay), &MANY_TIMES, what, Box::new(apply));
     }
     if has(Cause::SensorNoise) {
         add(
             Some(Change::NoNoise),
             &TIMES,
-            |times| format!("sensors with {times:.3} times less noise"),
+            |times| format!("sensors with {} times less noise", plain(times)),
             Box::new(|s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times)),
         );
     }
@@ -233,7 +238,7 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
         add(
             Some(Change::SlowerApproach),
             &MANY_TIMES,
-            |times| format!("an approach {times:.3} times as slow"),
+            |times| format!("an approach {} times as slow", plain(times)),
             Box::new(move |s, times| {
                 slow_down(s, times);
                 *s = arriving_later(s, baseline, times);
@@ -249,7 +254,7 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
     add(
         None,
         &TIMES,
-        |times| format!("a pad on the tool, {times:.3} times as soft"),
+        |times| format!("a pad on the tool, {} times as soft", plain(times)),
         Box::new(|s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times)),
     );
     // From the loop's own bandwidth on.

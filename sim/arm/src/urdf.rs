@@ -17,7 +17,7 @@ const GRAVITY: f64 = 9.806_65;
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Urdf {
     name: String,
     links: HashMap<String, Link>,
@@ -228,13 +228,7 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
 
 impl Urdf {
     pub(crate) fn empty(name: &str) -> Self {
-        Self {
-            name: name.into(),
-            links: HashMap::new(),
-            link_names: Vec::new(),
-            joints: Vec::new(),
-            short_inertias: Vec::new(),
-        }
+        Self { name: name.into(), ..Self::default() }
     }
 
     pub(crate) fn add_link(&mut self, name: &str, link: Link) {

@@ -92,13 +92,9 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
-        // They only say where to look closely. Those of many states that are sampled together may lie beyond
-        // any number.
+        // They only say where to look closely. Those of a long chain that is sampled may be no numbers.
         let zeros = if system.states() < MANY_STATES { system.zeros() } else { system.unpolished_zeros() };
-        let zeros = match zeros {
-            Err(LtiError::Degenerate | LtiError::EigenvaluesNotConverged { .. }) => Vec::new(),
-            other => other?,
-        };
+        let zeros = zeros.unwrap_or_default();
         let mut poles_s: Vec<C64> = to_s(system.poles()?);
         let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
         let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);

@@ -92,8 +92,8 @@ fn truth_zeros_of_a_long_chain_are_those_of_its_springs() {
 }
 
 /// Within a millisecond a force passes some bodies of a long chain and is lost in rounding behind them. So
-/// the zeros of the sampled chain are no numbers. Its poles all decay, and a gain of a thousandth of what the
-/// sharpest resonance allows keeps them so.
+/// the zeros of the sampled chain are no numbers. It still has poles, and a slow force bends the spring to
+/// ground.
 #[test]
 fn regress_a_sampled_chain_of_a_hundred_bodies_has_a_loop() {
     let n = 100;
@@ -101,7 +101,9 @@ fn regress_a_sampled_chain_of_a_hundred_bodies_has_a_loop() {
     let sampled = chain.system(0, n - 1).zero_order_hold(1e-3).unwrap();
     let transfer = LoopTransfer::discrete(&sampled).unwrap();
     assert_eq!((transfer.poles_s().len(), transfer.unstable_poles()), (2 * n, 0));
-    assert_eq!(transfer.closed_loop_unstable_poles(1e-2).unwrap(), 0);
+    let slow = transfer.at_frequency(0.0).unwrap();
+    // Rounding of the transition, over the square of the angle by which the slowest mode turns in a sample.
+    assert!((slow * 1e5 - 1.0).norm() < 1e-8, "{slow}");
 }
 
 /// Relative accuracy of zeros in the scale of the fastest motion: the rounding of a matrix with frequencies

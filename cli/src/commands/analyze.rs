@@ -215,6 +215,9 @@ fn roots(report: &Report) -> String {
         let rounding = ROUNDING * roots.iter().flatten().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         let plain = |value: f64| plain(if value.abs() < rounding { 0.0 } else { value });
         roots.get(i).map_or_else(String::new, |[re, im]| {
+            if report.lost_below_per_s().is_some_and(|lost| re.hypot(*im) <= lost) {
+                return "not determined".to_owned();
+            }
             format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()))
         })
     };

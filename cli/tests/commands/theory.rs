@@ -482,12 +482,13 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
 /// Two bodies on 1e12 N/m, joined by 1e-6 N/m to the third: the rounding of the stiff springs is far larger.
 #[test]
 fn regress_poles_of_a_spring_that_rounding_loses_are_not_determined() {
-    let mut text = "[actuators.d]\non = \"b0\"\n[sensors.p]\nreads = \"b2.position\"\n".to_owned();
-    for (i, stiffness) in ["1e12", "1e-6", "1e12"].into_iter().enumerate() {
-        let from = i.checked_sub(1).map_or_else(|| "ground".to_owned(), |before| format!("b{before}"));
-        text += &format!("[bodies.b{i}]\nmass = 1.0\n[springs.s{i}]\nbetween = [\"{from}\", \"b{i}\"]\n");
-        text += &format!("stiffness = {stiffness}\n");
-    }
+    let springs =
+        [("ground", "b0", "1e12"), ("b0", "b1", "1e-6"), ("b1", "b2", "1e12")].map(|(from, to, k)| {
+            let between = format!("between = [\"{from}\", \"{to}\"]");
+            format!("[bodies.{to}]\nmass = 1.0\n[springs.{to}]\n{between}\nstiffness = {k}\n")
+        });
+    let text =
+        "[actuators.d]\non = \"b0\"\n[sensors.p]\nreads = \"b2.position\"\n".to_owned() + &springs.concat();
     let mut file = tempfile::NamedTempFile::with_suffix(".toml").unwrap();
     file.write_all(text.as_bytes()).unwrap();
     let text = printed(&["analyze", file.path().to_str().unwrap()]);

@@ -171,7 +171,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         for end in [0.0, nyquist].into_iter().filter(|end| end.is_finite()) {
             // At a pole there is no gain.
             if let Ok(value) = self.response(end)
-                && value.re > 0.0
+                && value.re > least
             {
                 let gain = value.re.recip();
                 found.push(Crossing { gain, w: end, change: self.outwards(end)? });

@@ -7,6 +7,7 @@ use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::diagnose;
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
+use feeler_problem::Remedy;
 
 /// Kinds of reading that sensors cycle through.
 const READS: [&str; 4] = ["carriage.position", "carriage.velocity", "carriage.acceleration", "tool.force"];
@@ -128,4 +129,78 @@ fn prop_long_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
         let rate_hz = RATES_HZ[draw.below(RATES_HZ.len())];
         holds(&dataset(&mut draw, rows, sensors, rate_hz));
     }
+}
+
+/// What stands in place of a number of a mutated file.
+const NUMBERS: [&str; 12] =
+    ["0", "-1", "1e-300", "1e300", "1e9", "1e-9", "inf", "nan", "true", "\"x\"", "\"1e9 Hz\"", ""];
+
+/// A text with one line left out, doubled or cut, or with one of its numbers replaced.
+fn mutated(text: &str, draw: &mut Draw) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let at = draw.below(lines.len());
+    let is_number = |c: char| c.is_ascii_digit() || ".-+e".contains(c);
+    let starts: Vec<usize> =
+        lines[at].char_indices().filter(|(_, c)| c.is_ascii_digit()).map(|(i, _)| i).collect();
+    match draw.below(8) {
+        0 => drop(lines.remove(at)),
+        1 => lines.insert(at, lines[at].clone()),
+        2 => {
+            let end = draw.below(lines[at].len() + 1);
+            lines[at].truncate(end);
+        }
+        _ if starts.is_empty() => lines.truncate(at),
+        _ => {
+            let start = starts[draw.below(starts.len())];
+            let length = lines[at][start..].find(|c| !is_number(c)).unwrap_or(lines[at].len() - start);
+            lines[at].replace_range(start..start + length, NUMBERS[draw.below(NUMBERS.len())]);
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Datasets with up to three slips in machine, dataset or record: read, or refused with what to do.
+fn datasets_with_slips(cases: usize) {
+    let record: String = (0..60).fold("t_s,force_n,x_m\n".to_owned(), |mut text, k| {
+        let t = 0.01 * f64::from(k);
+        let _ = writeln!(text, "{t:.2},{:.4},{:.6}", (7.0 * t).sin(), 0.01 * (7.0 * t).cos());
+        text
+    });
+    let dataset = "machine = \"machine.toml\"\n[columns.force_n]\nsignal = \"drive.command\"\n\
+                   [columns.x_m]\nsignal = \"s0.reading\"\n[[experiments]]\nfile = \"record.csv\"\n";
+    let whole =
+        [("machine.toml", machine_text(1)), ("dataset.toml", dataset.to_owned()), ("record.csv", record)];
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut draw, mut read) = (Draw(11), 0);
+    for case in 0..cases {
+        let mut texts = whole.clone();
+        for _ in 0..=draw.below(3) {
+            let text = &mut texts[draw.below(3)].1;
+            *text = mutated(text, &mut draw);
+        }
+        for (name, text) in &texts {
+            std::fs::write(folder.path().join(name), text).expect("it is written");
+        }
+        match Dataset::load(folder.path()) {
+            Ok(found) => {
+                read += 1;
+                let numbers = found.records.iter().flat_map(|record| record.series.iter().flatten());
+                assert!(numbers.into_iter().all(|x| x.is_finite()), "{case}");
+            }
+            Err(error) => assert!(!error.remedy().is_empty(), "{case}: {error}"),
+        }
+    }
+    assert!((cases / 20..cases).contains(&read), "{read} of {cases} are read");
+}
+
+#[test]
+fn prop_datasets_with_slips_are_read_or_refused() {
+    datasets_with_slips(500);
+}
+
+/// The long form: `cargo test --release -p feeler-diagnosis --test fuzz -- --ignored slips`.
+#[test]
+#[ignore = "takes minutes"]
+fn prop_twenty_thousand_datasets_with_slips_are_read_or_refused() {
+    datasets_with_slips(20_000);
 }

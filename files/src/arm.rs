@@ -5,7 +5,7 @@ use feeler_plant::names::did_you_mean;
 use feeler_problem::{Problem, Remedy};
 use std::path::{Path, PathBuf};
 
-use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
+use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, ShortInertia, Urdf};
 
 use super::draft::{Sheet, load};
 use super::keys::arm::{ABOUT, NAME, TOOL, URDF};
@@ -92,7 +92,7 @@ pub(super) fn read(
             about: fields.value(&ABOUT).unwrap_or_default(),
             arm,
             collisions,
-            doubts: absent_meshes(&urdf, &path).into_iter().collect(),
+            doubts: absent_meshes(&urdf, &path).into_iter().chain(short_inertias(&urdf, &path)).collect(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
         }),
         Err(error) => {
@@ -118,6 +118,19 @@ fn absent_meshes(urdf: &Urdf, path: &Path) -> Option<Problem> {
         if absent.len() > 1 { format!(" ({} meshes are absent)", absent.len()) } else { String::new() }
     );
     Some(Problem::new("urdf", message, "put the files beside the URDF if its shapes are to touch something"))
+}
+
+/// Inertias without all six numbers, for which other programs refuse a URDF.
+fn short_inertias(urdf: &Urdf, path: &Path) -> Option<Problem> {
+    let ShortInertia { link, lacks, line } = urdf.short_inertias().first()?;
+    let count = urdf.short_inertias().len();
+    let message = format!(
+        "{}, line {line}: the inertia of link `{link}` lacks `{lacks}`, which counts as zero here{}",
+        path.display(),
+        if count > 1 { format!(" ({count} links lack some)") } else { String::new() }
+    );
+    let remedy = "write ixx, ixy, ixz, iyy, iyz and izz: other programs refuse the file without";
+    Some(Problem::new("urdf", message, remedy))
 }
 
 /// The URDF and the tool link.

@@ -173,6 +173,11 @@ fn truth_mistakes_of_arm_files_are_told_together() {
     let doubts = parse(&good.replacen("\"six-joint.urdf\"", "\"mesh.urdf\"", 1)).unwrap().doubts;
     let expected = "link `base` names the mesh `package://arm/meshes/hand.stl`, which does not exist";
     assert!(doubts.len() == 1 && doubts[0].message.ends_with(expected), "{doubts:?}");
+    write("short.urdf", &urdf.replace(" ixy=\"0\"", ""));
+    let doubts = parse(&good.replacen("\"six-joint.urdf\"", "\"short.urdf\"", 1)).unwrap().doubts;
+    let expected =
+        "line 5: the inertia of link `base` lacks `ixy`, which counts as zero here (8 links lack some)";
+    assert!(doubts.len() == 1 && doubts[0].message.ends_with(expected), "{doubts:?}");
     let cases: [(&str, &str, &[&str]); 7] = [
         ("\"six-joint.urdf\"", "\"absent.urdf\"", &["absent.urdf", "No such file"]),
         (

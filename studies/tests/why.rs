@@ -255,3 +255,55 @@ fn regress_a_sampled_servo_is_explained_as_the_same_loop_of_a_controller() {
     let [a, b] = [servo.gain_margin.unwrap(), controller.gain_margin.unwrap()];
     assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
 }
+
+/// A load behind 1 mm of free play, positioned by an integrator: it hunts across the play, and without play
+/// it comes to rest. A rigid transmission would cure too, but has no mode that linear theory blames.
+const PLAY: &str = r#"
+[bodies.m]
+mass = 2.0
+[bodies.t]
+mass = 2.0
+[springs.g]
+between = ["ground", "m"]
+damping = 30.0
+[springs.gt]
+between = ["ground", "t"]
+damping = 5.0
+[springs.s]
+between = ["m", "t"]
+stiffness = 200000.0
+damping = 40.0
+[springs.s.effects.backlash]
+width = 0.001
+[actuators.drive]
+on = "m"
+[sensors.p]
+reads = "t.position"
+[sensors.vm]
+reads = "m.velocity"
+[controllers.c]
+law = "position"
+reads = "p"
+motion = "vm"
+drives = "drive"
+period = 0.001
+kp = 1500.0
+ki = 3000.0
+damping = 60.0
+reference = 0.01
+[run]
+duration = 8.0
+"#;
+
+#[test]
+fn truth_free_play_is_named_where_it_sustains_the_motion() {
+    let explained = |text: &str| {
+        let document = Document::parse(text, "play.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"));
+        explain(&document.scenario, &|_| {}).unwrap()
+    };
+    let found = explained(PLAY);
+    assert_eq!(found.causes, [feeler_studies::why::Cause::FreePlay], "{}", found.verdict);
+    assert!(found.verdict.contains("motion") && !found.verdict.contains("contact"), "{}", found.verdict);
+    let without = explained(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", ""));
+    assert!(!without.chatters && without.verdict.contains("came to rest"), "{}", without.verdict);
+}

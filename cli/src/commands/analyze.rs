@@ -216,17 +216,20 @@ fn sensitivities(report: &Report) -> String {
     table(&header, &[1, 2, 3, 4], rows)
 }
 
-/// Parts of poles and zeros below this share of the largest are zero up to rounding.
+/// Parts of poles below this share of the largest pole are zero up to rounding, and so are those of zeros.
 const ROUNDING: f64 = 1e-15;
 
 fn roots(report: &Report) -> String {
-    let all = || report.poles.iter().chain(&report.zeros).flatten();
-    let rounding = ROUNDING * all().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    let plain = |value: f64| plain(if value.abs() < rounding { 0.0 } else { value });
-    let root = |[re, im]: &[f64; 2]| {
-        format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()))
+    let at = |roots: &[[f64; 2]], i: usize| {
+        let rounding = ROUNDING * roots.iter().flatten().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        let plain = |value: f64| plain(if value.abs() < rounding { 0.0 } else { value });
+        roots.get(i).map_or_else(String::new, |[re, im]| {
+            if report.lost_below_per_s().is_some_and(|lost| re.hypot(*im) <= lost) {
+                return "not determined".to_owned();
+            }
+            format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()))
+        })
     };
-    let at = |roots: &[[f64; 2]], i: usize| roots.get(i).map_or_else(String::new, root);
     let rows = (0..report.poles.len().max(report.zeros.len()))
         .map(|i| vec![at(&report.poles, i), at(&report.zeros, i)]);
     let gain = report.zero_pole_gain.map_or_else(String::new, |gain| {

@@ -313,6 +313,25 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
     assert!(page.contains("What the linear model leaves out") && page.contains("taken as closed"));
 }
 
+/// Two bodies on 1e12 N/m, joined by 1e-6 N/m to the third: the rounding of the stiff springs is far larger.
+#[test]
+fn regress_poles_of_a_spring_that_rounding_loses_are_not_determined() {
+    let springs =
+        [("ground", "b0", "1e12"), ("b0", "b1", "1e-6"), ("b1", "b2", "1e12")].map(|(from, to, k)| {
+            let between = format!("between = [\"{from}\", \"{to}\"]");
+            format!("[bodies.{to}]\nmass = 1.0\n[springs.{to}]\n{between}\nstiffness = {k}\n")
+        });
+    let text =
+        "[actuators.d]\non = \"b0\"\n[sensors.p]\nreads = \"b2.position\"\n".to_owned() + &springs.concat();
+    let mut file = tempfile::NamedTempFile::with_suffix(".toml").unwrap();
+    file.write_all(text.as_bytes()).unwrap();
+    let text = printed(&["analyze", file.path().to_str().unwrap()]);
+    let poles = text.lines().skip_while(|line| !line.contains("poles (1/s)")).skip(1);
+    let poles: Vec<&str> = poles.take_while(|line| line.starts_with(' ')).collect();
+    let lost = poles.iter().filter(|line| line.contains("not determined")).count();
+    assert_eq!((poles.len(), lost), (6, 2), "{text}");
+}
+
 #[test]
 fn regress_the_reason_is_told_where_no_problem_is_named() {
     let text = printed(&[

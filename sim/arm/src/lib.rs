@@ -61,4 +61,4 @@ pub use posture::Posture;
 pub use reduce::Reduction;
 pub use sampled::PERIOD_S;
 pub use swing::{FlexibleArm, SwingState, Wall, free_swing};
-pub use urdf::{MeshFile, Urdf};
+pub use urdf::{MeshFile, ShortInertia, Urdf};

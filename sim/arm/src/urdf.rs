@@ -17,13 +17,14 @@ const GRAVITY: f64 = 9.806_65;
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Urdf {
     name: String,
     links: HashMap<String, Link>,
     /// In the order of the file.
     link_names: Vec<String>,
     joints: Vec<Described>,
+    short_inertias: Vec<ShortInertia>,
 }
 
 #[derive(Clone, Debug)]
@@ -42,6 +43,17 @@ impl Link {
     pub(crate) fn massless() -> Self {
         Self::of(Inertial::none())
     }
+}
+
+/// An inertia of which products are absent. They count as zero here, but the format asks for all six numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShortInertia {
+    /// The link.
+    pub link: String,
+    /// The first that is absent.
+    pub lacks: &'static str,
+    /// Line number, from 1.
+    pub line: u32,
 }
 
 /// A mesh named by a link.
@@ -63,6 +75,16 @@ pub(crate) struct Described {
     /// `None` for a fixed joint.
     pub(crate) kind: Option<JointKind>,
     pub(crate) joint: Joint,
+}
+
+/// Products of inertia.
+const PRODUCTS: [&str; 3] = ["ixy", "ixz", "iyz"];
+
+/// The inertia of a link, if it is short of products.
+fn short_inertia(link: Node<'_, '_>, name: &str) -> Option<ShortInertia> {
+    let inertia = child(child(link, "inertial")?, "inertia")?;
+    let lacks = PRODUCTS.into_iter().find(|product| !inertia.has_attribute(*product))?;
+    Some(ShortInertia { link: name.into(), lacks, line: line_of(inertia) })
 }
 
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
@@ -88,7 +110,7 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     };
     let entry = |name| number(inertia, name);
     let [xx, yy, zz] = [entry("ixx")?, entry("iyy")?, entry("izz")?];
-    let [xy, xz, yz] = ["ixy", "ixz", "iyz"].map(|name| optional_number(inertia, name));
+    let [xy, xz, yz] = PRODUCTS.map(|name| optional_number(inertia, name));
     let (xy, xz, yz) = (xy?.unwrap_or(0.0), xz?.unwrap_or(0.0), yz?.unwrap_or(0.0));
     let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     let mut principal = tensor.symmetric_eigenvalues();
@@ -206,7 +228,7 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
 
 impl Urdf {
     pub(crate) fn empty(name: &str) -> Self {
-        Self { name: name.into(), links: HashMap::new(), link_names: Vec::new(), joints: Vec::new() }
+        Self { name: name.into(), ..Self::default() }
     }
 
     pub(crate) fn add_link(&mut self, name: &str, link: Link) {
@@ -250,6 +272,7 @@ impl Urdf {
                 return wrong(node, format!("there are two links `{name}`"), "rename one of them");
             }
             urdf.link_names.push(name.into());
+            urdf.short_inertias.extend(short_inertia(node, name));
         }
         for node in root.children().filter(|node| node.has_tag_name("joint")) {
             let described = joint(node)?;
@@ -277,6 +300,11 @@ impl Urdf {
     /// Every mesh that the links name.
     pub fn meshes(&self) -> impl Iterator<Item = &MeshFile> {
         self.link_names.iter().flat_map(|name| &self.links[name].meshes)
+    }
+
+    /// Every inertia of which products are absent.
+    pub fn short_inertias(&self) -> &[ShortInertia] {
+        &self.short_inertias
     }
 
     /// The default tool: the last link of the file without a child.

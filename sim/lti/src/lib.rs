@@ -48,6 +48,7 @@ mod expm;
 mod francis;
 mod gain_interval;
 mod interconnect;
+mod irreducible;
 mod loop_transfer;
 mod margins;
 mod modal;

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::domain::{C64, Continuous, Discrete, TimeDomain};
 use crate::error::{LtiError, require_not_negative};
+use crate::polish::MANY_STATES;
 use crate::response::TransferEvaluator;
 use crate::state_space::StateSpace;
 
@@ -91,10 +92,9 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
-        let zeros = match system.zeros() {
-            Err(LtiError::Degenerate) => Vec::new(),
-            other => other?,
-        };
+        // They only say where to look closely. Those of a long chain that is sampled may be no numbers.
+        let zeros = if system.states() < MANY_STATES { system.zeros() } else { system.unpolished_zeros() };
+        let zeros = zeros.unwrap_or_default();
         let mut poles_s: Vec<C64> = to_s(system.poles()?);
         let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
         let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);

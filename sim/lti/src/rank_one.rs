@@ -26,6 +26,9 @@ const BEYOND: f64 = 1e3;
 const BESIDE: [f64; 8] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
 /// Largest change of the phase of G between neighbours, rad, up to the limit on divisions.
 const TURN: f64 = 0.5;
+/// Share of the response that would belong to the largest gain of a search. Between two values below it there
+/// is no gain of the search; far beyond the modes of a long chain the phase is that of rounding.
+const NEGLIGIBLE: f64 = 0.1;
 const HALVINGS: usize = 24;
 /// Width to which a frequency is located.
 const LOCATED: f64 = 1e-15;
@@ -96,7 +99,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
     pub fn stable_gains(mut self, search: &GainSearch) -> Result<Option<StableGains>, LtiError> {
         self.response = self.response.for_many_points();
         let largest = search.scale * 10_f64.powf(f64::from(search.decades));
-        let mut crossings = self.crossings()?;
+        let mut crossings = self.crossings(NEGLIGIBLE / largest)?;
         crossings.retain(|crossing| crossing.gain > search.lower && crossing.gain < largest);
         crossings.sort_by(|a, b| a.gain.total_cmp(&b.gain));
         let inside = |i: usize| match (i.checked_sub(1).map(|i| crossings[i].gain), crossings.get(i)) {
@@ -160,14 +163,15 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         })
     }
 
-    fn crossings(&self) -> Result<Vec<Crossing>, LtiError> {
+    /// Those at which the response is not below `least` on both sides.
+    fn crossings(&self, least: f64) -> Result<Vec<Crossing>, LtiError> {
         let frequencies = self.frequencies()?;
         let mut found = Vec::new();
         let nyquist = self.domain.nyquist_rad_per_s();
         for end in [0.0, nyquist].into_iter().filter(|end| end.is_finite()) {
             // At a pole there is no gain.
             if let Ok(value) = self.response(end)
-                && value.re > 0.0
+                && value.re > least
             {
                 let gain = value.re.recip();
                 found.push(Crossing { gain, w: end, change: self.outwards(end)? });
@@ -177,7 +181,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         for w in frequencies {
             // A pole on the border is skipped: near it the response is large, so its gain is almost zero.
             let Ok(value) = self.response(w) else { continue };
-            if let Some(start) = before {
+            if let Some(start) = before.filter(|(_, from)| from.norm().max(value.norm()) > least) {
                 self.between(start, (w, value), HALVINGS, &mut found)?;
             }
             before = Some((w, value));

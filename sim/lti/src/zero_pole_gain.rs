@@ -5,6 +5,9 @@ use crate::error::LtiError;
 use crate::response::TransferEvaluator;
 use crate::state_space::StateSpace;
 
+/// With more poles than zeros than this, the response beyond all of them is rounding.
+const LARGE_EXCESS: usize = 8;
+
 /// H(p) = `leading_coefficient` * product of (p - zero) / product of (p - pole).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZeroPoleGain {
@@ -42,10 +45,30 @@ impl<T: TimeDomain> StateSpace<T> {
     pub fn zero_pole_gain(&self) -> Result<ZeroPoleGain, LtiError> {
         self.require_siso()?;
         let mut form = ZeroPoleGain { zeros: self.zeros()?, poles: self.poles()?, leading_coefficient: 1.0 };
-        // A real point beyond all poles and zeros: no factor is small there, and the ratio is real.
-        let radius = form.zeros.iter().chain(&form.poles).map(|v| v.norm()).fold(0.0, f64::max);
-        let point = C64::new(if radius > 0.0 { 2.0 * radius } else { 1.0 }, 0.0);
-        form.leading_coefficient = TransferEvaluator::new(self).at(point)?[(0, 0)].re / form.at(point).re;
+        let excess = form.poles.len().saturating_sub(form.zeros.len());
+        form.leading_coefficient = if excess > LARGE_EXCESS {
+            self.markov(excess)
+        } else {
+            // A real point beyond all poles and zeros: no factor is small there, and the ratio is real.
+            let radius = form.zeros.iter().chain(&form.poles).map(|v| v.norm()).fold(0.0, f64::max);
+            let point = C64::new(if radius > 0.0 { 2.0 * radius } else { 1.0 }, 0.0);
+            TransferEvaluator::new(self).at(point)?[(0, 0)].re / form.at(point).re
+        };
         Ok(form)
+    }
+
+    /// C A^(step - 1) B of one input and one output.
+    fn markov(&self, step: usize) -> f64 {
+        // By powers of two apart, since powers of A soon leave the range of numbers.
+        let (mut reached, mut exponent) = (self.b().clone(), 0.0);
+        for _ in 1..step {
+            reached = self.a() * reached;
+            let size = reached.amax().log2().floor();
+            if size.is_finite() {
+                reached *= (-size).exp2();
+                exponent += size;
+            }
+        }
+        (self.c() * reached)[(0, 0)] * (0.5 * exponent).exp2() * (0.5 * exponent).exp2()
     }
 }

@@ -1,11 +1,11 @@
 //! Transmission zeros: points at which the Rosenbrock system matrix loses rank.
 //!
 //! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position
-//! ...). Rounding moves a k-fold infinite zero to a finite radius of eps^(-1/k). They are therefore removed
-//! first by orthogonal rank reduction (by the Markov parameters for one input and one output). The rest has
-//! an invertible feed-through, whose elimination leaves an ordinary eigenvalue problem. Newton's method on
-//! the determinant of the unreduced system then polishes each zero. Source: Emami-Naeini and Van Dooren,
-//! Automatica 18 (1982).
+//! ...). Rounding moves a k-fold infinite zero to a finite radius of eps^(-1/k). The system is therefore
+//! split into parts that have their zeros each by itself. From each, infinite zeros are removed by orthogonal
+//! rank reduction (by the Markov parameters for one input and one output). The rest has an invertible
+//! feed-through, whose elimination leaves an ordinary eigenvalue problem. Newton's method on the determinant
+//! of the unreduced part then polishes each zero. Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
 
 use nalgebra::DMatrix;
 
@@ -13,7 +13,8 @@ use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
 use crate::eigen::{eigenvalues, sort_by_modulus};
 use crate::error::LtiError;
-use crate::polish::{Polish, Reduced};
+use crate::irreducible::parts;
+use crate::polish::{MANY_STATES, Polish, Reduced};
 use crate::state_space::StateSpace;
 
 /// With several inputs or outputs, values below this multiple of (order x eps x norm) count as zero in the
@@ -41,10 +42,13 @@ impl<T: TimeDomain> StateSpace<T> {
     /// # Ok::<(), feeler_lti::LtiError>(())
     /// ```
     pub fn zeros(&self) -> Result<Vec<C64>, LtiError> {
-        let system = balanced_system(self);
-        let (mut zeros, is_square) = self.zeros_of(&system)?;
-        if is_square {
-            Polish::new(&system).all(&mut zeros);
+        let mut zeros = Vec::new();
+        for part in parts(balanced_system(self)) {
+            let (mut found, is_square) = zeros_of(&part)?;
+            if is_square && (part.a.nrows() < MANY_STATES || !part.d.is_empty()) {
+                Polish::new(&part).all(&mut found);
+            }
+            zeros.append(&mut found);
         }
         sort_by_modulus(&mut zeros);
         Ok(zeros)
@@ -57,27 +61,32 @@ impl<T: TimeDomain> StateSpace<T> {
     /// # Errors
     /// As [`Self::zeros`].
     pub fn unpolished_zeros(&self) -> Result<Vec<C64>, LtiError> {
-        let (mut zeros, _) = self.zeros_of(&balanced_system(self))?;
+        let mut zeros = Vec::new();
+        for part in parts(balanced_system(self)) {
+            zeros.append(&mut zeros_of(&part)?.0);
+        }
         sort_by_modulus(&mut zeros);
         Ok(zeros)
     }
+}
 
-    /// Zeros as the eigenvalue problem gives them, and whether there are as many inputs as outputs.
-    fn zeros_of(&self, system: &Reduced) -> Result<(Vec<C64>, bool), LtiError> {
-        let reduced = if self.inputs() == 1 && self.outputs() == 1 {
-            reduce_single(system).ok_or(LtiError::Degenerate)?
-        } else {
+/// Zeros as the eigenvalue problem gives them, and whether there are as many inputs as outputs.
+fn zeros_of(system: &Reduced) -> Result<(Vec<C64>, bool), LtiError> {
+    let (outputs, inputs) = system.d.shape();
+    let reduced = match (outputs, inputs) {
+        // What neither input nor output takes part in: its own motions.
+        (0, 0) => system.clone(),
+        (1, 1) => reduce_single(system).ok_or(LtiError::Degenerate)?,
+        _ => {
             let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
-            let tolerance = RANK_ROUNDINGS
-                * (self.states() + self.inputs() + self.outputs()) as f64
-                * f64::EPSILON
-                * total;
+            let tolerance =
+                RANK_ROUNDINGS * (system.a.nrows() + inputs + outputs) as f64 * f64::EPSILON * total;
             let rows = reduce(system.clone(), tolerance);
             transpose(&reduce(transpose(&rows), tolerance))
-        };
-        let is_square = self.inputs() == self.outputs() && reduced.d.ncols() == self.inputs();
-        Ok((pencil_eigenvalues(&reduced)?, is_square))
-    }
+        }
+    };
+    let is_square = inputs == outputs && reduced.d.ncols() == inputs;
+    Ok((pencil_eigenvalues(&reduced)?, is_square))
 }
 
 /// The system with states, inputs and outputs scaled by powers of two, so that all parts of its matrix have

@@ -1,7 +1,7 @@
 //! Random chains of masses and springs over four decades, whose zeros are known by mechanics.
 #![cfg(test)]
 
-use feeler_lti::{C64, StateSpace};
+use feeler_lti::{C64, LoopTransfer, StateSpace};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -68,6 +68,42 @@ fn chain() -> impl Strategy<Value = Chain> {
         (decades(-1.0, 3.0), decades(3.0, 7.0), decades(0.0, 3.0))
             .prop_map(|(masses, stiffnesses, dampings)| Chain { masses, stiffnesses, dampings })
     })
+}
+
+/// Poles and zeros of long chains: a spring of 100 kN/m with 10 N s/m has its zero at -1e4 1/s, and each body
+/// held leaves the motions of both sides.
+#[test]
+fn truth_zeros_of_a_long_chain_are_those_of_its_springs() {
+    for n in [12, 24, 100] {
+        let chain = Chain { masses: vec![1.0; n], stiffnesses: vec![1e5; n], dampings: vec![10.0; n] };
+        let whole = chain.system(0, n - 1);
+        let zeros = whole.zeros().unwrap();
+        assert_eq!(zeros.len(), n - 1);
+        // k / c of a part of one state: a few roundings.
+        assert!(zeros.iter().all(|z| (z + 1e4).norm() < 1e-14 * 1e4), "{n}: {zeros:?}");
+        // In every spring the force rises as c s.
+        let form = whole.zero_pole_gain().unwrap();
+        let truth = 10_f64.powi(i32::try_from(n).unwrap() - 1);
+        assert!((form.leading_coefficient / truth - 1.0).abs() < 1e-12, "{n}: {}", form.leading_coefficient);
+        let held = chain.system(n / 2, n / 2).zeros().unwrap();
+        assert_eq!(held.len(), 2 * (n - 1));
+        assert!(held.iter().all(|z| z.re < 0.0 && z.norm() < 2.0 * 1e5_f64.sqrt()), "{n}: {held:?}");
+    }
+}
+
+/// Within a millisecond a force passes some bodies of a long chain and is lost in rounding behind them. So
+/// the zeros of the sampled chain are no numbers. It still has poles, and a slow force bends the spring to
+/// ground.
+#[test]
+fn regress_a_sampled_chain_of_a_hundred_bodies_has_a_loop() {
+    let n = 100;
+    let chain = Chain { masses: vec![1.0; n], stiffnesses: vec![1e5; n], dampings: vec![10.0; n] };
+    let sampled = chain.system(0, n - 1).zero_order_hold(1e-3).unwrap();
+    let transfer = LoopTransfer::discrete(&sampled).unwrap();
+    assert_eq!((transfer.poles_s().len(), transfer.unstable_poles()), (2 * n, 0));
+    let slow = transfer.at_frequency(0.0).unwrap();
+    // Rounding of the transition, over the square of the angle by which the slowest mode turns in a sample.
+    assert!((slow * 1e5 - 1.0).norm() < 1e-8, "{slow}");
 }
 
 /// Relative accuracy of zeros in the scale of the fastest motion: the rounding of a matrix with frequencies

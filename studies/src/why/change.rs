@@ -47,6 +47,8 @@ pub enum Change {
     NoQuantiser,
     /// No dry friction.
     NoFriction,
+    /// No free play.
+    NoFreePlay,
     /// A quarter of the speed before contact, or less if necessary.
     SlowerApproach,
     /// Sensors without noise.
@@ -74,6 +76,8 @@ pub enum Cause {
     Saturation,
     /// Dry friction, or the resolution of sensors and outputs.
     StictionOrQuantiser,
+    /// Free play between drive and load.
+    FreePlay,
     /// Sensor noise, in a loop that is at rest without it.
     SensorNoise,
 }
@@ -90,6 +94,7 @@ impl Cause {
             Self::LossOfContact => "loss of contact",
             Self::Saturation => "saturation",
             Self::StictionOrQuantiser => "stiction or quantiser",
+            Self::FreePlay => "free play",
             Self::SensorNoise => "sensor noise",
         }
     }
@@ -97,7 +102,7 @@ impl Cause {
 
 impl Change {
     /// Every change, in the order of the trials.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::HalveStep,
         Self::FineStep,
         Self::ContinuousController,
@@ -110,6 +115,7 @@ impl Change {
         Self::NoSaturation,
         Self::NoQuantiser,
         Self::NoFriction,
+        Self::NoFreePlay,
         Self::SlowerApproach,
         Self::NoNoise,
     ];
@@ -125,6 +131,7 @@ impl Change {
             Self::BilateralContact | Self::SlowerApproach => Cause::LossOfContact,
             Self::NoSaturation => Cause::Saturation,
             Self::NoQuantiser | Self::NoFriction => Cause::StictionOrQuantiser,
+            Self::NoFreePlay => Cause::FreePlay,
             Self::NoNoise => Cause::SensorNoise,
         }
     }
@@ -144,6 +151,7 @@ impl Change {
             Self::NoSaturation => "no saturation",
             Self::NoQuantiser => "no quantiser",
             Self::NoFriction => "no friction",
+            Self::NoFreePlay => "no free play",
             Self::SlowerApproach => "a slower approach",
             Self::NoNoise => "no sensor noise",
         }
@@ -196,6 +204,7 @@ impl Change {
                 drop_effects(&mut changed, |effect| effect.has(Trait::Quantisation));
             }
             Self::NoFriction => drop_effects(&mut changed, |effect| effect.has(Trait::DryFriction)),
+            Self::NoFreePlay => drop_effects(&mut changed, |effect| effect.kind == Kind::Backlash),
             Self::SlowerApproach => slow_down(&mut changed, SLOWER),
             Self::NoNoise => {
                 changed.machine.sensors.values_mut().for_each(|sensor| sensor.noise = 0.0);

@@ -97,6 +97,11 @@ pub struct Remedy {
     pub settles: bool,
 }
 
+/// Where a verdict's loop is closed: in contact, if anything can touch.
+pub(super) fn in_contact(scenario: &Scenario) -> &'static str {
+    if nothing_can_touch(scenario) { "" } else { " in contact" }
+}
+
 /// A change of sufficient size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Size {

@@ -6,6 +6,7 @@ use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
 use super::change::sampled_faster;
+use super::explanation::in_contact;
 use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
@@ -47,10 +48,10 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
 pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     let over = plain(two_digits(100.0 * (margin.recip() - 1.0)));
     only_gain(scenario).map_or_else(
-        || format!("the loop's gain is {over} % above its limit in contact"),
+        || format!("the loop's gain is {over} % above its limit{}", in_contact(scenario)),
         |(name, value)| {
             let [value, limit] = [value, margin * value].map(plain);
-            format!("{name} = {value} is {over} % above the limit of {limit} in contact")
+            format!("{name} = {value} is {over} % above the limit of {limit}{}", in_contact(scenario))
         },
     )
 }

@@ -18,7 +18,8 @@
 //! 2. a motion in contact is excited by the sensors' noise if it rests without noise and linear theory does
 //!    not call the loop unstable;
 //! 3. if the sampled loop is stable in contact by linear theory, a nonlinear property sustains the motion. Of
-//!    those that cure, dry friction or quantisation comes first, then saturation, then the loss of contact;
+//!    those that cure, dry friction, quantisation or free play comes first, then saturation, then the loss of
+//!    contact;
 //! 4. if it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of
 //!    those that cure.
 

@@ -3,14 +3,14 @@
 use feeler_control::{Law, LeadSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
-use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
+use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
 
 use super::change::{Cause, Change, arriving_later, sample_faster, servos, slow_down};
 use super::explanation::{Explanation, Remedy, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
 use super::size::{Changed, Written, at_rest, mildest};
-use crate::numbers::with_unit;
+use crate::numbers::{plain, with_unit};
 use crate::run::Measured;
 
 /// Share of the largest stable gain that a loop uses.
@@ -164,9 +164,10 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         || found.lifts_by(Change::NoDelay)
         || found.lifts_by(Change::ContinuousController)
     {
-        let what = |times: f64| format!("delays {times:.3} times as short, filters as many times as fast");
+        let what =
+            |times: f64| format!("delays {} times as short, filters as many times as fast", plain(times));
         ways.push(Way::new(Some(Change::NoDelay), &MANY_TIMES, what, shorten_delays));
-        let what = |times: f64| format!("sampling {times:.3} times as fast");
+        let what = |times: f64| format!("sampling {} times as fast", plain(times));
         ways.push(Way::new(Some(Change::ContinuousController), &TIMES, what, sample_faster));
     }
     ways
@@ -182,13 +183,13 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
         ways.push(Way::new(
             Some(Change::RigidTransmission),
             &TIMES,
-            |times| format!("a transmission {times:.3} times as stiff"),
+            |times| format!("a transmission {} times as stiff", plain(times)),
             move |s, times| scale_springs(s, &springs, times, 1.0),
         ));
         ways.push(Way::new(
             None,
             &TIMES,
-            |times| format!("a transmission with {times:.3} times the damping"),
+            |times| format!("a transmission with {} times the damping", plain(times)),
             move |s, times| scale_springs(s, &same, 1.0, times),
         ));
     }
@@ -198,13 +199,13 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
         ways.push(Way::new(
             None,
             &TIMES,
-            |times| format!("{times:.3} times the damping of base and fixture"),
+            |times| format!("{} times the damping of base and fixture", plain(times)),
             move |s, times| scale_springs(s, &springs, 1.0, times),
         ));
         ways.push(Way::new(
             None,
             &TIMES,
-            |times| format!("base and fixture {times:.3} times as stiff"),
+            |times| format!("base and fixture {} times as stiff", plain(times)),
             move |s, times| scale_springs(s, &same, times, 1.0),
         ));
     }
@@ -215,28 +216,33 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
 fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = Vec::new();
     if found.has(Cause::ActuatorLag) || found.lifts_by(Change::IdealActuator) {
-        let what = |times: f64| format!("a drive {times:.3} times as fast");
+        let what = |times: f64| format!("a drive {} times as fast", plain(times));
         ways.push(Way::new(Some(Change::IdealActuator), &TIMES, what, quicken_drives));
     }
     if found.has(Cause::Saturation) {
-        let what = |times: f64| format!("limits {times:.3} times as high");
+        let what = |times: f64| format!("limits {} times as high", plain(times));
         ways.push(Way::new(Some(Change::NoSaturation), &TIMES, what, raise_limits));
     }
     if found.has(Cause::StictionOrQuantiser) {
         ways.push(Way::new(
             Some(Change::NoFriction),
             &MANY_TIMES,
-            |times| format!("friction {times:.3} times as small, by compensation or another guide"),
+            |times| format!("friction {} times as small, by compensation or another guide", plain(times)),
             |s, times| fade(s, times, |effect| effect.has(Trait::DryFriction)),
         ));
-        let what = |times: f64| format!("sensors and outputs {times:.3} times as fine");
+        let what = |times: f64| format!("sensors and outputs {} times as fine", plain(times));
         ways.push(Way::new(Some(Change::NoQuantiser), &MANY_TIMES, what, refine_steps));
+    }
+    if found.has(Cause::FreePlay) {
+        let what = |times: f64| format!("free play {} times as small", plain(times));
+        let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.kind == Kind::Backlash);
+        ways.push(Way::new(Some(Change::NoFreePlay), &MANY_TIMES, what, apply));
     }
     if found.has(Cause::SensorNoise) {
         ways.push(Way::new(
             Some(Change::NoNoise),
             &TIMES,
-            |times| format!("sensors with {times:.3} times less noise"),
+            |times| format!("sensors with {} times less noise", plain(times)),
             |s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times),
         ));
     }
@@ -245,7 +251,7 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
             slow_down(s, times);
             *s = arriving_later(s, baseline, times);
         };
-        let what = |times: f64| format!("an approach {times:.3} times as slow");
+        let what = |times: f64| format!("an approach {} times as slow", plain(times));
         ways.push(Way::new(Some(Change::SlowerApproach), &MANY_TIMES, what, apply));
     }
     ways
@@ -259,7 +265,7 @@ fn of_any(scenario: &Scenario) -> Vec<Way<'static>> {
         Way::new(
             None,
             &TIMES,
-            |times| format!("a pad on the tool, {times:.3} times as soft"),
+            |times| format!("a pad on the tool, {} times as soft", plain(times)),
             |s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times),
         ),
     ];

@@ -6,9 +6,9 @@ use feeler_engine::Scenario;
 use rayon::prelude::*;
 
 use super::change::{Cause, Change, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down};
-use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
+use super::explanation::{Explanation, Lift, Trial, in_contact, is_cured, is_troubled};
 use super::{linear, remedy};
-use crate::run::{Candidate, Measured, Outcome, RunError};
+use crate::run::{Candidate, Measured, Outcome, RunError, nothing_can_touch};
 
 /// Largest number of changes that are tried together.
 const LARGEST_SET: usize = 3;
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
             remedies: Vec::new(),
         };
         if !chatters {
-            explanation.verdict = nothing_to_explain(&self.baseline);
+            explanation.verdict = nothing_to_explain(&self.scenario, &self.baseline);
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
@@ -195,14 +195,23 @@ fn is_noisy(scenario: &Scenario) -> bool {
 }
 
 /// The verdict on a run without chatter.
-fn nothing_to_explain(baseline: &Measured) -> String {
-    let verdict = &baseline.summary.verdict;
+fn nothing_to_explain(scenario: &Scenario, baseline: &Measured) -> String {
+    let (what, verdict) = (what(scenario), &baseline.summary.verdict);
     match verdict.undecided {
         Some(why) => format!(
-            "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may decide.",
+            "Whether there is {what} to explain is undecided ({}): a longer `run.duration` may decide.",
             why.name()
         ),
-        None => format!("There is no chatter to explain: {}.", ended(verdict.outcome)),
+        None => {
+            let ended = match verdict.outcome {
+                Outcome::Settled if nothing_can_touch(scenario) => "what the loop controls came to rest",
+                Outcome::Driven if nothing_can_touch(scenario) => {
+                    "what the loop controls followed its moving reference to the end"
+                }
+                outcome => ended(outcome),
+            };
+            format!("There is no {what} to explain: {ended}.")
+        }
     }
 }
 
@@ -267,7 +276,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
         }
         // Noise may only trigger a motion that another property sustains.
         Cause::SensorNoise => 10.0,
-        Cause::StictionOrQuantiser => 50.0,
+        Cause::StictionOrQuantiser | Cause::FreePlay => 50.0,
         Cause::Saturation => 40.0,
         Cause::LossOfContact => 20.0,
         _ => 0.0,
@@ -329,19 +338,20 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
                 the sign of the gain or of the drive."
             .into();
     }
-    let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
+    let (what, in_contact) = (what(scenario), in_contact(scenario));
+    let tried = format!("No change or set of up to {LARGEST_SET} changes removes the {what}");
     if found.wrong_sign {
         let upto =
             found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
         return format!(
-            "{tried}: the force feedback has the wrong sign, so the loop in contact{upto} diverges without \
+            "{tried}: the feedback has the wrong sign, so the loop{in_contact}{upto} diverges without \
              oscillation; reverse the sign of the gain or of the drive."
         );
     }
     if found.undamped {
         return format!(
-            "{tried}: a mode of the machine in contact has no damping, so nothing dissipates the energy that \
-             approach and feedback feed into it; add damping to contact, guide or control."
+            "{tried}: a mode of the machine{in_contact} has no damping, so nothing dissipates the energy \
+             that approach and feedback feed into it; add damping to contact, guide or control."
         );
     }
     match (found.linear_stable, found.gain_margin) {
@@ -351,11 +361,16 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
         }
         (Some(false), Some(_)) => {
             format!(
-                "{tried}: by linear theory the loop in contact is unstable, and no lower gain mends that."
+                "{tried}: by linear theory the loop{in_contact} is unstable, and no lower gain mends that."
             )
         }
         _ => format!("{tried}; its cause is none of those tried."),
     }
+}
+
+/// What is explained: chatter, or the motion of a loop that touches nothing.
+fn what(scenario: &Scenario) -> &'static str {
+    if nothing_can_touch(scenario) { "motion" } else { "chatter" }
 }
 
 fn sentence(found: &Explanation, scenario: &Scenario) -> String {
@@ -365,19 +380,20 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
         [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
     };
     let Some(chosen) = found.smallest.first() else { return unexplained(found, scenario) };
+    let (what, in_contact) = (what(scenario), in_contact(scenario));
     let causes = list(found.causes.iter().map(|cause| cause.words()).collect());
     let changes = list(chosen.iter().map(|change| change.words()).collect());
     let theory = match (found.linear_stable, found.gain_margin) {
         (Some(true), Some(margin)) => {
-            format!("; by linear theory the loop in contact is stable, up to {margin:.2} times its gain")
+            format!("; by linear theory the loop{in_contact} is stable, up to {margin:.2} times its gain")
         }
-        (Some(true), None) => "; by linear theory the loop in contact is stable".into(),
+        (Some(true), None) => format!("; by linear theory the loop{in_contact} is stable"),
         (Some(false), Some(margin)) if margin > 0.0 && margin < 1.0 => {
             format!("; by linear theory {}", linear::above_limit(scenario, margin))
         }
         (Some(false), Some(margin)) => {
             let at = if margin > 0.0 { "this gain and every lower one" } else { "every gain" };
-            format!("; by linear theory the sampled loop in contact is unstable at {at}")
+            format!("; by linear theory the sampled loop{in_contact} is unstable at {at}")
         }
         _ => String::new(),
     };
@@ -388,7 +404,7 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
         )
     } else if found.causes.len() > 1 {
         format!(
-            "The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.",
+            "The {what} has {} causes, {causes}: it takes {changes} together to remove it{theory}.",
             found.causes.len()
         )
     } else if found.contributions.first().is_some_and(|trial| trial.only_by_period) {
@@ -397,7 +413,7 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
              gone{theory}."
         )
     } else {
-        format!("The chatter is due to {causes}: with {changes} it is gone{theory}.")
+        format!("The {what} is due to {causes}: with {changes} it is gone{theory}.")
     }
 }
 
@@ -407,8 +423,8 @@ mod tests {
 
     #[test]
     fn truth_combinations_are_counted() {
-        assert_eq!(combinations(&Change::ALL, 1).len(), 14);
-        assert_eq!(combinations(&Change::ALL, 2).len(), 91);
-        assert_eq!(combinations(&Change::ALL, 3).len(), 364);
+        assert_eq!(combinations(&Change::ALL, 1).len(), 15);
+        assert_eq!(combinations(&Change::ALL, 2).len(), 105);
+        assert_eq!(combinations(&Change::ALL, 3).len(), 455);
     }
 }

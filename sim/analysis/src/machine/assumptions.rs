@@ -19,6 +19,13 @@ pub struct Assumption {
     pub taken: String,
 }
 
+impl Assumption {
+    /// Whether it is a spring that rounding loses beside far stiffer ones.
+    pub(crate) fn is_of_lost_spring(&self) -> bool {
+        self.taken == LOST
+    }
+}
+
 impl ControlLoop {
     /// Every nonlinear property of machine and controllers with effects applied, and its linear replacement
     /// under `view`.

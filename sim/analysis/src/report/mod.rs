@@ -28,6 +28,9 @@ use crate::workers::Workers;
 
 pub use of_loop::{GainReport, LoopReport, StableRange, WhyNoWaterfall};
 
+/// Roundings of an eigenvalue of the matrix of stiffness over mass.
+const ROUNDINGS: f64 = 16.0;
+
 /// The request: absent fields are chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
@@ -147,6 +150,15 @@ pub struct Report {
 }
 
 impl Report {
+    /// Poles and zeros up to this modulus are rounding, 1/s: a spring that should hold them is lost beside
+    /// far stiffer ones. `None` if there is no such spring.
+    pub fn lost_below_per_s(&self) -> Option<f64> {
+        // What is rounded is the squares.
+        let largest = self.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
+        let is_lost = self.assumptions.iter().any(Assumption::is_of_lost_spring);
+        is_lost.then_some((ROUNDINGS * f64::EPSILON).sqrt() * largest)
+    }
+
     /// The signals between which the loop is closed.
     pub fn pair(&self) -> Option<&LoopPair> {
         self.looped.as_ref()?.pair.as_ref()

@@ -104,3 +104,23 @@ fn truth_delays_stand_beside_the_state_space() {
             && (ratio.norm() - 1.0).abs() < 1e-12
     );
 }
+
+/// Bristles that do not slide bend as the body moves: `sigma_0` and `sigma_1` are then those of the guide.
+#[test]
+fn truth_bristles_at_rest_are_a_spring_and_a_damper() {
+    let (stiffness, damping) = (4e5, 300.0);
+    let [mut bent, mut held] = [machine(), machine()];
+    let definition = find("lugre-friction").unwrap();
+    let values = vec![stiffness, damping, 10.0, 13.0, 0.01];
+    bent.springs["guide"].effects.push(EffectUse { definition, values });
+    let guide = &mut held.springs["guide"];
+    guide.stiffness_n_per_m += stiffness;
+    guide.damping_n_s_per_m += damping;
+    let [bent, held] = [bent, held].map(|machine| {
+        feeler_analysis::modes(&LinearMachine::new(&machine, &View::CLAMPED).unwrap()).unwrap()
+    });
+    assert_eq!(bent.len(), held.len());
+    for (bent, held) in bent.iter().zip(&held) {
+        assert!((bent.eigenvalue - held.eigenvalue).norm() < 1e-9 * held.eigenvalue.norm(), "{bent:?}");
+    }
+}

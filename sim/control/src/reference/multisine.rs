@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use feeler_lanes::{Lane, Pack};
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner};
+use num_complex::Complex;
 
 use super::spec::Lines;
 use crate::error::{finite, not_negative, positive};
@@ -114,11 +113,11 @@ impl Multisine {
     }
 }
 
-/// Measures the peak of candidates on the same lines, by an inverse Fourier transform over one period.
+/// Measures the peak of candidates on the same lines, at evenly spaced instants of one period.
 struct PeakMeter {
-    transform: Arc<dyn ComplexToReal<f64>>,
-    spectrum: Vec<Complex<f64>>,
-    values: Vec<f64>,
+    /// `exp(2 pi i k / n)` of the first half of n instants.
+    turns: Vec<Complex<f64>>,
+    sums: Vec<Complex<f64>>,
     first: u64,
     stride: u64,
 }
@@ -126,26 +125,41 @@ struct PeakMeter {
 impl PeakMeter {
     fn new(first: u64, stride: u64, last: u64) -> Self {
         let points = (POINTS_PER_CYCLE * last).next_power_of_two() as usize;
-        let transform = RealFftPlanner::new().plan_fft_inverse(points);
-        Self {
-            spectrum: transform.make_input_vec(),
-            values: transform.make_output_vec(),
-            transform,
-            first,
-            stride,
-        }
+        let turns = (0..points / 2).map(|k| Complex::cis(TAU * k as f64 / points as f64)).collect();
+        Self { turns, sums: vec![Complex::default(); points], first, stride }
     }
 
-    /// The largest magnitude of the sum of `lines`, up to a factor that is the same for all.
+    /// The largest magnitude of the sum of `lines`.
     fn of(&mut self, lines: &[Complex<f64>]) -> f64 {
-        self.spectrum.fill(Complex::default());
-        let bins = self.spectrum.iter_mut().skip(self.first as usize).step_by(self.stride as usize);
+        self.sums.fill(Complex::default());
+        let bins = self.sums.iter_mut().skip(self.first as usize).step_by(self.stride as usize);
         bins.zip(lines).for_each(|(bin, line)| *bin = *line);
-        // The transform fails only for buffers of a wrong length or complex ends of the spectrum. These
-        // buffers are its own, and the ends stay zero.
-        match self.transform.process(&mut self.spectrum, &mut self.values) {
-            Ok(()) => self.values.iter().fold(0.0, |peak: f64, x| peak.max(x.abs())),
-            Err(_) => f64::INFINITY,
+        self.transform();
+        self.sums.iter().fold(0.0, |peak: f64, sum| peak.max(sum.re.abs()))
+    }
+
+    /// `x[j] = sum_k x[k] exp(2 pi i j k / n)` in place, for n a power of two (Cooley and Tukey, Mathematics
+    /// of Computation 19, 1965). A library's transforms of every length would be compiled anew for this
+    /// crate, as most of its code.
+    fn transform(&mut self) {
+        let n = self.sums.len();
+        for i in 0..n {
+            let mirrored = i.reverse_bits() >> (usize::BITS - n.ilog2());
+            if i < mirrored {
+                self.sums.swap(i, mirrored);
+            }
+        }
+        let mut half = 1;
+        while half < n {
+            for block in self.sums.chunks_exact_mut(2 * half) {
+                let (low, high) = block.split_at_mut(half);
+                let turns = self.turns.iter().step_by(n / (2 * half));
+                for ((low, high), turn) in low.iter_mut().zip(high).zip(turns) {
+                    let turned = *high * turn;
+                    (*low, *high) = (*low + turned, *low - turned);
+                }
+            }
+            half *= 2;
         }
     }
 }
@@ -157,4 +171,33 @@ fn is_left_out(k: u64, count: u64, stream: &Stream) -> bool {
     let full = (group + 1) * GROUP <= count;
     // Counted from the far end, so that these draws differ from those of the phases.
     full && k % GROUP == (stream.uniform_at(u64::MAX / 2 + group) * GROUP as f64) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest of the sums themselves, at the same instants; a few roundings of 20 lines each.
+    #[test]
+    fn truth_the_peak_is_that_of_the_sum_of_cosines() {
+        for (first, stride, count) in [(1, 1, 1), (3, 2, 20), (7, 1, 100)] {
+            let last = first + stride * (count - 1);
+            let stream = Stream::new(5, "test");
+            let lines: Vec<Complex<f64>> = (0..count)
+                .map(|k| Complex::from_polar(1.0 + stream.uniform_at(k), TAU * stream.uniform_at(count + k)))
+                .collect();
+            let mut meter = PeakMeter::new(first, stride, last);
+            let points = meter.sums.len() as u64;
+            let at = |j: u64| {
+                let turned = |(line, k): (&Complex<f64>, u64)| {
+                    let turns = (j * (first + stride * k)) % points;
+                    (line * Complex::cis(TAU * turns as f64 / points as f64)).re
+                };
+                lines.iter().zip(0..).map(turned).sum::<f64>()
+            };
+            let truth = (0..points).map(at).fold(0.0, |peak: f64, value| peak.max(value.abs()));
+            let found = meter.of(&lines);
+            assert!((found / truth - 1.0).abs() < 1e-13, "{count}: {found} {truth}");
+        }
+    }
 }

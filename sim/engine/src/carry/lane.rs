@@ -9,7 +9,7 @@ use feeler_plant::motion::{Mode, Motion};
 
 use crate::carry::ledger::{EnergyLedger, GAUSS_NODES};
 use crate::carry::peaks::Peaks;
-use crate::carry::toil::{NONLINEAR, Toil};
+use crate::carry::toil::{NONLINEAR, Toil, WITH_ENERGY};
 use crate::error::{EngineError, RunEnd};
 use crate::observe::event::{Event, EventKind};
 use crate::solve::crossing::{Known, Path, Piece, first_guard};
@@ -182,7 +182,8 @@ impl LaneCore {
                     self.end = Some(RunEnd::EventStorm { t_s });
                 }
             }
-            let steps = 1 + NONLINEAR * (self.extrapolation.attempts - attempts);
+            let polynomials = if self.ledger.is_some() { WITH_ENERGY } else { 1 };
+            let steps = polynomials + NONLINEAR * (self.extrapolation.attempts - attempts);
             if self.toil.took(steps, t_s) {
                 self.end = Some(RunEnd::EventStorm { t_s });
             }
@@ -226,6 +227,11 @@ impl LaneCore {
                 }
             }
         }
+        // What does not move now will not move before the next input.
+        let looked_at = h;
+        if push.is_none() && event.is_none() && self.series.is_constant() {
+            h = remaining;
+        }
         if let Some(ledger) = &mut self.ledger {
             let mut node = xi.to_vec();
             for (position, weight) in GAUSS_NODES {
@@ -234,7 +240,7 @@ impl LaneCore {
             }
         }
         if let Some(peaks) = &mut self.peaks {
-            peaks.linear_piece(flow, &self.series, xi, t_s, h);
+            peaks.linear_piece(flow, &self.series, xi, t_s, looked_at);
         }
         self.series.evaluate(h, xi);
         self.join(xi);

@@ -4,6 +4,8 @@
 /// work for ten milliseconds.
 const MOST_STEPS: u64 = 3_000_000;
 const SPAN_S: f64 = 0.01;
+/// Cost of a polynomial of a linear mode whose energies are kept, in those without.
+pub(crate) const WITH_ENERGY: u64 = 3;
 /// Cost of a step of a nonlinear mode, in polynomials of a linear one.
 pub(crate) const NONLINEAR: u64 = 20;
 

@@ -88,6 +88,11 @@ impl Series {
         }
     }
 
+    /// Whether no state changes.
+    pub(crate) fn is_constant(&self) -> bool {
+        self.coefficients[self.stride..][..self.states].iter().all(|slope| *slope == 0.0)
+    }
+
     /// Writes the states at `s` into the front of `xi`.
     pub(crate) fn evaluate(&self, s: f64, xi: &mut [f64]) {
         let n = self.states;

@@ -1,5 +1,6 @@
 //! Values that users write for "ideal": a part that decays within nanoseconds is stepped over.
 
+use feeler_control::ReferenceSpec;
 use feeler_engine::RunEnd;
 use feeler_plant::description::{Actuator, ActuatorKind};
 
@@ -44,4 +45,18 @@ fn truth_a_body_of_a_microgram_moves_with_its_neighbours() {
     let forces = [&trace, &expected].map(|trace| trace.column("tool.force").unwrap());
     // A microgram at some hundred m/s2 takes 1e-7 N.
     assert!(forces[0].iter().zip(forces[1]).all(|(a, b)| (a - b).abs() < LAG_N));
+}
+
+/// A velocity source of 1e15 N s/m with a lag of 0.1 ms swings at 190 MHz on its body: a polynomial reaches a
+/// nanosecond. What rests is not followed through that.
+#[test]
+fn regress_a_machine_at_rest_takes_no_steps_however_stiff_it_is() {
+    let mut scenario = axis(0.1);
+    scenario.controllers["force"].spec.reference = ReferenceSpec::Constant(0.0);
+    scenario.machine.actuators["drive"].kind =
+        ActuatorKind::VelocitySource { damping_n_s_per_m: 1e15, time_constant_s: 1e-4 };
+    let (trace, simulation) = run(&scenario);
+    // Followed, ten milliseconds would take ten million polynomials, and end as a storm.
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed));
+    assert!(trace.column("motor.position").unwrap().iter().all(|x| *x == 0.0));
 }

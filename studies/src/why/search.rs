@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::change::{Cause, Change, SLOWER, SLOWER_STILL, slow_down};
 use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
 use super::{linear, remedy};
-use crate::run::{Candidate, Measured, Outcome, RunError};
+use crate::run::{Candidate, Measured, Outcome, RunError, Summary};
 
 /// Largest number of changes that are tried together.
 const LARGEST_SET: usize = 3;
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
             remedies: Vec::new(),
         };
         if !chatters {
-            explanation.verdict = nothing_to_explain(&self.baseline);
+            explanation.verdict = nothing_to_explain(&self.scenario, &self.baseline, explanation.gain_margin);
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
@@ -207,28 +207,32 @@ fn is_noisy(scenario: &Scenario) -> bool {
     scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0)
 }
 
-/// The verdict on a run without chatter.
-fn nothing_to_explain(baseline: &Measured) -> String {
+/// The verdict on a run without chatter, and where it would begin.
+fn nothing_to_explain(scenario: &Scenario, baseline: &Measured, margin: Option<f64>) -> String {
     let verdict = &baseline.summary.verdict;
-    match verdict.undecided {
-        Some(why) => format!(
+    if let Some(why) = verdict.undecided {
+        return format!(
             "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may decide.",
             why.name()
-        ),
-        None => format!("There is no chatter to explain: {}.", ended(verdict.outcome)),
+        );
     }
+    let begins = margin.filter(|margin| margin.is_finite() && *margin > 1.0);
+    let begins = begins.map_or_else(String::new, |margin| linear::begins(scenario, margin));
+    format!("No chatter: {}.{begins}", ended(&baseline.summary))
 }
 
 /// How a run ended, in words.
-fn ended(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Settled => "the force settled, and the tool stayed on the workpiece",
-        Outcome::BouncesThenSettles => "the tool bounced, and then the force settled",
-        Outcome::Driven => "the force followed its moving reference to the end",
-        Outcome::FollowsSurface => "the force followed the moving surface to the end",
-        Outcome::NoContact => "the tool did not touch, or left and did not return",
+fn ended(summary: &Summary) -> String {
+    let said = match summary.outcome {
+        Outcome::Settled => "the force settles, and the tool stays on the workpiece",
+        Outcome::BouncesThenSettles if summary.bounces == 1 => "the force settles after one bounce",
+        Outcome::BouncesThenSettles => return format!("the force settles after {} bounces", summary.bounces),
+        Outcome::Driven => "the force follows its moving reference to the end",
+        Outcome::FollowsSurface => "the force follows the moving surface to the end",
+        Outcome::NoContact => "the tool does not touch, or leaves and does not return",
         _ => "the force comes to rest",
-    }
+    };
+    said.to_owned()
 }
 
 fn trial_of(

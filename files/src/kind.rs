@@ -161,6 +161,6 @@ mod tests {
             assert_eq!(what(toml.as_bytes()), None, "{toml}");
         }
         let (_, remedy) = foreign(b"<robot/>", path).unwrap_or_default();
-        assert!(remedy.contains("urdf = \"robot.urdf\""), "{remedy}");
+        assert!(remedy.contains("feeler new arm --urdf robot.urdf"), "{remedy}");
     }
 }

@@ -115,7 +115,8 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
 
 /// Why a run ends without contact, as far as its file says; `doubts` are those about the file.
 pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
-    if summary.outcome != Outcome::NoContact || summary.contacts.is_empty() {
+    let approaches = summary.verdict.undecided == Some(Undecided::StillApproaching);
+    if !(summary.outcome == Outcome::NoContact || approaches) || summary.contacts.is_empty() {
         return None;
     }
     let contacts = &scenario.machine.contacts;
@@ -127,6 +128,9 @@ pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem])
     let keeps_away = |doubt: &&Problem| !doubt.key.ends_with(".stiffness") && !doubt.key.ends_with(".period");
     if let Some(doubt) = doubts.iter().find(keeps_away) {
         return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
+    }
+    if approaches {
+        return None;
     }
     if reference.is_some_and(|reference| reference <= 0.0) {
         return Some("Reason: the reference does not end above zero, and a contact only pushes.".to_owned());

@@ -358,6 +358,13 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(said.err.contains("warning: contacts.tool.between") && said.err.contains(doubt), "{}", said.err);
     assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     assert!(bench.read("out/report.html").contains("Probable reason"));
+    // A tool that approaches the other way is told the same, and not only to go on for longer.
+    let encoder = "\n[sensors.encoder]\nreads = \"tip.position\"\n";
+    bench.write("sent.toml", &(bench.read("away.toml") + encoder));
+    let approach = "controllers.force.approach={ speed = 0.01, until = 2 }";
+    let said = bench.feeler(&["run", "sent.toml", "--set", approach, "--out", "out"]);
+    assert!(said.out.contains("still approaches"), "{}", said.out);
+    assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     let pulled =
         bench.feeler(&["run", "away.toml", "--set", "contacts.tool.engagement=free", "--out", "out"]);
     assert!(pulled.out.contains("Every contact of the file is set free."), "{}", pulled.out);

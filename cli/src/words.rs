@@ -89,7 +89,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        _ => undecided(summary.verdict.undecided, summary.simulated_s),
+        _ => undecided(summary.verdict.undecided, summary.simulated_s) + &so_far(summary, units),
     }
 }
 
@@ -287,6 +287,17 @@ fn times(bounces: usize) -> String {
         2 => "twice".into(),
         many => count(many, "time", "times"),
     }
+}
+
+/// Where the force is at the end of an undecided run, as a further sentence.
+fn so_far(summary: &Summary, units: Units) -> String {
+    let Some(response) = summary.response else { return String::new() };
+    let [_, _, swings] = summary.verdict.amplitudes_n;
+    let mean = response.final_reference_n.zip(response.steady_error_n).map(|(wanted, error)| wanted + error);
+    mean.filter(|mean| (mean + swings).is_finite()).map_or_else(String::new, |mean| {
+        let [mean, swings] = [mean, swings].map(|force| with_unit(force, units.force));
+        format!(" So far the force is {mean} at the end, and swings by {swings} either way.")
+    })
 }
 
 fn undecided(why: Option<Undecided>, simulated_s: f64) -> String {

@@ -4,6 +4,14 @@
   "use strict";
   const maps = JSON.parse(document.getElementById("data").textContent).maps;
   const short = (value) => typeof value === "number" ? Number(value.toPrecision(5)).toString() : value;
+  // As on the axes: four digits before the point at most, with a prefix of the unit that takes one.
+  const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "\u00b5"], [1e-9, "n"]];
+  const withUnit = (value, unit) => {
+    const size = Math.abs(value);
+    if (typeof value !== "number" || !/^(N|J|V|A|Hz|m|s|rad)/.test(unit) || size === 0 || (size >= 1 && size < 1e4)) return `${short(value)} ${unit}`.trim();
+    const [scale, prefix] = PREFIXES.find(([scale]) => size >= scale) ?? PREFIXES.at(-1);
+    return `${short(value / scale)} ${prefix}${unit}`;
+  };
   document.querySelectorAll(".map").forEach((holder) => {
     const map = maps[Number(holder.dataset.map)], svg = holder.querySelector("svg"),
         told = holder.nextElementSibling;
@@ -32,7 +40,7 @@
       shown = row;
       if (row === null) { told.textContent = "\u00a0"; return; }
       const figures = map.columns.filter((column) => of(column, row) !== null)
-        .map((column) => `${column[0]} ${short(of(column, row))} ${column[2]}`.trim());
+        .map((column) => `${column[0]} ${withUnit(of(column, row), column[2])}`);
       told.textContent = `${figures.join(", ")}\n${command(row)}`;
       told.style.whiteSpace = "pre-wrap";
     };

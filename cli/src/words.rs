@@ -89,7 +89,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        _ => undecided(summary.verdict.undecided, summary.simulated_s),
+        _ => undecided(summary.verdict.undecided, summary.simulated_s) + &so_far(summary, units),
     }
 }
 
@@ -115,7 +115,8 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
 
 /// Why a run ends without contact, as far as its file says; `doubts` are those about the file.
 pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
-    if summary.outcome != Outcome::NoContact || summary.contacts.is_empty() {
+    let approaches = summary.verdict.undecided == Some(Undecided::StillApproaching);
+    if !(summary.outcome == Outcome::NoContact || approaches) || summary.contacts.is_empty() {
         return None;
     }
     let contacts = &scenario.machine.contacts;
@@ -127,6 +128,9 @@ pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem])
     let keeps_away = |doubt: &&Problem| !doubt.key.ends_with(".stiffness") && !doubt.key.ends_with(".period");
     if let Some(doubt) = doubts.iter().find(keeps_away) {
         return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
+    }
+    if approaches {
+        return None;
     }
     if reference.is_some_and(|reference| reference <= 0.0) {
         return Some("Reason: the reference does not end above zero, and a contact only pushes.".to_owned());
@@ -283,6 +287,17 @@ fn times(bounces: usize) -> String {
         2 => "twice".into(),
         many => count(many, "time", "times"),
     }
+}
+
+/// Where the force is at the end of an undecided run, as a further sentence.
+fn so_far(summary: &Summary, units: Units) -> String {
+    let Some(response) = summary.response else { return String::new() };
+    let [_, _, swings] = summary.verdict.amplitudes_n;
+    let mean = response.final_reference_n.zip(response.steady_error_n).map(|(wanted, error)| wanted + error);
+    mean.filter(|mean| (mean + swings).is_finite()).map_or_else(String::new, |mean| {
+        let [mean, swings] = [mean, swings].map(|force| with_unit(force, units.force));
+        format!(" So far the force is {mean} at the end, and swings by {swings} either way.")
+    })
 }
 
 fn undecided(why: Option<Undecided>, simulated_s: f64) -> String {

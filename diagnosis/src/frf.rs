@@ -10,7 +10,7 @@ use feeler_studies::frf::{
     Evaluated, FrfError, Pair, Request, Response, SEGMENTS, Separated, between, choose as choose_method,
     evaluate, require, require_path, sensed,
 };
-use feeler_studies::numbers::plain;
+use feeler_studies::numbers::{count, plain};
 
 use crate::dataset::{Dataset, Fault, Record};
 
@@ -127,7 +127,8 @@ fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     let mut said: Vec<String> = own.into_iter().map(Fault::to_string).collect();
     said.extend(
         (!others.is_empty())
-            .then(|| format!("feeler check warns of the other experiments {} times", others.len())),
+            .then(|| count(others.len(), "warning", "warnings"))
+            .map(|warnings| format!("`feeler check` has {warnings} of the other experiments")),
     );
     said
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use feeler_plant::effects::{LIBRARY, find};
 use feeler_plant::names::did_you_mean;
@@ -153,6 +153,13 @@ impl Draft {
     /// Whether this is a scenario of a whole arm, for [`super::CellFile`].
     pub fn has_arm(&self) -> bool {
         self.root.contains_key("arm")
+    }
+
+    /// The arm file that a scenario of a whole arm names.
+    pub fn arm_file(&self) -> Option<PathBuf> {
+        let node = &self.root.get("arm")?.node;
+        let Value::Text(name) = &node.value else { return None };
+        Some(self.sources.0[node.origin.source].directory.join(name))
     }
 
     fn override_source(&mut self, text: &str) -> usize {

@@ -118,9 +118,7 @@ const RECORD: &str =
 
 fn of_urdf(path: &Path) -> String {
     let name = path.file_name().map_or_else(|| "robot.urdf".into(), |name| name.to_string_lossy());
-    format!(
-        "write an arm file that names it: `urdf = \"{name}\"`, and [joints.NAME] for each joint that moves"
-    )
+    format!("`feeler new arm --urdf {name} --out arm.toml` writes an arm file with its joints: name that")
 }
 
 /// A header and rows of as many numbers.
@@ -163,6 +161,6 @@ mod tests {
             assert_eq!(what(toml.as_bytes()), None, "{toml}");
         }
         let (_, remedy) = foreign(b"<robot/>", path).unwrap_or_default();
-        assert!(remedy.contains("urdf = \"robot.urdf\""), "{remedy}");
+        assert!(remedy.contains("feeler new arm --urdf robot.urdf"), "{remedy}");
     }
 }

@@ -7,7 +7,7 @@ use feeler_files::{Document, Draft, with_settings};
 use feeler_studies::why::{Change, Explanation, explain};
 
 use crate::arguments::Why;
-use crate::pages::why::{others, remedy_rows, setting_rows, trial_rows};
+use crate::pages::why::{others, remedy_rows, setting_rows, trial_rows, untried};
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
@@ -94,6 +94,7 @@ fn details(found: &Explanation, units: Units) -> String {
         &[2, 3],
         trial_rows(found, units),
     );
+    let untried = untried(found).map_or_else(String::new, |said| format!("\n {said}"));
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
         rows => format!("\n\n{}", table(&["as small, also removes it", "ingredient"], &[], rows)),
@@ -114,5 +115,5 @@ fn details(found: &Explanation, units: Units) -> String {
             table(&["remedies, cheapest first", "gain kept", "bandwidth", "than now"], &[1, 2, 3], remedies);
         format!("{costs}\n\n{settings}\n {about}")
     };
-    format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")
+    format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{untried}{others}\n\n{remedies}")
 }

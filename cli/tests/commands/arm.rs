@@ -66,3 +66,20 @@ fn truth_other_commands_take_the_axis_and_say_so() {
     let said = bench.feeler(&["run", &press(), "--engine", "rapier"]);
     assert!(said.code == BAD_INPUT && said.err.contains("run.engine"), "{}", said.err);
 }
+
+#[test]
+fn truth_a_page_with_sliders_is_refused_with_the_commands_that_give_one() {
+    let bench = Bench::new();
+    let said = bench.feeler(&["live", &press()]);
+    assert!(said.code == BAD_INPUT && said.err.contains("takes seconds"), "{}", said.err);
+    let (_, command) = said.err.split_once("feeler reduce ").unwrap();
+    let (command, then) = command.split_once(", then ").unwrap();
+    assert!(then.starts_with("feeler live axis.toml"), "{then}");
+    let words: Vec<&str> = std::iter::once("reduce").chain(command.split_whitespace()).collect();
+    let made = bench.feeler(&words);
+    assert_eq!(made.code, DONE, "{command}: {}", made.err);
+    let checked = bench.feeler(&["check", "axis.toml"]);
+    assert!(checked.code == DONE && checked.out.contains("1 controller"), "{}", checked.out);
+    let axis = bench.read("axis.toml");
+    assert!(axis.contains("other directions held") && axis.contains("stiffness = 20000"), "{axis}");
+}

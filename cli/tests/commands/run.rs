@@ -358,6 +358,13 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(said.err.contains("warning: contacts.tool.between") && said.err.contains(doubt), "{}", said.err);
     assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     assert!(bench.read("out/report.html").contains("Probable reason"));
+    // The same of a tool that approaches the other way.
+    let encoder = "\n[sensors.encoder]\nreads = \"tip.position\"\n";
+    bench.write("sent.toml", &(bench.read("away.toml") + encoder));
+    let approach = "controllers.force.approach={ speed = 0.01, until = 2 }";
+    let said = bench.feeler(&["run", "sent.toml", "--set", approach, "--out", "out"]);
+    assert!(said.out.contains("still approaches"), "{}", said.out);
+    assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     let pulled =
         bench.feeler(&["run", "away.toml", "--set", "contacts.tool.engagement=free", "--out", "out"]);
     assert!(pulled.out.contains("Every contact of the file is set free."), "{}", pulled.out);
@@ -396,4 +403,18 @@ fn truth_a_surface_that_moves_is_drawn_and_the_error_of_tracking_is_told() {
     let depths = tip.iter().zip(&surface).skip(late).map(|(tip, surface)| tip - surface);
     let depth = depths.sum::<f64>() / (surface.len() - late) as f64;
     assert!((depth - 1.0).abs() < 0.02, "{depth} mm deep");
+}
+
+#[test]
+fn truth_an_undecided_run_says_where_its_force_is() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "run.duration=0.06", "--out", "out"]);
+    assert!(said.out.contains("Undecided: the oscillation dies out but has not ended"), "{}", said.out);
+    let summary = summary(&bench, "out");
+    let mean = 10.0 + summary["response"]["steady_error_n"].as_f64().unwrap();
+    let swings = summary["verdict"]["amplitudes_n"][2].as_f64().unwrap();
+    // Four digits.
+    let told = format!("So far the force is {mean:.2} N at the end, and swings by {:.1} mN", 1e3 * swings);
+    assert!(said.out.contains(&told), "{told}: {}", said.out);
 }

@@ -152,7 +152,11 @@ fn truth_the_verdict_is_printed_and_written() {
         serde_json::from_str(&fs::read_to_string(out.join("why.json")).unwrap()).unwrap();
     assert_eq!(found["causes"], serde_json::json!(["sampling-and-delay"]));
     assert!(found["remedies"].as_array().unwrap().len() > 2);
-    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("What to do"));
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    // The cure comes before what led to it.
+    let at = |heading: &str| page.find(heading).unwrap_or_else(|| panic!("no {heading}"));
+    assert!(at("What to do") < at("What was tried") && at("What was tried") < at("What remains"));
+    assert!(!page.contains("nothing to remove") && page.contains("Does not apply here: "));
 }
 
 /// The command under the pointer runs a variant with the figures of its row.

@@ -17,7 +17,7 @@ mod simulated;
 mod spec;
 mod theory;
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
@@ -43,7 +43,7 @@ use search::{FINEST, Point, Scored, Search};
 use simulated::{Ran, Trouble};
 use theory::LinearPlant;
 
-/// Runs of proposals, or of controllers near one, that are simulated beside each other.
+/// Proposals that are simulated beside each other.
 const BESIDE: usize = 16;
 /// What theory alone allows is worth a word from this many times the bandwidth found on.
 const WORTH_TELLING: f64 = 1.01;
@@ -240,8 +240,10 @@ impl Tuning<'_> {
         let (best, others) = meeting.split_at(1.min(meeting.len()));
         for some in std::iter::once(best).chain(others.chunks(BESIDE)) {
             *simulated += some.len();
-            let specs: Vec<ControllerSpec> = some.iter().map(|scored| self.at(&scored.point)).collect();
-            for (&scored, ran) in some.iter().zip(self.run(&specs, self.spec, active)) {
+            let alone: Vec<Ran> = (some.par_iter())
+                .map(|scored| self.run(&self.at(&scored.point), self.spec, active))
+                .collect();
+            for (&scored, ran) in some.iter().zip(alone) {
                 match self.with_those_around(&scored.point, ran, active, simulated) {
                     Ok(runs) if best.contains(&scored) => return Ok((scored.clone(), runs)),
                     Ok(mut runs) => {
@@ -264,16 +266,34 @@ impl Tuning<'_> {
         self.knobs.spec(&Search::sizes(point))
     }
 
-    fn run(&self, controllers: &[ControllerSpec], asked: &Spec, machines: &[usize]) -> Vec<Ran> {
+    fn run(&self, controller: &ControllerSpec, asked: &Spec, machines: &[usize]) -> Ran {
         let machines: Vec<&Scenario> = machines.iter().map(|&i| &self.machines[i]).collect();
-        Runs::of(&machines, self.name, controllers, asked)
+        Runs::of(&machines, self.name, controller, asked)
+    }
+
+    /// What the runs of controllers come to, up to and with the first that has a trouble.
+    fn run_all(&self, around: &[(String, ControllerSpec)], asked: &Spec, machines: &[usize]) -> Vec<Ran> {
+        // What comes after a trouble need not run.
+        let first = AtomicUsize::new(usize::MAX);
+        let runs = around.par_iter().enumerate().map(|(i, (_, controller))| {
+            (i <= first.load(Ordering::Relaxed)).then(|| {
+                let ran = self.run(controller, asked, machines);
+                if ran.1.is_some() {
+                    first.fetch_min(i, Ordering::Relaxed);
+                }
+                ran
+            })
+        });
+        let mut runs: Vec<Option<Ran>> = runs.collect();
+        runs.truncate(first.into_inner().saturating_add(1));
+        runs.into_iter().flatten().collect()
     }
 
     /// What the runs of each share of the gains come to, the whole last. Else the first machine on which a
     /// point, a share or a neighbour fails.
     fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
         *simulated += 1;
-        let alone = self.run(&[self.at(point)], self.spec, machines).swap_remove(0);
+        let alone = self.run(&self.at(point), self.spec, machines);
         self.with_those_around(point, alone, machines, simulated)
     }
 
@@ -301,18 +321,13 @@ impl Tuning<'_> {
             }
         }
         let steps = shares.len();
-        let (names, specs): (Vec<String>, Vec<ControllerSpec>) =
-            shares.into_iter().chain(neighbours(&tuned)).unzip();
-        // Many machines keep all processors busy with one controller; the first that fails ends the trial.
-        let beside = (BESIDE / machines.len().max(1)).max(1);
-        for (names, specs) in names.chunks(beside).zip(specs.chunks(beside)) {
-            *simulated += specs.len();
-            for (what, (of_this, trouble)) in names.iter().zip(self.run(specs, &asked, machines)) {
-                if let Some((machine, trouble)) = trouble {
-                    return Err((machine, near(what, trouble)));
-                }
-                runs.push(of_this);
+        let around: Vec<(String, ControllerSpec)> = shares.into_iter().chain(neighbours(&tuned)).collect();
+        for ((what, _), (of_this, trouble)) in around.iter().zip(self.run_all(&around, &asked, machines)) {
+            *simulated += 1;
+            if let Some((machine, trouble)) = trouble {
+                return Err((machine, near(what, trouble)));
             }
+            runs.push(of_this);
         }
         runs.truncate(steps);
         runs.push(alone);

@@ -44,19 +44,14 @@ pub(super) enum Trouble {
 pub(super) type Ran = (Runs, Option<(usize, Trouble)>);
 
 impl Runs {
-    /// Of some controllers, each on several machines: what came of them, and the first machine with a
-    /// trouble.
-    pub(super) fn of(machines: &[&Scenario], name: &str, specs: &[ControllerSpec], asked: &Spec) -> Vec<Ran> {
-        let found = measured(machines, name, specs);
-        found.chunks(machines.len().max(1)).map(|of_one| Self::judged(of_one, machines, asked)).collect()
-    }
-
-    fn judged(found: &[Result<Measured, RunError>], machines: &[&Scenario], asked: &Spec) -> Ran {
+    /// Of the same controller on several machines: what came of them, and the first machine with a trouble.
+    pub(super) fn of(machines: &[&Scenario], name: &str, spec: &ControllerSpec, asked: &Spec) -> Ran {
+        let found = measured(machines, name, spec);
         let mut runs = Self::default();
         let mut trouble = None;
         let mut settles = true;
-        for (i, (measured, scenario)) in found.iter().zip(machines).enumerate() {
-            let of_this = match measured {
+        for (i, (measured, scenario)) in found.into_iter().zip(machines).enumerate() {
+            let of_this = match &measured {
                 Ok(measured) => {
                     settles &= runs.take(measured);
                     troubles(measured, scenario, asked)
@@ -106,19 +101,17 @@ fn troubles(measured: &Measured, scenario: &Scenario, asked: &Spec) -> Option<Tr
     Some(Trouble::Misses(*missed, value(missed.of)))
 }
 
-/// Every machine run with each controller in turn, side by side where their structure allows it.
-fn measured(machines: &[&Scenario], name: &str, specs: &[ControllerSpec]) -> Vec<Result<Measured, RunError>> {
-    let with = |(scenario, spec): &(&Scenario, &ControllerSpec)| {
-        let mut scenario = (*scenario).clone();
+/// Every machine run with a controller, side by side where their structure allows it.
+fn measured(machines: &[&Scenario], name: &str, spec: &ControllerSpec) -> Vec<Result<Measured, RunError>> {
+    let with = |scenario: &Scenario| {
+        let mut scenario = scenario.clone();
         if let Some(used) = scenario.controllers.get_mut(name) {
             used.spec = installed(&used.spec, spec);
         }
         Candidate::new(scenario)
     };
-    let all: Vec<(&Scenario, &ControllerSpec)> =
-        specs.iter().flat_map(|spec| machines.iter().map(move |scenario| (*scenario, spec))).collect();
-    let blocks = all.par_chunks(LANES).map(|block| {
-        let mut prepared: Vec<Result<Candidate, RunError>> = block.iter().map(with).collect();
+    let blocks = machines.par_chunks(LANES).map(|block| {
+        let mut prepared: Vec<Result<Candidate, RunError>> = block.iter().map(|one| with(one)).collect();
         let ready: Vec<Candidate> = prepared.iter().flatten().cloned().collect();
         let mut results = measure(&ready, 0).into_iter();
         let each = prepared.drain(..).filter_map(|candidate| match candidate {

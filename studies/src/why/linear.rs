@@ -56,6 +56,21 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     )
 }
 
+/// Where instability begins, of a loop below its limit.
+pub(super) fn begins(scenario: &Scenario, margin: f64) -> String {
+    let times = plain(two_digits(margin));
+    only_gain(scenario).map_or_else(
+        || format!(" By linear theory the loop in contact is stable up to {times} times its gain."),
+        |(name, value)| {
+            let [value, limit] = [value, margin * value].map(plain);
+            format!(
+                " By linear theory {name} = {value} is stable in contact up to {limit}, {times} times as \
+                 much."
+            )
+        },
+    )
+}
+
 /// The gain of the only loop, if it has but one: a factor on the loop is then one on this gain.
 fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
     let mut closing = scenario.controllers.values().filter(|used| !matches!(used.spec.law, Law::OpenLoop));

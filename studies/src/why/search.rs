@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::change::{Cause, Change, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down};
 use super::explanation::{Explanation, Lift, Trial, in_contact, is_cured, is_troubled};
 use super::{linear, remedy};
-use crate::run::{Candidate, Measured, Outcome, RunError, nothing_can_touch};
+use crate::run::{Candidate, Measured, Outcome, RunError, Summary, nothing_can_touch};
 
 /// Largest number of changes that are tried together.
 const LARGEST_SET: usize = 3;
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
             remedies: Vec::new(),
         };
         if !chatters {
-            explanation.verdict = nothing_to_explain(&self.scenario, &self.baseline);
+            explanation.verdict = nothing_to_explain(&self.scenario, &self.baseline, explanation.gain_margin);
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
@@ -194,37 +194,35 @@ fn is_noisy(scenario: &Scenario) -> bool {
     scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0)
 }
 
-/// The verdict on a run without chatter.
-fn nothing_to_explain(scenario: &Scenario, baseline: &Measured) -> String {
+/// The verdict on a run without chatter, and where it would begin.
+fn nothing_to_explain(scenario: &Scenario, baseline: &Measured, margin: Option<f64>) -> String {
     let (what, verdict) = (what(scenario), &baseline.summary.verdict);
-    match verdict.undecided {
-        Some(why) => format!(
+    if let Some(why) = verdict.undecided {
+        return format!(
             "Whether there is {what} to explain is undecided ({}): a longer `run.duration` may decide.",
             why.name()
-        ),
-        None => {
-            let ended = match verdict.outcome {
-                Outcome::Settled if nothing_can_touch(scenario) => "what the loop controls came to rest",
-                Outcome::Driven if nothing_can_touch(scenario) => {
-                    "what the loop controls followed its moving reference to the end"
-                }
-                outcome => ended(outcome),
-            };
-            format!("There is no {what} to explain: {ended}.")
-        }
+        );
     }
+    let begins = margin.filter(|margin| margin.is_finite() && *margin > 1.0);
+    let begins = begins.map_or_else(String::new, |margin| linear::begins(scenario, margin));
+    format!("No {what}: {}.{begins}", ended(scenario, &baseline.summary))
 }
 
 /// How a run ended, in words.
-fn ended(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Settled => "the force settled, and the tool stayed on the workpiece",
-        Outcome::BouncesThenSettles => "the tool bounced, and then the force settled",
-        Outcome::Driven => "the force followed its moving reference to the end",
-        Outcome::FollowsSurface => "the force followed the moving surface to the end",
-        Outcome::NoContact => "the tool did not touch, or left and did not return",
+fn ended(scenario: &Scenario, summary: &Summary) -> String {
+    let is_free = nothing_can_touch(scenario);
+    let said = match summary.outcome {
+        Outcome::Settled if is_free => "what the loop controls comes to rest",
+        Outcome::Driven if is_free => "what the loop controls follows its moving reference to the end",
+        Outcome::Settled => "the force settles, and the tool stays on the workpiece",
+        Outcome::BouncesThenSettles if summary.bounces == 1 => "the force settles after one bounce",
+        Outcome::BouncesThenSettles => return format!("the force settles after {} bounces", summary.bounces),
+        Outcome::Driven => "the force follows its moving reference to the end",
+        Outcome::FollowsSurface => "the force follows the moving surface to the end",
+        Outcome::NoContact => "the tool does not touch, or leaves and does not return",
         _ => "the force comes to rest",
-    }
+    };
+    said.to_owned()
 }
 
 fn trial_of(

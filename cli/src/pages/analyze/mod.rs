@@ -10,12 +10,15 @@ pub(crate) mod waterfall;
 use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
 use feeler_files::Document;
 
-use crate::numbers::{plain, with_unit};
+use crate::numbers::{plain, two_digits, with_unit};
 use crate::pages::parts::{Page, Tile, Tone};
 
 pub(crate) use bode::{degrees, open as open_loop, step};
 pub(crate) use planes::{loci, nyquist};
 pub(crate) use verdict::{achieved_name, as_set, class_name, sentences, subject};
+
+/// Numbers whose sensitivities are drawn as bars; the table has all.
+const MOST_BARS: usize = 6;
 
 /// The page of an analysis with sensitivities; notes describe the view of the machine.
 pub(crate) fn page(
@@ -250,8 +253,17 @@ fn sensitivities(page: &mut Page, report: &Report) {
     };
     page.paragraph(&format!(
         "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each \
-         number; {ranked}."
+         number; {ranked}. Blue raises, orange lowers."
     ));
+    let bar = |name: String, share: f64| (name, share, format!("{} %", plain(two_digits(share))));
+    let bars: Vec<_> = (report.sensitivities().iter().take(MOST_BARS))
+        .flat_map(|s| {
+            let both = [(achieved, s.bandwidth_relative), ("largest gain", s.largest_gain_relative)];
+            both.map(|(what, share)| bar(format!("{}: {what}", s.key), share))
+        })
+        .filter(|(_, share, _)| share.is_finite())
+        .collect();
+    page.bars(&bars);
     let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
     let rows: Vec<Vec<String>> = (report.sensitivities().iter())
         .map(|s| {
@@ -279,7 +291,7 @@ fn sensitivities(page: &mut Page, report: &Report) {
         &format!("{achieved} (Hz per unit)"),
         "",
     ];
-    page.table(&header, &[1, 2, 3, 4], &rows);
+    page.folded_table(&format!("all {} numbers", rows.len()), &header, &[1, 2, 3, 4], &rows);
 }
 
 fn modes(page: &mut Page, report: &Report) {

@@ -2,7 +2,7 @@
 
 use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, WhyNoWaterfall};
 
-use crate::numbers::{plain, with_unit};
+use crate::numbers::{plain, two_digits, with_unit};
 
 /// The name of a class.
 pub(crate) fn class_name(class: ModeClass) -> &'static str {
@@ -196,6 +196,11 @@ fn untold(report: &Report) -> String {
 const NAMED: usize = 3;
 const TELLING: f64 = 0.1;
 
+/// A share whose further digits change no decision.
+fn brief(share: f64) -> String {
+    plain(two_digits(share))
+}
+
 /// What to change first, its effect, and changes that only seem to help.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
@@ -225,7 +230,7 @@ fn advice(report: &Report) -> Vec<String> {
             (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
         match by {
             RankedBy::BandwidthAndGain => {
-                let of = |share: f64, what: &str| format!("{} % of {what}", plain(share.abs()));
+                let of = |share: f64, what: &str| format!("{} % of {what}", brief(share.abs()));
                 let (bandwidth, gain) =
                     ((bandwidth, of(bandwidth, "bandwidth")), (gain, of(gain, "the largest gain")));
                 match (bandwidth.0 < 0.0, gain.0 < 0.0) {
@@ -234,8 +239,8 @@ fn advice(report: &Report) -> Vec<String> {
                     _ => format!("{} and {}", bandwidth.1, gain.1),
                 }
             }
-            RankedBy::LargestGain => format!("{} %", plain(gain)),
-            RankedBy::Saturation => format!("{} %", plain(bandwidth)),
+            RankedBy::LargestGain => format!("{} %", brief(gain)),
+            RankedBy::Saturation => format!("{} %", brief(bandwidth)),
         }
     };
     let first: Vec<String> =
@@ -261,7 +266,7 @@ fn advice(report: &Report) -> Vec<String> {
     }
     let trades =
         report.sensitivities().iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
-            let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
+            let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(brief);
             let (won, lost) =
                 if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
             format!(

@@ -171,5 +171,5 @@ fn over_time(
             if curve.dashed { series.dashed() } else { series }
         })
         .collect();
-    (!chart.series.is_empty()).then_some(chart)
+    (!chart.series.is_empty()).then(|| chart.without_rounding())
 }

@@ -26,15 +26,15 @@ pub(super) fn draw(taken: &[Taken], page: &mut Page) {
             None => roots.push(vec![(i, plane)]),
         }
     }
-    let caption = "of the open loops, sampled, gains as set; negative frequencies dashed; the cross is −1, the \
-                   thin circle modulus 1.";
+    let caption = "of the open loops, sampled, gains as set; negative frequencies dashed; the cross is −1, \
+                   the thin circle modulus 1.";
     one_plane(curves, "Nyquist's curves", caption, taken, page);
     for planes in roots {
         let loops =
             if planes.iter().any(|(_, plane)| plane.kind == PlaneKind::Z) { "sampled" } else { "continuous" };
         let caption = format!(
-            "of the {loops} loops: crosses are poles at gain zero, circles zeros, squares the gain of each file; \
-             the grey line is the border of stability."
+            "of the {loops} loops: crosses are poles at gain zero, circles zeros, squares the gain of each \
+             file; the grey line is the border of stability."
         );
         one_plane(planes, "Root loci", &caption, taken, page);
     }

@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 const DIGITS: usize = 9;
 /// Columns up to this length are written as readable lists.
 const SHORT: usize = 32;
+/// Curves below this share of the largest one beside them are rounding.
+const ROUNDING: f64 = 1e-9;
 /// Steps of an axis are even if they differ by less than this, relative to a step.
 const EVEN: f64 = 1e-6;
 
@@ -134,6 +136,23 @@ impl Chart {
         }
     }
 
+    /// The same with zeros for curves that are rounding beside the largest.
+    #[must_use]
+    pub(crate) fn without_rounding(mut self) -> Self {
+        let size = |series: &Series| {
+            series.values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()))
+        };
+        let largest = self.series.iter().map(size).fold(0.0, f64::max);
+        for series in &mut self.series {
+            if size(series) < ROUNDING * largest {
+                for value in series.values.iter_mut().filter(|value| value.is_finite()) {
+                    *value = 0.0;
+                }
+            }
+        }
+        self
+    }
+
     pub(crate) fn to_json(&self) -> Value {
         let series = |series: &Series| {
             json!({
@@ -215,6 +234,19 @@ mod tests {
         assert_eq!(text(f64::NAN), "null");
         assert_eq!(text(f64::INFINITY), "null");
         assert_eq!(text(-3.0), "-3");
+    }
+
+    #[test]
+    fn regress_a_torque_of_rounding_is_no_signal() {
+        let mut chart = Chart::new(ChartKind::Line, "Torques.", "time (s)", "torque (N m)");
+        let curve = |name: &str, values: &[f64]| Series::new(name, "N m", values.to_vec());
+        chart.series = vec![curve("lift", &[0.0, 14.1]), curve("roll", &[f64::NAN, -6.9e-14])];
+        let shown = chart.without_rounding();
+        assert_eq!(shown.series[0].values[1].to_bits(), 14.1_f64.to_bits());
+        assert!(shown.series[1].values[0].is_nan() && shown.series[1].values[1].abs() < f64::MIN_POSITIVE);
+        let mut alone = Chart::new(ChartKind::Line, "Torques.", "time (s)", "torque (N m)");
+        alone.series = vec![curve("roll", &[1e-14])];
+        assert!(alone.without_rounding().series[0].values[0] > 0.0, "there is nothing larger beside it");
     }
 
     /// A page reads recorded values back in single precision, and times to rounding.

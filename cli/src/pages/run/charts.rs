@@ -186,7 +186,7 @@ impl<'a> View<'a> {
                 if curve.dashed { series.dashed() } else { series }
             })
             .collect();
-        (!chart.series.is_empty()).then_some(chart)
+        (!chart.series.is_empty()).then(|| chart.without_rounding())
     }
 
     fn forces(&self, rows: &Range<usize>) -> Option<Chart> {

@@ -1,4 +1,4 @@
-//! Accuracy of the edges of an adaptive sweep.
+//! Where runs stop coming to rest, and the accuracy of the edges of an adaptive sweep.
 
 use feeler_studies::sweep::{DrawnAxis, Sweep};
 
@@ -30,4 +30,40 @@ pub(crate) fn located(sweep: &Sweep) -> Option<String> {
         format!("{spacing} of {}", axis.key)
     };
     Some(DrawnAxis::of(&sweep.file).into_iter().map(of).collect::<Vec<_>>().join(" and "))
+}
+
+/// Where runs along one axis stop or begin to come to rest, if they do so once; `points` are values with
+/// whether the run rests.
+pub(super) fn edge(axis: &DrawnAxis, mut points: Vec<(f64, bool)>) -> Option<String> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut switches = points.windows(2).filter(|pair| pair[0].1 != pair[1].1);
+    let ([(below, rests), (above, _)], None) = (switches.next()?, switches.next()) else { return None };
+    let [below, above] = [*below, *above].map(|value| with_unit(value, &axis.unit));
+    let key = &axis.key;
+    Some(if *rests {
+        format!("It settles up to {key} = {below}, and no longer at {above}. ")
+    } else {
+        format!("It settles from {key} = {above} on, and not yet at {below}. ")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_an_edge_is_told_where_there_is_one() {
+        let axis =
+            DrawnAxis { key: "kp".into(), unit: String::new(), range: [0.0, 1.0], points: None, log: false };
+        let told = |rests: &[bool]| {
+            let points = rests.iter().enumerate().map(|(i, rests)| (0.5 * i as f64, *rests));
+            // In any order.
+            edge(&axis, points.rev().collect()).unwrap_or_default()
+        };
+        assert_eq!(told(&[true, true, false]), "It settles up to kp = 0.5, and no longer at 1. ");
+        assert_eq!(told(&[false, true]), "It settles from kp = 0.5 on, and not yet at 0. ");
+        for none in [&[true, true][..], &[true, false, true], &[]] {
+            assert_eq!(told(none), "");
+        }
+    }
 }

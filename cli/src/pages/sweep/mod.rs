@@ -136,7 +136,20 @@ impl Report<'_> {
         let edges =
             located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
         let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
-        format!("Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
+        let edge = self.edge().unwrap_or_default();
+        format!("{edge}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
+    }
+
+    /// Where the variants of a sweep over one axis stop or begin to settle.
+    fn edge(&self) -> Option<String> {
+        let [axis] = self.axes.as_slice() else { return None };
+        if Panels::of(&self.sweep.file).count() > 1 {
+            return None;
+        }
+        let at = self.table.reals(&axis.key)?;
+        let rests = |name: &str| Outcome::ALL.iter().any(|(known, own)| *own == name && known.is_stable());
+        let points = at.iter().zip(&self.outcomes);
+        located::edge(axis, points.filter_map(|(at, name)| Some(((*at)?, rests(name)))).collect())
     }
 
     fn tiles(&self) -> Vec<Tile> {

@@ -10,7 +10,7 @@ use crate::pages::parts::Page;
 use crate::units::Units;
 
 use rows::amplitude;
-pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows};
+pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows, untried};
 
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
     let machine = &document.scenario.machine;
@@ -18,22 +18,6 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
     let mut page = Page::new(&format!("{}: causes of chatter, and remedies", machine.name), &machine.about);
     page.lead(&found.verdict);
     if found.chatters {
-        page.heading("What was tried");
-        page.paragraph(
-            "Each row repeats the run with one property made ideal, or several if one is not enough. The \
-             last column is the stability limit of the sampled loop in contact over its gain, by linear \
-             theory. A dash: 50 or more, or linear theory has no answer.",
-        );
-        page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
-        let others = others(found);
-        if !others.is_empty() {
-            page.paragraph("These sets are as small and also remove the chatter:");
-            page.table(&["with", "which removes"], &[], &others);
-        }
-        page.heading("What remains");
-        page.paragraph("Amplitude of the contact force at the end of each run (logarithmic bars).");
-        let bars = bars(found, units);
-        page.bars(&bars);
         page.heading("What to do");
         let rows = remedy_rows(found);
         if rows.is_empty() {
@@ -49,6 +33,25 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             );
             page.table(&["remedy", "settings"], &[], &setting_rows(found));
         }
+        page.heading("What was tried");
+        page.paragraph(
+            "Each row repeats the run with one property made ideal, or several if one is not enough. The \
+             last column is the stability limit of the sampled loop in contact over its gain, by linear \
+             theory. A dash: 50 or more, or linear theory has no answer.",
+        );
+        page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
+        if let Some(said) = untried(found) {
+            page.paragraph(&said);
+        }
+        let others = others(found);
+        if !others.is_empty() {
+            page.paragraph("These sets are as small and also remove the chatter:");
+            page.table(&["with", "which removes"], &[], &others);
+        }
+        page.heading("What remains");
+        page.paragraph("Amplitude of the contact force at the end of each run (logarithmic bars).");
+        let bars = bars(found, units);
+        page.bars(&bars);
     }
     page.heading("Scenario");
     if !settings.is_empty() {

@@ -27,22 +27,23 @@ pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     rows
 }
 
+/// Changes that this scenario has nothing for, as a sentence.
+pub(crate) fn untried(found: &Explanation) -> Option<String> {
+    let left_out = found.singles.iter().filter(|trial| !trial.applies);
+    let names: Vec<&str> = left_out.flat_map(|trial| &trial.changes).map(|change| change.words()).collect();
+    (!names.is_empty()).then(|| format!("Does not apply here: {}.", names.join(", ")))
+}
+
 /// A row per run: its change and its outcome.
 pub(crate) fn trial_rows(found: &Explanation, units: Units) -> Vec<Vec<String>> {
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let sets = found.contributions.iter().filter(|trial| trial.changes.len() > 1);
-    all.chain(sets).map(|trial| trial_row(trial, units)).collect()
+    all.chain(sets).filter(|trial| trial.applies).map(|trial| trial_row(trial, units)).collect()
 }
 
 fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
-    if !trial.applies {
-        let is_of_step =
-            trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
-        let why = if is_of_step { "integrated exactly: no step" } else { "nothing to remove" };
-        return vec![name, why.into(), String::new(), String::new()];
-    }
     let outcome = trial
         .outcome
         .map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());

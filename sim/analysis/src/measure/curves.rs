@@ -47,9 +47,9 @@ const MOST_BRIEF_POINTS: usize = 600;
 pub struct Curves {
     /// Hz, rising.
     pub frequencies_hz: Vec<f64>,
-    /// From command to output in continuous time, delays of drive and sensor exact.
+    /// From command to output in continuous time, delays of drive and sensor exact; empty in a brief report.
     pub plant: Vec<C64>,
-    /// The same under the controller's hold, sampled; `None` without a controller.
+    /// The same under the controller's hold, sampled; `None` without a controller, or in a brief report.
     pub plant_sampled: Option<Vec<C64>>,
     /// The loop broken at its controller, without sampling, delay and filters; `None` if the [`Report`] has
     /// no continuous gain.
@@ -81,21 +81,18 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         Some(gain) => ControlLoop::varying(scenario, &request.view, &gain.key)?,
         None => ControlLoop::new(scenario, &request.view)?,
     };
-    let channel = whole.plant().channel(&input, &output)?;
     let drive = whole.plant().drive(&input)?;
     let looped = report.gain().map(|g| whole.gain_of_key(&g.key)).transpose()?;
     let of_drive = || whole.controllers().iter().position(|c| c.drive == drive);
     let holder = looped.as_ref().map(|(controller, _)| *controller).or_else(of_drive);
     let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
 
-    let delayed = at(&channel.system);
-    let delay_s = channel.delay_s;
-    let plant: Response = Box::new(move |f| delayed(f) * C64::cis(-TAU * f * delay_s));
-    let row = whole.plant().output(whole.plant().source(&output)?)?;
-    let plant_sampled = holder
-        .filter(|&controller| whole.controllers()[controller].drive == drive)
-        .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
-        .transpose()?;
+    let plants = if request.brief {
+        [None, None]
+    } else {
+        let held = holder.filter(|&controller| whole.controllers()[controller].drive == drive);
+        plant_responses(&whole, held, &input, &output)?
+    };
     let (mut open, mut open_sampled, mut in_loop) = (None, None, None);
     if let (Some((controller, key)), Some(gains)) = (&looped, report.gain()) {
         let broken = whole.open_loop(*controller).ok();
@@ -110,7 +107,6 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let [points, most_points] =
         if request.brief { [BRIEF_POINTS, MOST_BRIEF_POINTS] } else { [POINTS, MOST_POINTS] };
     let loops = [open, open_sampled];
-    let plants = [Some(plant), plant_sampled];
     let over_frequency = || {
         let grid = grid(&roots(report), nyquist_hz, points);
         let frequencies_hz = refined(grid, most_points, &plants, &loops);
@@ -244,6 +240,23 @@ impl Point {
                 .zip(&other.loops)
                 .any(|(a, b)| arc(*a, *b) || arc(closed(a), closed(b)) || change((a, b)))
     }
+}
+
+/// Responses from a command to a signal: in continuous time, and held and sampled by a controller.
+fn plant_responses(
+    whole: &ControlLoop,
+    holder: Option<usize>,
+    input: &SignalName,
+    output: &SignalName,
+) -> Result<[Option<Response>; 2], AnalysisError> {
+    let channel = whole.plant().channel(input, output)?;
+    let (delayed, delay_s) = (at(&channel.system), channel.delay_s);
+    let plant: Response = Box::new(move |f| delayed(f) * C64::cis(-TAU * f * delay_s));
+    let row = whole.plant().output(whole.plant().source(output)?)?;
+    let sampled = holder
+        .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(whole, controller, row)?)))
+        .transpose()?;
+    Ok([Some(plant), sampled])
 }
 
 /// From a drive's held command to a signal, with all control loops open.

@@ -49,7 +49,8 @@ pub struct Request {
     pub sensitivities: bool,
     /// Who finds them out.
     pub workers: Workers,
-    /// Whether to skip the slow parts: the waterfall of the bandwidth, and chatter by describing functions.
+    /// Whether to skip the slow parts: the waterfall of the bandwidth, chatter by describing functions, and
+    /// the curves of the plant.
     pub brief: bool,
 }
 

@@ -162,7 +162,7 @@ pub enum Yardstick {
 
 impl FaultKind {
     /// Whether the fault cannot be repaired by a stated assumption.
-    pub fn is_fatal(&self) -> bool {
+    pub(crate) fn is_fatal(&self) -> bool {
         matches!(
             self,
             Self::MissingColumn { .. }

@@ -12,7 +12,7 @@ use crate::predict::Prediction;
 /// Mass that moves with the first drive.
 pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
     let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta, None) else { return 1.0 };
-    let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
+    let node = dataset.drives.first().map_or(1, |driven| assembly.drives[driven.drive].on);
     assembly.rigid_mass_kg(node)
 }
 

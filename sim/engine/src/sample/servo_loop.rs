@@ -63,7 +63,8 @@ impl<L: Lane> ServoLoop<L> {
     }
 }
 
-/// The reference of a servo at a sample: its target, limited in rate to `step`, less errors within `deadband`.
+/// The reference of a servo at a sample: its target, limited in rate to `step`, less errors within
+/// `deadband`.
 pub fn follow<L: Lane>(followed: &mut L, target: L, reading: L, step: L, deadband: L) -> L {
     *followed += (target - *followed).clamp_to(step);
     let error = *followed - reading;

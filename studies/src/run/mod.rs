@@ -65,7 +65,7 @@ pub use measure::force_loop::ForceLoop;
 pub use measure::settling::Response;
 pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
-pub use record::trace_file::{about_parquet, write_csv, write_parquet};
+pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub use variants::{Candidate, LANES, Measured, measure};
 pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};

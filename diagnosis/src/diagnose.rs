@@ -115,8 +115,8 @@ impl<'a> Composing<'a> {
         is_better.then(|| judge.position_force(force, &self.attempts))
     }
 
-    /// The answer if a joint that seems flexible has free play. The residual after unpredictable impacts is no
-    /// evidence of a further cause.
+    /// The answer if a joint that seems flexible has free play. The residual after unpredictable impacts is
+    /// no evidence of a further cause.
     fn play(&mut self) -> Option<Diagnosis> {
         let Self { judge, accepted, attempts, .. } = self;
         let (loose, evidence) = judge.as_play(accepted)?;

@@ -29,7 +29,7 @@ pub struct Document {
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct FilePlace {
     /// File, or `--set` for an override.
     pub file: String,
     /// Line, from 1.
@@ -86,11 +86,11 @@ impl Document {
     }
 
     /// The place of a key by its dotted path; `None` if the file does not have the key.
-    pub fn place(&self, key: &str) -> Option<Place> {
+    pub fn place(&self, key: &str) -> Option<FilePlace> {
         let (origin, complete) = locate(&self.draft.root, key);
         let origin = origin.filter(|_| complete)?;
         let (line, column) = self.draft.sources.position(&origin);
-        Some(Place { file: self.draft.sources.0[origin.source].name.clone(), line, column })
+        Some(FilePlace { file: self.draft.sources.0[origin.source].name.clone(), line, column })
     }
 
     /// Mistakes that only the engine finds, with their places in the file.

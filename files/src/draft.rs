@@ -135,7 +135,7 @@ impl Draft {
     ///
     /// # Errors
     /// A path through elements that do not exist.
-    pub fn set_value(&mut self, key: &str, setting: &Setting) -> Result<(), FormatError> {
+    pub(crate) fn set_value(&mut self, key: &str, setting: &Setting) -> Result<(), FormatError> {
         let (shown, value) = match setting {
             // Whole numbers stay whole, for keys that count.
             Setting::Number(number) if number.fract() == 0.0 && number.abs() < LARGEST_WHOLE => {

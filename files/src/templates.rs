@@ -1,5 +1,10 @@
 //! Files to start from.
 
+use std::fmt::Write as _;
+use std::path::Path;
+
+use feeler_arm::{Chain, JointKind};
+
 /// A template of a single file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Template {
@@ -103,4 +108,33 @@ pub fn template_names() -> impl Iterator<Item = &'static str> {
 /// The template of this name.
 pub fn template(name: &str) -> Option<&'static Template> {
     TEMPLATES.iter().find(|template| template.name == name)
+}
+
+/// An arm file for the joints of a URDF at the path `named`, with numbers of typical size; `tool` is its last
+/// link.
+pub fn arm_text(chain: &Chain, tool: &str, named: &Path) -> String {
+    let mut text = format!(
+        "# The drives of an arm, which its URDF does not state. Numbers are those of gears of that size;\n\
+         # put those of your drives in their place.\n\
+         name = {:?}\nurdf = {:?}\ntool = {tool:?}\n",
+        chain.name,
+        named.display().to_string()
+    );
+    for joint in &chain.joints {
+        let effort = joint.effort_limit.unwrap_or(50.0);
+        let (stiffness, unit) =
+            (200.0 * effort, if joint.kind == JointKind::Prismatic { "kg" } else { "kg m2" });
+        let _ = write!(
+            text,
+            "\n[joints.{:?}]\ngear_ratio    = 100\nrotor_inertia = \"{:e} {unit}\"\n\
+             stiffness     = {stiffness}\n\
+             damping       = {}\nviscous_friction = {}\ndry_friction     = {}\n",
+            joint.name,
+            1e-6 * effort,
+            1e-3 * stiffness,
+            joint.viscous_friction,
+            joint.dry_friction
+        );
+    }
+    text
 }

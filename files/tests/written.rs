@@ -1,5 +1,8 @@
 //! Written scenarios, schemas, the manual, and templates.
 
+#[path = "written/drawing.rs"]
+mod drawing;
+
 use std::path::Path;
 
 use feeler_control::reference::{Between, Lines, Sweep};
@@ -9,8 +12,8 @@ use feeler_control::{
 };
 use feeler_engine::{Integrator, Scenario};
 use feeler_files::{
-    Document, TEMPLATES, dataset_schema, effect_drawings, effects_markdown, machine_to_toml,
-    reference_markdown, schema, sweep_schema, template, to_toml,
+    Document, TEMPLATES, dataset_schema, effects_markdown, machine_to_toml, reference_markdown, schema,
+    sweep_schema, template, to_toml,
 };
 use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowPass};
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY, Place};
@@ -348,7 +351,8 @@ fn truth_templates_are_named_as_their_files_and_run() {
 fn truth_the_written_reference_is_that_of_the_declarations() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
     let pages = [("format.md".to_owned(), reference_markdown()), ("effects.md".into(), effects_markdown())];
-    let drawings = effect_drawings().into_iter().map(|(name, text)| (format!("images/effects/{name}"), text));
+    let drawings =
+        drawing::effect_drawings().into_iter().map(|(name, text)| (format!("images/effects/{name}"), text));
     for (name, text) in pages.into_iter().chain(drawings) {
         let path = docs.join(&name);
         if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {

@@ -8,7 +8,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use crate::clock::{self, ClockUnit};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the array is damaged or cut off: write it again with numpy.save or numpy.savez";
@@ -43,7 +43,7 @@ struct Array {
 /// Reads one array.
 pub(crate) fn npy(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError> {
     let file = BufReader::new(File::open(path).map_err(LogError::open(path))?);
-    let fail = |byte, what: String, remedy| LogError::damaged(path, Place::Byte(byte), what, remedy);
+    let fail = |byte, what: String, remedy| LogError::damaged(path, LogPlace::Byte(byte), what, remedy);
     let array = read(file, "", &fail)?;
     Ok(run(path, vec![(String::new(), array)], unit))
 }
@@ -53,7 +53,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
     let file = File::open(path).map_err(LogError::open(path))?;
     let size = file.metadata().map_err(LogError::open(path))?.len();
     let whole = |error: zip::result::ZipError| {
-        LogError::damaged(path, Place::Byte(size), format!("the archive has no end: {error}"), DAMAGED)
+        LogError::damaged(path, LogPlace::Byte(size), format!("the archive has no end: {error}"), DAMAGED)
     };
     let mut archive = zip::ZipArchive::new(BufReader::new(file)).map_err(whole)?;
     let mut arrays = Vec::new();
@@ -67,7 +67,7 @@ pub(crate) fn npz(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError>
         };
         let place = name.clone();
         let fail = |byte, what: String, remedy| {
-            LogError::damaged(path, Place::Array { name: place.clone(), byte }, what, remedy)
+            LogError::damaged(path, LogPlace::Array { name: place.clone(), byte }, what, remedy)
         };
         match read(entry, &name, &fail) {
             Ok(array) => arrays.push((name, array)),

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Place of a mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum LogPlace {
     /// A byte, counted from zero.
     Byte(u64),
     /// A row, counted from one.
@@ -32,7 +32,7 @@ pub enum Place {
     },
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for LogPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Byte(byte) => write!(f, "byte {byte}"),
@@ -73,7 +73,7 @@ pub enum LogError {
         /// The file.
         file: PathBuf,
         /// Where.
-        place: Place,
+        place: LogPlace,
         /// What is wrong.
         what: String,
         /// What to do.
@@ -100,7 +100,12 @@ impl LogError {
         move |source| Self::Open { file, source }
     }
 
-    pub(crate) fn damaged(file: &Path, place: Place, what: impl Into<String>, remedy: &'static str) -> Self {
+    pub(crate) fn damaged(
+        file: &Path,
+        place: LogPlace,
+        what: impl Into<String>,
+        remedy: &'static str,
+    ) -> Self {
         Self::Damaged { file: file.to_owned(), place, what: what.into(), remedy }
     }
 
@@ -140,7 +145,7 @@ mod tests {
         let all = [
             LogError::open(file)(std::io::ErrorKind::NotFound.into()),
             LogError::other(file, "this is a PDF", "name a log"),
-            LogError::damaged(file, Place::Byte(7), "the file ends here", "record it again"),
+            LogError::damaged(file, LogPlace::Byte(7), "the file ends here", "record it again"),
             LogError::NoColumn {
                 file: file.into(),
                 name: "q".into(),
@@ -152,9 +157,9 @@ mod tests {
             Vec::<String>::new()
         );
         let places = [
-            Place::Row(3),
-            Place::Message { topic: "/a".into(), number: 2, byte: 9 },
-            Place::Array { name: "q".into(), byte: 4 },
+            LogPlace::Row(3),
+            LogPlace::Message { topic: "/a".into(), number: 2, byte: 9 },
+            LogPlace::Array { name: "q".into(), byte: 4 },
         ];
         assert_eq!(
             places.map(|place| place.to_string()),

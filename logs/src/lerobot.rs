@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::clock::{Clock, ClockUnit};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::table::{Run, Table};
 
 const EPISODE: &str = "episode_index";
@@ -44,7 +44,7 @@ pub(crate) fn episodes(run: Run, folder: &Path) -> Result<Vec<Run>, LogError> {
     let path = folder.join("meta/info.json");
     let bytes = fs::read(&path).map_err(LogError::open(&path))?;
     let info: Value = serde_json::from_slice(&bytes).map_err(|error| {
-        LogError::damaged(&path, Place::Row(error.line()), error.to_string(), "copy meta/info.json again")
+        LogError::damaged(&path, LogPlace::Row(error.line()), error.to_string(), "copy meta/info.json again")
     })?;
     let rate_hz = info.get("fps").and_then(Value::as_f64).filter(|rate| *rate > 0.0);
     let Some(mut table) = run.tables.into_iter().next() else { return Ok(Vec::new()) };

@@ -36,7 +36,7 @@ mod table;
 mod topics;
 
 pub use clock::{Clock, ClockUnit};
-pub use error::{LogError, Place};
+pub use error::{LogError, LogPlace};
 pub use grid::{Pick, Series, on_one_grid};
 pub use kind::Format;
 pub use source::{Source, read_file, sources};

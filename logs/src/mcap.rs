@@ -8,7 +8,7 @@ use mcap::McapError;
 use mcap::sans_io::LinearReaderOptions;
 use mcap::sans_io::message_reader::{MessageReadEvent, MessageReader};
 
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::topics::{Declared, Topics};
 
 const DAMAGED: &str =
@@ -38,7 +38,7 @@ pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), Lo
                 let left = size.saturating_sub(at) as usize;
                 if wanted > left.saturating_add(1 << 16) {
                     let what = format!("a record of {wanted} bytes, though {left} are left");
-                    return Err(LogError::damaged(path, Place::Byte(at), what, DAMAGED));
+                    return Err(LogError::damaged(path, LogPlace::Byte(at), what, DAMAGED));
                 }
                 let read = file.read(reader.insert(wanted)).map_err(LogError::open(path))?;
                 reader.notify_read(read);
@@ -76,5 +76,5 @@ fn said(path: &Path, at: u64, error: &McapError) -> LogError {
             "write it with zstd, lz4 or without compression: `mcap compress` does so",
         );
     }
-    LogError::damaged(path, Place::Byte(at), format!("at or before this byte: {error}"), DAMAGED)
+    LogError::damaged(path, LogPlace::Byte(at), format!("at or before this byte: {error}"), DAMAGED)
 }

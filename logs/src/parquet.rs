@@ -11,7 +11,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::clock::{self, ClockUnit};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the table is damaged, cut off or not Parquet: write it again, or as CSV";
@@ -26,7 +26,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let file = File::open(path).map_err(LogError::open(path))?;
     let size = file.metadata().map_err(LogError::open(path))?.len();
     let fail = |error: ParquetError| {
-        LogError::damaged(path, Place::Byte(size), format!("read from its end: {error}"), DAMAGED)
+        LogError::damaged(path, LogPlace::Byte(size), format!("read from its end: {error}"), DAMAGED)
     };
     let reader = SerializedFileReader::new(file).map_err(fail)?;
     let metadata = reader.metadata();
@@ -47,7 +47,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
             let at = reader.metadata().row_group(group).column(leaf).byte_range().0;
             let fail = |error: ParquetError| {
                 let what = format!("column `{name}`: {error}");
-                LogError::damaged(path, Place::Byte(at), what, DAMAGED)
+                LogError::damaged(path, LogPlace::Byte(at), what, DAMAGED)
             };
             let group = reader.get_row_group(group).map_err(fail)?;
             cells.take(group.get_column_reader(leaf).map_err(fail)?).map_err(fail)?;

@@ -97,7 +97,7 @@ impl Table {
     }
 
     /// Rows per second of one column, which may have fewer values than the table has rows.
-    pub fn rate_of_hz(&self, column: &Column) -> Option<f64> {
+    pub(crate) fn rate_of_hz(&self, column: &Column) -> Option<f64> {
         let own = self.times_s.iter().zip(&column.values).filter(|(_, x)| !x.is_nan());
         crate::clock::median_step(&own.map(|(t, _)| *t).collect::<Vec<f64>>()).map(f64::recip)
     }

@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use crate::clock::{Clock, ClockUnit};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::json;
 use crate::ros::{self, Decoder};
 use crate::table::{Column, Run, Table};
@@ -95,7 +95,7 @@ impl Topics {
         let number = topic.messages;
         topic.messages += 1;
         let fail = |name: &str, byte, what: String, remedy| {
-            LogError::damaged(file, Place::Message { topic: name.into(), number, byte }, what, remedy)
+            LogError::damaged(file, LogPlace::Message { topic: name.into(), number, byte }, what, remedy)
         };
         match &mut topic.form {
             Form::LeftOut(_) => {}

@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Blind) -> crate::Result<()> {
 
 fn make_cases(arguments: &BlindMake) -> crate::Result<()> {
     let folder = &arguments.out;
-    fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+    terminal::make_folder(folder)?;
     let rate = Rate::new("making cases");
     let total = u64::from(arguments.cases);
     let (count_of_cases, seed) = (total as usize, arguments.seed);
@@ -90,7 +90,7 @@ fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
     for (i, case) in left.iter().enumerate() {
         let name = name(case);
         let own = answers.join(&name);
-        fs::create_dir_all(&own).map_err(|error| BadInput::unwritable(&own, &error))?;
+        terminal::make_folder(&own)?;
         let write = |file: &str, text: String| {
             let path = own.join(file);
             fs::write(&path, text + "\n").map_err(|error| BadInput::unwritable(&path, &error))

@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     let dataset = Dataset::load(&arguments.dataset)?.in_pieces();
     let folder =
         arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));
-    std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
+    terminal::make_folder(&folder)?;
     let steps = Steps::new(format!("diagnosing {}", dataset.name));
     let answer = Examination::within(dataset, budget, &|what| steps.at(what));
     steps.done();

@@ -1,22 +1,21 @@
 //! `feeler new`.
 
-use std::fmt::Write as _;
-use std::fs::{OpenOptions, create_dir_all};
+use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use feeler_arm::{JointKind, Urdf};
-use feeler_engine::{Program, Simulation, Trace};
-use feeler_files::{ARM_TEMPLATE, Document, FOLDERS, Folder, TEMPLATES, template};
+use feeler_arm::Urdf;
+use feeler_files::{ARM_TEMPLATE, Document, FOLDERS, Folder, TEMPLATES, arm_text, template};
 use feeler_problem::Remedy;
+use feeler_studies::run::record_csv;
 
 use crate::arguments::New;
 use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
-/// The scenario whose runs are the records of the dataset's template, and their number.
-const MEASURED: (&str, u64) = ("bench.toml", 4);
+/// The scenario whose runs are the records of the dataset's template, their number, and their columns.
+const MEASURED: (&str, u64, [&str; 2]) = ("bench.toml", 4, ["target_rad", "encoder_rad"]);
 
 pub(crate) fn run(arguments: &New) -> crate::Result<()> {
     let name = arguments.template.as_deref().unwrap_or_default();
@@ -61,13 +60,16 @@ fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
         let message = format!("the template `{}` is a folder of several files", folder.name);
         return Err(BadInput::error(message, "name the folder with --out DIR"));
     };
-    create_dir_all(out).map_err(|error| BadInput::unwritable(out, &error))?;
+    terminal::make_folder(out)?;
     for (name, text) in folder.files {
         write_new(&out.join(name), text)?;
     }
     if folder.files.iter().any(|(name, _)| *name == MEASURED.0) {
+        let scenario = Document::load(&out.join(MEASURED.0))?.scenario;
         for k in 1..=MEASURED.1 {
-            write_new(&out.join(format!("sines-{k}.csv")), &record(&out.join(MEASURED.0), k)?)?;
+            let mut scenario = scenario.clone();
+            scenario.run.seed = k;
+            write_new(&out.join(format!("sines-{k}.csv")), &record_csv(&scenario, &MEASURED.2)?)?;
         }
     }
     let (first, out) = (out.join(folder.files[0].0), out.display());
@@ -76,26 +78,6 @@ fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
     terminal::complain(&format!("wrote {out}; go on with: feeler {next}"));
     complete_keys(folder.name);
     Ok(())
-}
-
-/// The record of a scenario with this seed, as a CSV file.
-fn record(scenario: &Path, seed: u64) -> crate::Result<String> {
-    let mut scenario = Document::load(scenario)?.scenario;
-    scenario.run.seed = seed;
-    let program = Program::new(&scenario)?;
-    let mut trace = Trace::new(program.record_names());
-    Simulation::<f64>::new(vec![program])?.run(&mut trace)?;
-    let mut text = String::from("t_s,target_rad,encoder_rad\n");
-    let columns = scenario.run.record.iter().filter_map(|signal| trace.column(&signal.to_string()));
-    let columns: Vec<&[f64]> = columns.collect();
-    for (row, t_s) in trace.t_s.iter().enumerate() {
-        let _ = write!(text, "{t_s:.3}");
-        for column in &columns {
-            let _ = write!(text, ",{:.6}", column[row]);
-        }
-        text.push('\n');
-    }
-    Ok(text)
 }
 
 /// An arm file for the joints of a URDF, with numbers of typical size.
@@ -114,30 +96,7 @@ fn arm_file(path: &Path, out: Option<&Path>) -> crate::Result<String> {
     } else {
         std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
     };
-    let mut text = format!(
-        "# The drives of an arm, which its URDF does not state. Numbers are those of gears of that size;\n\
-         # put those of your drives in their place.\n\
-         name = {:?}\nurdf = {:?}\ntool = {tool:?}\n",
-        chain.name,
-        named.display().to_string()
-    );
-    for joint in &chain.joints {
-        let effort = joint.effort_limit.unwrap_or(50.0);
-        let (stiffness, unit) =
-            (200.0 * effort, if joint.kind == JointKind::Prismatic { "kg" } else { "kg m2" });
-        let _ = write!(
-            text,
-            "\n[joints.{:?}]\ngear_ratio    = 100\nrotor_inertia = \"{:e} {unit}\"\n\
-             stiffness     = {stiffness}\n\
-             damping       = {}\nviscous_friction = {}\ndry_friction     = {}\n",
-            joint.name,
-            1e-6 * effort,
-            1e-3 * stiffness,
-            joint.viscous_friction,
-            joint.dry_friction
-        );
-    }
-    Ok(text)
+    Ok(arm_text(&chain, tool, &named))
 }
 
 /// Writes a file that must not exist yet.

@@ -1,7 +1,6 @@
 //! `feeler replay`.
 
 use std::fmt::Write as _;
-use std::fs;
 
 use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::replay::replay;
@@ -11,7 +10,6 @@ use serde_json::json;
 use crate::arguments::Replay as Arguments;
 use crate::numbers::{percent, with_unit};
 use crate::terminal;
-use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
 use crate::units::Units;
@@ -19,7 +17,7 @@ use crate::units::Units;
 pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let machine = Document::load(&arguments.machine)?.scenario.machine;
     let dataset = Dataset::load_for(&arguments.dataset, &machine)?;
-    fs::create_dir_all(&arguments.out).map_err(|error| BadInput::unwritable(&arguments.out, &error))?;
+    terminal::make_folder(&arguments.out)?;
     let steps = Steps::new(format!("replaying {}", dataset.name));
     steps.at("predicting");
     let replays = replay(&machine, &dataset);
@@ -35,7 +33,6 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let json = terminal::json(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
     files.extend(replays.iter().map(|replay| (replay.csv_name(), replay.csv(&dataset))));
-    let files: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
     let written = terminal::write_all(&arguments.out, &files)?;
     if arguments.json {
         return terminal::print(&json);

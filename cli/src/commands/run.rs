@@ -49,8 +49,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let folder = arguments.out.clone().unwrap_or_else(|| {
         terminal::results::variant(&document.scenario.machine.name, &arguments.settings, "run")
     });
-    // An unwritable folder is an error before the run starts.
-    fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
+    terminal::make_folder(&folder)?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
     let runs = if arguments.as_sweep { run::run_as_swept } else { run::run };
     let result = runs(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));

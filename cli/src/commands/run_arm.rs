@@ -26,8 +26,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         .out
         .clone()
         .unwrap_or_else(|| terminal::results::variant(&file.name, &arguments.settings, "run"));
-    // An unwritable folder is an error before the run starts.
-    fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
+    terminal::make_folder(&folder)?;
     let mut progress = Progress::new(file.name.clone());
     let result = run_cell(&file, &mut |at| progress.at(at.t_s / at.duration_s));
     progress.done();

@@ -51,12 +51,18 @@ pub(crate) fn print(text: &str) -> crate::Result<()> {
     })
 }
 
+/// Makes a folder if it is absent. A command that runs long makes it first, so that a folder that cannot be
+/// written is an error before the run starts.
+pub(crate) fn make_folder(path: &Path) -> crate::Result<()> {
+    fs::create_dir_all(path).map_err(|error| BadInput::unwritable(path, &error))
+}
+
 /// Writes files into a folder, created if absent, and returns a sentence for the end of a printed text.
-pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> crate::Result<String> {
-    fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+pub(crate) fn write_all(folder: &Path, files: &[(impl AsRef<str>, String)]) -> crate::Result<String> {
+    make_folder(folder)?;
     let mut said = String::from("\n\nwrote");
     for (name, text) in files {
-        let path = folder.join(name);
+        let path = folder.join(name.as_ref());
         write(&path, text.as_bytes())?;
         let _ = write!(said, "\n  {}", path.display());
     }

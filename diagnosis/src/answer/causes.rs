@@ -1,6 +1,6 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
-use feeler_plant::description::Table;
+use feeler_plant::description::ElementKind;
 use feeler_plant::effects::{Kind, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
@@ -149,7 +149,7 @@ impl Judge<'_> {
         let fitted = &scored.fitted;
         let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
         let values = fitted.model.parameters(i, &fitted.theta);
-        let drive = (candidate.site.table == Table::Actuators).then_some(candidate.site.index);
+        let drive = (candidate.site.table == ElementKind::Actuators).then_some(candidate.site.index);
         let drive = drive.and_then(|i| self.dataset.machine.actuators.get_index(i));
         let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
         let mut parameters = IndexMap::new();

@@ -95,7 +95,7 @@ impl Difference {
     /// Marks values that calibration moved to the end of their tolerance. `old` is the believed machine;
     /// `tolerance` holds the tolerances stated in its file.
     #[must_use]
-    pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
+    pub(crate) fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
         if let Ok(model) = Model::calibration(old, tolerance) {
             for changed in &mut self.changed {
                 changed.is_at_end = model.is_at_end(&changed.key, changed.new);

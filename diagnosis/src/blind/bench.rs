@@ -1,7 +1,6 @@
 //! A bench written out by hand: base, motor, tip and workpiece in a row, a drive, and sensors, moved in small
 //! semi-implicit steps.
 
-/// Step, s.
 pub(super) const STEP_S: f64 = 4e-6;
 /// Deflection at which a bristle slides, m.
 const BRISTLE_M: f64 = 3e-6;

@@ -270,7 +270,7 @@ pub(super) fn write_all(
 ///
 /// # Errors
 /// Where a file cannot be written.
-pub fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
+pub(crate) fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
     let (bench, case) = case(index, &mut random);
     let (shown, held) = experiments(&mut random);

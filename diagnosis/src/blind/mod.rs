@@ -16,7 +16,7 @@ mod servo;
 mod wild;
 
 pub use cases::{Case, HiddenEffect};
-pub use make::{CASES, HELD_BACK, SEALED, make, write_case};
+pub use make::{CASES, HELD_BACK, SEALED, make};
 pub use regression::{Regressed, regressions};
 pub use score::{
     Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,

@@ -47,7 +47,7 @@ impl Channel {
     }
 
     /// Whether the signal is one of a contact, directly or through a sensor: zero without contact.
-    pub fn is_of_contact(&self, machine: &Machine) -> bool {
+    pub(crate) fn is_of_contact(&self, machine: &Machine) -> bool {
         match self.source {
             Source::Sensor(i) => machine.contacts.contains_key(&machine.sensors[i].reads.element),
             source => matches!(source, Source::Contact(..)),
@@ -228,7 +228,7 @@ impl Dataset {
     }
 
     /// Whether a controller commands a drive, so that what was recorded of it is no command.
-    pub fn is_looped(&self, drive: usize) -> bool {
+    pub(crate) fn is_looped(&self, drive: usize) -> bool {
         self.loops.iter().any(|looped| looped.drive == drive)
     }
 

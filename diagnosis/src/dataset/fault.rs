@@ -162,7 +162,7 @@ pub enum Yardstick {
 
 impl FaultKind {
     /// Whether the fault cannot be repaired by a stated assumption.
-    pub fn is_fatal(&self) -> bool {
+    pub(crate) fn is_fatal(&self) -> bool {
         matches!(
             self,
             Self::MissingColumn { .. }
@@ -232,15 +232,19 @@ pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     }
     let of = |(fault, others): (&Fault, usize)| {
         let mut problem = fault.problem();
-        let also = match others {
-            0 => String::new(),
-            1 => ", as in another experiment".to_owned(),
-            n => format!(", as in {n} other experiments"),
-        };
-        problem.message.push_str(&also);
+        problem.message.push_str(&as_in(others + 1));
         problem
     };
     told.into_iter().map(of).collect()
+}
+
+/// That several experiments, of this number, show it.
+pub(super) fn as_in(experiments: usize) -> String {
+    match experiments {
+        0 | 1 => String::new(),
+        2 => ", as in another experiment".into(),
+        n => format!(", as in {} other experiments", n - 1),
+    }
 }
 
 /// Describes each fault in one sentence.

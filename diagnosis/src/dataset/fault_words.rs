@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use feeler_plant::names::list;
 
-use super::fault::{FaultKind, Yardstick};
+use super::fault::{FaultKind, Yardstick, as_in};
 
 /// Remedy if the position of the machine is unknown.
 const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
@@ -154,12 +154,4 @@ fn off_clock(against: &Yardstick, late_s: f64) -> String {
 /// A number with four digits, of any magnitude.
 fn short(factor: f64) -> String {
     if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
-}
-
-fn as_in(experiments: usize) -> String {
-    match experiments {
-        0 | 1 => String::new(),
-        2 => ", as in another experiment".into(),
-        n => format!(", as in {} other experiments", n - 1),
-    }
 }

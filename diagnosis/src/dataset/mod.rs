@@ -11,15 +11,16 @@ pub(crate) mod laps;
 mod lateness;
 mod looped;
 mod pieces;
+mod quantum;
 pub(crate) mod rattle;
 mod read;
 mod regrid;
 mod scatter;
 mod units;
 
-pub(crate) use check::quantum;
 pub use data::{Channel, Dataset, Driven, Record};
 pub use looped::Looped;
+pub(crate) use quantum::quantum;
 
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
 pub(crate) use scatter::{of_readings as scatter_of, of_series as scatter};

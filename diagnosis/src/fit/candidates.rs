@@ -1,7 +1,7 @@
 //! Every effect of the library under every element of the believed machine where it makes sense.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
-use feeler_plant::description::{ActuatorKind, Axis, Element, Machine, Quantity, Site, Table};
+use feeler_plant::description::{ActuatorKind, Axis, Element, ElementKind, Machine, Quantity, Site};
 use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place, Trait};
 
 use crate::kinds::{dossier, host_of, overlaps};
@@ -78,28 +78,28 @@ fn makes_sense(
     let chain = driven(assembly);
     let i = site.index;
     match (definition.place, site.table) {
-        (Place::Transmission, Table::Springs) => {
+        (Place::Transmission, ElementKind::Springs) => {
             chain.contains(&assembly.links[i].a) && chain.contains(&assembly.links[i].b)
         }
-        (Place::Transmission, Table::Bodies) => {
+        (Place::Transmission, ElementKind::Bodies) => {
             // Bodies that move as one are one mass: the payload is named at the end that meets the work.
             let tool = assembly.contacts.iter().map(|contact| contact.a).find(|node| chain.contains(node));
             let last = tool.or_else(|| chain.last().copied());
             chain.contains(&(i + 1))
                 && (last == Some(i + 1) || !rigid_together(assembly, i + 1, last.unwrap_or(GROUND_NODE)))
         }
-        (Place::Guide, Table::Springs) => {
+        (Place::Guide, ElementKind::Springs) => {
             let link = &assembly.links[i];
             host == HostKind::Spring && chain.contains(&link.a) != chain.contains(&link.b)
         }
-        (Place::Workpiece, Table::Springs) => {
+        (Place::Workpiece, ElementKind::Springs) => {
             let link = &assembly.links[i];
             assembly
                 .contacts
                 .iter()
                 .any(|contact| (contact.b == link.a || contact.b == link.b) && contact.b != GROUND_NODE)
         }
-        (Place::Workpiece, Table::Contacts) => {
+        (Place::Workpiece, ElementKind::Contacts) => {
             let touched = assembly.contacts[i].b;
             !assembly
                 .links
@@ -107,8 +107,8 @@ fn makes_sense(
                 .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
         }
         // A force beside a servo, or an input of one, is known: only its size may be off.
-        (Place::Drive, Table::Actuators) => !is_load(machine, i) || definition.has(Trait::PlainNumber),
-        (Place::Encoder, Table::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
+        (Place::Drive, ElementKind::Actuators) => !is_load(machine, i) || definition.has(Trait::PlainNumber),
+        (Place::Encoder, ElementKind::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
         _ => true,
     }
 }

@@ -1,7 +1,7 @@
 //! A machine with unknowns: believed values, free within their tolerance, and trial effects.
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Believed, Element, Engagement, Machine, Site, Table};
+use feeler_plant::description::{Believed, Element, ElementKind, Engagement, Machine, Site};
 use feeler_plant::effects::{Change, Definition, EffectUse, Kind, Parameter, Scale, Trait};
 use feeler_plant::problem::Problem;
 use feeler_plant::units::Dimension;
@@ -76,10 +76,10 @@ impl Model {
             unknowns.push(unknown);
         };
         let takes_part = |site: &Site| match site.table {
-            Table::Bodies => assembly.rigid_mass_kg(site.index + 1).is_finite(),
-            Table::Springs => !machine.springs[site.index].rigid,
-            Table::Sensors => machine.sensors[site.index].reads.quantity.is_force(),
-            Table::Contacts | Table::Actuators => true,
+            ElementKind::Bodies => assembly.rigid_mass_kg(site.index + 1).is_finite(),
+            ElementKind::Springs => !machine.springs[site.index].rigid,
+            ElementKind::Sensors => machine.sensors[site.index].reads.quantity.is_force(),
+            ElementKind::Contacts | ElementKind::Actuators => true,
         };
         for site in machine.sites().filter(takes_part) {
             let believed = machine.element(site).map(|(_, element)| element.believed());

@@ -1,7 +1,7 @@
 //! What the believed machine itself adds to a balance of forces, each value free within its tolerance.
 
 use feeler_plant::assembly::{GROUND_NODE, assemble};
-use feeler_plant::description::{ActuatorKind, Quantity, Site, Table};
+use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
 use feeler_plant::effects::{Kind, Place, Trait};
 
 use super::rows::Rows;
@@ -112,7 +112,7 @@ impl Base {
     /// Whether a balance of this machine can show a cause: it acts on the axis itself.
     pub(super) fn shows(cause: &Candidate) -> bool {
         matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission)
-            && matches!(cause.site.table, Table::Bodies | Table::Springs | Table::Actuators)
+            && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
     /// The parts that no cause stands in the place of.

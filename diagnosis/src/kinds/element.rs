@@ -2,7 +2,7 @@
 
 use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{ActuatorKind, Body, Contact, Machine, Site, Spring, Table};
+use feeler_plant::description::{ActuatorKind, Body, Contact, ElementKind, Machine, Site, Spring};
 use feeler_plant::effects::Host;
 use indexmap::IndexMap;
 
@@ -20,11 +20,11 @@ pub(crate) struct Element<'a> {
 pub(crate) fn host_of(site: Site) -> Host {
     match site.table {
         // Node 0 is ground.
-        Table::Bodies => Host::Body(site.index + 1),
-        Table::Springs => Host::Spring(site.index),
-        Table::Contacts => Host::Contact(site.index),
-        Table::Actuators => Host::Actuator(site.index),
-        Table::Sensors => Host::Sensor(site.index),
+        ElementKind::Bodies => Host::Body(site.index + 1),
+        ElementKind::Springs => Host::Spring(site.index),
+        ElementKind::Contacts => Host::Contact(site.index),
+        ElementKind::Actuators => Host::Actuator(site.index),
+        ElementKind::Sensors => Host::Sensor(site.index),
     }
 }
 

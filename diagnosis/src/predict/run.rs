@@ -134,7 +134,7 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// If an exponential fails.
-    pub fn anchored(&mut self) -> Result<Prediction, DiagnosisError> {
+    pub(crate) fn anchored(&mut self) -> Result<Prediction, DiagnosisError> {
         self.follow(Anchoring::Continuous, Start::FirstRow)
     }
 

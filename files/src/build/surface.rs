@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use feeler_catalogue::{Contents, Key, Record};
-use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
+use feeler_geometry::{Feed, GeometryError, Material, Placement, Shape, Touching, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 use feeler_problem::{Problem, Remedy};
 
@@ -105,12 +105,12 @@ impl Builder<'_> {
         Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(problem))
     }
 
-    fn shape(&mut self, item: Item<'_>, part: &Key, fields: &Contents) -> Option<(Shape, Place)> {
+    fn shape(&mut self, item: Item<'_>, part: &Key, fields: &Contents) -> Option<(Shape, Placement)> {
         let shape = match ShapeFile::read(fields) {
             Some(written) => self.file(item, part, written.file(), |path| written.load(path))?,
             None => Shape::read(fields)?,
         };
-        Some((shape, Place::read(fields)?))
+        Some((shape, Placement::read(fields)?))
     }
 
     fn feed(&mut self, item: Item<'_>, written: FeedKeys) -> Option<(Feed, f64)> {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
 use feeler_catalogue::{Contents, Record};
-use feeler_geometry::{Place, Shape};
+use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use feeler_problem::Remedy;
 use nalgebra::Vector3;
@@ -208,7 +208,7 @@ fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems
 /// A shape where it stands.
 fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
     let fields = table(draft, name, &PLACED, problems)?;
-    let place = Place::read(&fields)?;
+    let place = Placement::read(&fields)?;
     let shape = match ShapeFile::read(&fields) {
         Some(written) => shape_of_file(draft, name, &written, problems)?,
         None => Shape::read(&fields)?,
@@ -218,7 +218,7 @@ fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
 
 /// Whether a shape can be built.
 fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> bool {
-    let found = part.shape.outline(&Place::default());
+    let found = part.shape.outline(&Placement::default());
     found.map_err(|error| refuse_error(draft, problems, name, &error)).is_ok()
 }
 

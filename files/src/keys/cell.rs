@@ -1,7 +1,7 @@
 //! Scenarios of a whole arm.
 
 use feeler_catalogue::{Bound, Dimension, Key, Kind, Record, Shape, Unit, keys, number, optional, required};
-use feeler_geometry::Place;
+use feeler_geometry::Placement;
 use feeler_manipulator::Hold;
 
 use super::surface::SHAPES;
@@ -51,7 +51,7 @@ pub(crate) static START: Shape = Shape { keys: &[POSE, PLACE, NORMAL, SPEED], ch
 pub(crate) static HOLD: Shape = Shape { keys: keys!(Hold::FIELDS), choice: None };
 
 /// `[tip]`, `[workpiece]`
-pub(crate) static PLACED: Shape = Shape { keys: keys!(Place::FIELDS), choice: Some(SHAPES) };
+pub(crate) static PLACED: Shape = Shape { keys: keys!(Placement::FIELDS), choice: Some(SHAPES) };
 
 /// Tables of such a file that an axis does not have, and their meaning.
 pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [

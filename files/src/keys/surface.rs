@@ -4,7 +4,7 @@ use feeler_catalogue::{
     Bound, Choice, Dimension, Field, Form, Key, Kind, Record, Shape, Unit, Variant, chained, field, form,
     keys, number, optional, required, variants,
 };
-use feeler_geometry::{Material, Place, Shape as Solid};
+use feeler_geometry::{Material, Placement, Shape as Solid};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
@@ -92,7 +92,7 @@ static MATERIAL_KEYS: Shape = Shape { keys: keys!(Material::FIELDS), choice: Non
 pub(crate) const MATERIAL: Key =
     optional("material", Kind::Table(&MATERIAL_KEYS), "material, for the stiffness of a `hertz` law");
 
-const PLACE: &[Key] = keys!(Place::FIELDS);
+const PLACE: &[Key] = keys!(Placement::FIELDS);
 const SIDEWAYS: &str = "position sideways";
 
 /// Position and orientation, and a shape.

@@ -12,7 +12,7 @@ use indexmap::IndexMap;
 
 pub use axes::Axis;
 pub use refine::Refine;
-pub use unit::unit_of_key;
+pub(crate) use unit::unit_of_key;
 
 use super::draft::{Sheet, load};
 use super::keys::sweep::{ABOUT, Keep, NAME, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling};

@@ -8,7 +8,7 @@ use feeler_plant::effects;
 use super::super::keys::{EFFECTS, ELEMENTS, RUN};
 
 /// The SI unit of the number at a key path of a scenario; empty if it has none.
-pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
+pub(crate) fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     let turns = scenario.machine.axis == Axis::Rotational;
     let parts: Vec<&str> = path.split('.').collect();
     let found = match parts.as_slice() {

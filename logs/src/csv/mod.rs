@@ -9,7 +9,7 @@ use std::path::Path;
 use csv::ByteRecord;
 
 use crate::clock::{self, ClockUnit};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use crate::table::{Column, Run, Table};
 use layout::{CellKind, Layout, is_empty, items, number, number_of};
 use text::Text;
@@ -40,7 +40,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
             csv::ErrorKind::Io(error) => LogError::open(path)(error),
             other => LogError::damaged(
                 path,
-                Place::Row(number),
+                LogPlace::Row(number),
                 format!("{other:?}"),
                 "write a row of numbers for each instant",
             ),

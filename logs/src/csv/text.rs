@@ -7,7 +7,7 @@ use std::path::Path;
 use csv::ByteRecord;
 
 use super::dialect::{Dialect, Separator};
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 
 /// Number of bytes from which the layout of a table is guessed.
 const SAMPLE_BYTES: usize = 1 << 17;
@@ -29,7 +29,7 @@ impl Text {
             let mut bytes = sample;
             file.read_to_end(&mut bytes).map_err(LogError::open(path))?;
             let text = decode_utf_16(&bytes, from_le).map_err(|byte| {
-                LogError::damaged(path, Place::Byte(byte), "this is no UTF-16", "save the table as UTF-8")
+                LogError::damaged(path, LogPlace::Byte(byte), "this is no UTF-16", "save the table as UTF-8")
             })?;
             let text = text.into_bytes();
             let sample = text[..text.len().min(SAMPLE_BYTES)].to_vec();

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 use record::{DAMAGED, varint};
 pub(crate) use record::{Record, Value};
 
@@ -52,7 +52,7 @@ impl Database {
         file.read_exact(&mut header).map_err(|_| {
             LogError::damaged(
                 path,
-                Place::Byte(size),
+                LogPlace::Byte(size),
                 "the file ends within its header of 100 bytes",
                 DAMAGED,
             )
@@ -64,7 +64,7 @@ impl Database {
         let usable = page_size.saturating_sub(usize::from(header[20]));
         if !page_size.is_power_of_two() || page_size < 512 || usable < 480 {
             let what = format!("a page of {page_size} bytes");
-            return Err(LogError::damaged(path, Place::Byte(16), what, DAMAGED));
+            return Err(LogError::damaged(path, LogPlace::Byte(16), what, DAMAGED));
         }
         let mut pages = (size / page_size as u64) as u32;
         let mut wal_path = path.as_os_str().to_owned();
@@ -79,7 +79,7 @@ impl Database {
         let stated = u32::from_be_bytes([header[28], header[29], header[30], header[31]]);
         if header[24..28] == header[92..96] && stated > pages {
             let what = format!("the file ends here, with {pages} of its {stated} pages");
-            return Err(LogError::damaged(path, Place::Byte(size), what, DAMAGED));
+            return Err(LogError::damaged(path, LogPlace::Byte(size), what, DAMAGED));
         }
         Ok(Self { path: path.to_owned(), file, wal, wal_pages, page_size, usable, pages })
     }
@@ -221,7 +221,7 @@ impl Database {
         if number == 0 || number > self.pages {
             let what = format!("page {number} is asked for, and there are {}", self.pages);
             let end = u64::from(self.pages) * self.page_size as u64;
-            return Err(LogError::damaged(&self.path, Place::Byte(end), what, DAMAGED));
+            return Err(LogError::damaged(&self.path, LogPlace::Byte(end), what, DAMAGED));
         }
         let mut page = vec![0; self.page_size];
         let (file, at) = match (&mut self.wal, self.wal_pages.get(&number)) {
@@ -236,7 +236,7 @@ impl Database {
 
     fn damaged(&self, page: u32, offset: usize, what: impl Into<String>) -> LogError {
         let byte = u64::from(page.saturating_sub(1)) * self.page_size as u64 + offset as u64;
-        LogError::damaged(&self.path, Place::Byte(byte), what, DAMAGED)
+        LogError::damaged(&self.path, LogPlace::Byte(byte), what, DAMAGED)
     }
 }
 

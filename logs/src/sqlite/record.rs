@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use crate::error::{LogError, Place};
+use crate::error::{LogError, LogPlace};
 
 /// Remedy for a damaged database.
 pub(super) const DAMAGED: &str =
     "the database is damaged or cut off: `sqlite3 FILE .recover` may save what is whole";
 
-/// A value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Value<'a> {
     Null,
@@ -46,7 +45,7 @@ impl<'a> Record<'a> {
     pub(super) fn values(&self) -> Result<Vec<Value<'a>>, LogError> {
         self.parsed().ok_or_else(|| {
             let what = format!("row {} holds less than its header says", self.number);
-            LogError::damaged(self.path, Place::Byte(self.place), what, DAMAGED)
+            LogError::damaged(self.path, LogPlace::Byte(self.place), what, DAMAGED)
         })
     }
 

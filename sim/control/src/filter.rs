@@ -107,7 +107,7 @@ impl<L: Lane> Section<L> {
     }
 
     /// The section `of(i)` in lane `i`.
-    pub fn from_lanes(of: impl Fn(usize) -> Section<f64>) -> Self {
+    pub(crate) fn from_lanes(of: impl Fn(usize) -> Section<f64>) -> Self {
         Self {
             b0: L::from_fn(|i| of(i).b0),
             b1: L::from_fn(|i| of(i).b1),

@@ -5,7 +5,7 @@ use feeler_catalogue::{
 };
 
 use crate::hertz::Material;
-use crate::shape::{Place, Shape};
+use crate::shape::{Placement, Shape};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 // Rotation components are pure numbers in rad; a text may say `deg`.
@@ -76,17 +76,17 @@ impl Record for Shape {
     ];
 }
 
-impl Record for Place {
+impl Record for Placement {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(Place: position_m[0], number("x", LENGTH, Bound::Any, 0.0, "position")),
-        field!(Place: position_m[1], number("y", LENGTH, Bound::Any, 0.0, "position")),
-        field!(Place: position_m[2], number("z", LENGTH, Bound::Any, 0.0, "position")),
+        field!(Placement: position_m[0], number("x", LENGTH, Bound::Any, 0.0, "position")),
+        field!(Placement: position_m[1], number("y", LENGTH, Bound::Any, 0.0, "position")),
+        field!(Placement: position_m[2], number("z", LENGTH, Bound::Any, 0.0, "position")),
         field!(
-            Place: rotation_rad[0],
+            Placement: rotation_rad[0],
             number("turn_x", ANGLE, Bound::Any, 0.0, "x component of the rotation vector: axis times angle")
         ),
-        field!(Place: rotation_rad[1], number("turn_y", ANGLE, Bound::Any, 0.0, "y component")),
-        field!(Place: rotation_rad[2], number("turn_z", ANGLE, Bound::Any, 0.0, "z component")),
+        field!(Placement: rotation_rad[1], number("turn_y", ANGLE, Bound::Any, 0.0, "y component")),
+        field!(Placement: rotation_rad[2], number("turn_z", ANGLE, Bound::Any, 0.0, "z component")),
     ];
 
     fn blank() -> Option<Self> {

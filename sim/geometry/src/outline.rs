@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use parry3d_f64::math::{Pose, Vector};
 
 use crate::error::GeometryError;
-use crate::shape::{Place, Shape};
+use crate::shape::{Placement, Shape};
 
 /// Straight pieces of a circle.
 const PIECES: usize = 48;
@@ -26,7 +26,7 @@ impl Shape {
     ///
     /// # Errors
     /// Those of the shape's numbers.
-    pub fn outline(&self, place: &Place) -> Result<Vec<Segment>, GeometryError> {
+    pub fn outline(&self, place: &Placement) -> Result<Vec<Segment>, GeometryError> {
         let (built, frame) = self.build()?;
         let pose = place.pose();
         let lines = match self {
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn truth_a_box_has_twelve_edges_and_two_triangles_share_one() {
-        let place = Place::at([1.0, 0.0, 0.0]);
+        let place = Placement::at([1.0, 0.0, 0.0]);
         let lines = Shape::Cuboid { half_extents_m: [0.1, 0.2, 0.3] }.outline(&place).unwrap();
         let length = |line: &Segment| (0..3).map(|k| (line[0][k] - line[1][k]).powi(2)).sum::<f64>().sqrt();
         assert_eq!(lines.len(), 12);
@@ -191,7 +191,7 @@ mod tests {
                 [0.0, 1.0, 0.0],
             ];
             Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [3, 4, 5]] })
-                .outline(&Place::default())
+                .outline(&Placement::default())
                 .unwrap()
                 .len()
         };

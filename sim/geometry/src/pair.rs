@@ -7,7 +7,7 @@ use parry3d_f64::shape::{Segment, SharedShape};
 
 use crate::capsule::{self, Near};
 use crate::error::GeometryError;
-use crate::shape::{Place, Shape};
+use crate::shape::{Placement, Shape};
 use crate::swept_ball::{SweptBall, is_triangles};
 
 /// Largest distance at which shapes other than balls are measured, over the size of the tip. Beyond it they
@@ -61,9 +61,9 @@ impl Pair {
     /// Those of the shapes' numbers.
     pub fn new(
         tip: &Shape,
-        tip_place: &Place,
+        tip_place: &Placement,
         workpiece: &Shape,
-        workpiece_place: &Place,
+        workpiece_place: &Placement,
     ) -> Result<Self, GeometryError> {
         let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
         let size_m = tip_shape.compute_local_aabb().extents().length();

@@ -7,7 +7,8 @@ use parry3d_f64::utils::Array2;
 use crate::error::GeometryError;
 use crate::mesh::Mesh;
 
-/// A shape, centred on its origin. Capsules and cylinders have their axis along y; a [`Place`] turns them.
+/// A shape, centred on its origin. Capsules and cylinders have their axis along y; a [`Placement`] turns
+/// them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A ball.
@@ -53,14 +54,14 @@ pub enum Shape {
 
 /// Position and orientation of a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct Placement {
     /// Where its origin is.
     pub position_m: [f64; 3],
     /// Axis of rotation times its angle.
     pub rotation_rad: [f64; 3],
 }
 
-impl Place {
+impl Placement {
     /// Upright at a position.
     pub fn at(position_m: [f64; 3]) -> Self {
         Self { position_m, rotation_rad: [0.0; 3] }

@@ -5,7 +5,7 @@ use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};
 
 use crate::error::GeometryError;
 use crate::pair::Pair;
-use crate::shape::{Place, Shape};
+use crate::shape::{Placement, Shape};
 use crate::swept_ball::{SweptBall, is_triangles, with_faces};
 
 /// Distance of the tip's start from the workpiece, over the size of both.
@@ -54,9 +54,9 @@ impl Touching {
     /// Those of the shapes' numbers.
     pub fn new(
         tip: &Shape,
-        tip_place: &Place,
+        tip_place: &Placement,
         workpiece: &Shape,
-        workpiece_place: &Place,
+        workpiece_place: &Placement,
     ) -> Result<Self, GeometryError> {
         let mut pair = Pair::new(tip, tip_place, workpiece, workpiece_place)?;
         let tip_box = pair.tip.compute_aabb(&pair.tip_pose);

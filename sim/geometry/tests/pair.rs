@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use feeler_geometry::{Mesh, Pair, Place, Shape, overlap_m};
+use feeler_geometry::{Mesh, Pair, Placement, Shape, overlap_m};
 
 /// A projection and a norm of lengths below 1 m, each rounded a few times.
 const ROUNDING: f64 = 1e-13;
@@ -13,9 +13,13 @@ const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 #[test]
 fn truth_a_ball_over_a_box_has_the_distance_of_its_centre_less_its_radius() {
     let work = Shape::Cuboid { half_extents_m: [0.1, 0.1, 0.05] };
-    let pair =
-        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::at([0.02, 0.0, 0.0]), &work, &Place::default())
-            .unwrap();
+    let pair = Pair::new(
+        &Shape::Ball { radius_m: 0.01 },
+        &Placement::at([0.02, 0.0, 0.0]),
+        &work,
+        &Placement::default(),
+    )
+    .unwrap();
     let over = pair.nearest([0.0, 0.03, 0.08], UPRIGHT).unwrap().unwrap();
     assert!((over.distance_m - 0.02).abs() < ROUNDING && (over.normal[2] + 1.0).abs() < ROUNDING, "{over:?}");
     assert!((over.point_m[0] - 0.02).abs() < ROUNDING && (over.point_m[2] - 0.05).abs() < ROUNDING);
@@ -41,7 +45,7 @@ fn truth_a_ball_over_a_box_has_the_distance_of_its_centre_less_its_radius() {
 fn truth_travel_ends_at_the_surface_or_nowhere() {
     let work = Shape::Cuboid { half_extents_m: [0.1, 0.1, 0.05] };
     for tip in [Shape::Ball { radius_m: 0.01 }, Shape::Cylinder { half_length_m: 0.01, radius_m: 0.01 }] {
-        let pair = Pair::new(&tip, &Place::default(), &work, &Place::default()).unwrap();
+        let pair = Pair::new(&tip, &Placement::default(), &work, &Placement::default()).unwrap();
         let travel = pair.travel_m([0.0, 0.0, 0.2], UPRIGHT, [0.0, 0.0, -1.0], 1.0).unwrap().unwrap();
         assert!((travel - 0.14).abs() < ITERATED, "{travel}");
         assert_eq!(pair.travel_m([0.5, 0.0, 0.2], UPRIGHT, [0.0, 0.0, -1.0], 1.0).unwrap(), None);
@@ -69,8 +73,13 @@ fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
     };
     let pair = |count| {
         let mesh = Shape::Mesh(Mesh { vertices_m: vertices_m.clone(), triangles: triangles(count) });
-        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::default(), &mesh, &Place::at([1.0, 0.0, 0.0]))
-            .unwrap()
+        Pair::new(
+            &Shape::Ball { radius_m: 0.01 },
+            &Placement::default(),
+            &mesh,
+            &Placement::at([1.0, 0.0, 0.0]),
+        )
+        .unwrap()
     };
     let depth = pair(6).buried_m([1.0, 0.0, 0.07], UPRIGHT).unwrap();
     assert!((depth - 0.03).abs() < ROUNDING, "{depth}");
@@ -112,7 +121,7 @@ fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius()
     let capsule = Shape::Capsule { half_length_m: half, radius_m: r };
     // Flat: every point of the axis is equally near; if it is tilted, the lowest end is nearest.
     let flat = Shape::HeightField { heights_m: vec![vec![0.0; 9]; 9], extents_m: [0.2; 2] };
-    let pair = Pair::new(&capsule, &Place::default(), &flat, &Place::at([20e-3, 0.0, 0.0])).unwrap();
+    let pair = Pair::new(&capsule, &Placement::default(), &flat, &Placement::at([20e-3, 0.0, 0.0])).unwrap();
     let tilt = 0.3_f64;
     let turned = [0.0, 0.0, (0.5 * tilt).sin(), (0.5 * tilt).cos()];
     let over = pair.nearest([0.0162, 0.01, 0.02], UPRIGHT).unwrap().unwrap();
@@ -125,7 +134,7 @@ fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius()
     // An axis through the surface still has a result.
     assert!(pair.nearest([0.02, 0.0, 0.0], turned).unwrap().unwrap().distance_m < 0.0);
     let (mesh, sag) = globe(radius, 64);
-    let pair = Pair::new(&capsule, &Place::default(), &Shape::Mesh(mesh), &Place::default()).unwrap();
+    let pair = Pair::new(&capsule, &Placement::default(), &Shape::Mesh(mesh), &Placement::default()).unwrap();
     for [x, y, z] in [[53.5e-3, 0.0, 0.0], [0.0, 5e-3, 53.2e-3], [31e-3, 20e-3, 43.3e-3]] {
         let below = (f64::abs(y) - half).max(0.0);
         let own = f64::sqrt(x * x + z * z + below * below) - radius - r;

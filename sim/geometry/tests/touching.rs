@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
 
 use feeler_geometry::{
-    Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl,
+    Feed, GeometryError, Mesh, Placement, Shape, Touching, read_height_field, read_obj, read_stl,
 };
 
 /// Rounding of positions of a few centimetres through a distance query and some Newton steps.
@@ -17,8 +17,8 @@ const ITERATED_M: f64 = 1e-9;
 /// gives (0.6 / 53)^2 / 8 of a normal.
 const STRAIGHT: f64 = 2e-5;
 
-fn origin() -> Place {
-    Place::at([0.0; 3])
+fn origin() -> Placement {
+    Placement::at([0.0; 3])
 }
 
 /// A ball of triangles between circles of latitude.
@@ -51,7 +51,7 @@ fn truth_ball_on_cuboid_face_and_edge() {
     let (r, half) = (2e-3, 10e-3);
     let tip = Shape::Ball { radius_m: r };
     let work = Shape::Cuboid { half_extents_m: [half; 3] };
-    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&tip, &origin(), &work, &Placement::at([30e-3, 0.0, 0.0])).unwrap();
     let face = touching.at([3e-3, -4e-3]).unwrap();
     assert!((face.travel_m - (20e-3 - r)).abs() < ROUNDING_M, "{face:?}");
     assert!(
@@ -80,7 +80,7 @@ fn truth_ball_on_mesh_ball() {
         &Shape::Ball { radius_m: r },
         &origin(),
         &Shape::Mesh(globe(radius, rings)),
-        &Place::at([0.1, 0.0, 0.0]),
+        &Placement::at([0.1, 0.0, 0.0]),
     )
     .unwrap();
     // A chord of angle a lies below its arc by R (1 - cos(a/2)). A facet's middle lies below the ball by at
@@ -122,12 +122,12 @@ fn truth_capsule_on_a_sloping_height_field() {
         .collect();
     let work = read_height_field(&text, [extent; 2]).unwrap();
     for rotation in [[0.0; 3], [FRAC_PI_2, 0.0, 0.0]] {
-        let tip_place = Place { position_m: [0.0; 3], rotation_rad: rotation };
+        let tip_place = Placement { position_m: [0.0; 3], rotation_rad: rotation };
         let touching = Touching::new(
             &Shape::Capsule { half_length_m: half, radius_m: r },
             &tip_place,
             &work,
-            &Place::at([0.05, 0.0, 0.0]),
+            &Placement::at([0.05, 0.0, 0.0]),
         )
         .unwrap();
         for (y, z) in [(0.0, 0.0), (11e-3, -7e-3), (-23e-3, 31e-3)] {
@@ -152,7 +152,7 @@ fn truth_rates_along_a_feed_over_a_cylinder() {
     let (r, radius, speed) = (5e-3, 40e-3, 10e-3);
     let work = Shape::Cylinder { half_length_m: 0.1, radius_m: radius };
     // Its axis along z.
-    let place = Place { position_m: [0.1, 0.0, 0.0], rotation_rad: [FRAC_PI_2, 0.0, 0.0] };
+    let place = Placement { position_m: [0.1, 0.0, 0.0], rotation_rad: [FRAC_PI_2, 0.0, 0.0] };
     let touching = Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &place).unwrap();
     let asked_m = 1e-8;
     let found = touching.profile(&Feed::line([-10e-3, 0.0], [speed, 0.0]), 2.0, asked_m).unwrap();
@@ -173,7 +173,7 @@ fn truth_rates_along_a_feed_over_a_cylinder() {
 fn order_profiles_keep_the_error_asked_for() {
     let tip = Shape::Ball { radius_m: 2e-3 };
     let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
-    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&tip, &origin(), &work, &Placement::at([30e-3, 0.0, 0.0])).unwrap();
     // From the face and 1.5 mm over the edge: smooth except for the jump of curvature at the edge.
     let feed = Feed::line([5e-3, 0.0], [6.5e-3, 0.0]);
     let mut knots = Vec::new();
@@ -198,7 +198,7 @@ fn truth_a_smooth_path_passes_its_points() {
     let feed = Feed::read_path("t_s,y_m,z_m\n0,0,0\n1,0.01,0\n3,0.01,0.02\n").unwrap();
     let plane = Shape::HeightField { heights_m: vec![vec![0.05, -0.05]; 2], extents_m: [0.1; 2] };
     let touching =
-        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &plane, &Place::at([0.2, 0.0, 0.0]))
+        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &plane, &Placement::at([0.2, 0.0, 0.0]))
             .unwrap();
     let found = touching.profile(&feed, 4.0, 1e-9).unwrap();
     // The surface x = 0.2 + y: the gap follows y.
@@ -225,7 +225,7 @@ fn truth_a_flat_tip_against_a_step_is_a_jump() {
         triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7], [1, 4, 7], [1, 7, 2]],
     });
     let tip = Shape::Cuboid { half_extents_m: [1e-3; 3] };
-    let touching = Touching::new(&tip, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&tip, &origin(), &step, &Placement::at([0.1, 0.0, 0.0])).unwrap();
     let error = touching.profile(&Feed::line([-0.01, 0.0], [0.02, 0.0]), 1.0, 1e-8).unwrap_err();
     let GeometryError::Jump { t_s, jump_m } = error else { panic!("{error}") };
     // The tip's side meets the wall at y = 0 when its middle is 1 mm before it, at 0.45 s.
@@ -302,7 +302,7 @@ fn truth_a_hull_touches_where_its_corner_is() {
         ],
     };
     let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
-    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&tip, &origin(), &work, &Placement::at([30e-3, 0.0, 0.0])).unwrap();
     let touch = touching.at([0.0, 0.0]).unwrap();
     assert!((touch.travel_m - 14e-3).abs() < ITERATED_M, "{touch:?}");
     let found = touching.profile(&Feed::line([0.0; 2], [0.0; 2]), 1.0, 1e-9).unwrap();
@@ -330,9 +330,13 @@ fn regress_a_hull_of_many_points_is_travelled_over() {
     for (count, about_x) in [(24, true), (64, true), (64, false), (96, true)] {
         let work = Shape::Hull { points_m: rings(count, radius_m, about_x) };
         for z in [0.0, 1e-3, 2.7e-3] {
-            let touching =
-                Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &Place::at([ahead_m, 0.0, z]))
-                    .unwrap();
+            let touching = Touching::new(
+                &Shape::Ball { radius_m: r },
+                &origin(),
+                &work,
+                &Placement::at([ahead_m, 0.0, z]),
+            )
+            .unwrap();
             let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, asked_m).unwrap();
             assert!(found.error_m <= asked_m, "{count} {about_x} {z}: {}", found.error_m);
             // The facets lie within the ball by no more than the sag of their edges, in both directions.
@@ -355,7 +359,7 @@ fn regress_steps_below_the_error_asked_for_are_no_walls() {
     let vertices_m = [terrace(-1.0, 0.0), terrace(0.0, -5e-6)].concat();
     let step = Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]] });
     let tip = Shape::Ball { radius_m: 1e-3 };
-    let touching = Touching::new(&tip, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&tip, &origin(), &step, &Placement::at([0.1, 0.0, 0.0])).unwrap();
     let feed = Feed::line([-0.01, 0.0], [0.02, 0.0]);
     for asked_m in [1e-4, 1e-5, 1e-8] {
         let found = touching.profile(&feed, 1.0, asked_m).unwrap();
@@ -365,7 +369,7 @@ fn regress_steps_below_the_error_asked_for_are_no_walls() {
         );
     }
     let flat = Shape::Cuboid { half_extents_m: [1e-3; 3] };
-    let touching = Touching::new(&flat, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(&flat, &origin(), &step, &Placement::at([0.1, 0.0, 0.0])).unwrap();
     let found = touching.profile(&feed, 1.0, 1e-5).unwrap();
     assert!(
         (found.profile.at(0.9).0 - found.profile.at(0.1).0 + 5e-6).abs() < 1e-9,
@@ -381,7 +385,7 @@ fn truth_a_profile_knows_where_the_shapes_touch() {
         &Shape::Ball { radius_m: r },
         &origin(),
         &Shape::Ball { radius_m },
-        &Place::at([ahead_m, 0.0, 0.0]),
+        &Placement::at([ahead_m, 0.0, 0.0]),
     )
     .unwrap();
     let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, 1e-8).unwrap();
@@ -414,7 +418,7 @@ fn regress_an_error_beyond_what_pieces_keep_is_told_as_such() {
         triangles: vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]],
     });
     let touching =
-        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &valley, &Place::at([0.1, 0.0, 0.0]))
+        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &valley, &Placement::at([0.1, 0.0, 0.0]))
             .unwrap();
     let feed = Feed::line([-0.013, 0.0], [0.04, 0.0]);
     let Err(GeometryError::Unresolved { apart_m, .. }) = touching.profile(&feed, 1.0, 1e-13) else {

@@ -5,7 +5,6 @@
 
 use nalgebra::DMatrix;
 
-use crate::domain::C64;
 use crate::error::{LtiError, require_not_negative, require_positive};
 use crate::expm::expm_integrals;
 use crate::state_space::{DiscreteStateSpace, StateSpace};
@@ -82,15 +81,4 @@ impl StateSpace {
         }
         StateSpace::discrete(a, b, c, d, period_s)
     }
-}
-
-/// Frequency response (1 - exp(-s T)) / (s T) of a zero-order hold at s, including the sampler's factor 1 /
-/// T; 1 at s = 0.
-pub fn zero_order_hold_response(s: C64, period_s: f64) -> C64 {
-    let x = s * period_s;
-    if x.norm() < 1e-4 {
-        // Series: the next term, x^4 / 120, is below rounding.
-        return C64::new(1.0, 0.0) - x / 2.0 + x * x / 6.0 - x * x * x / 24.0;
-    }
-    (C64::new(1.0, 0.0) - (-x).exp()) / x
 }

@@ -1,11 +1,11 @@
-//! Matrix exponential, its integrals, and Taylor coefficients of free motion.
+//! Matrix exponential and its integrals.
 //!
 //! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear
 //! solve, so exact structure of A stays exact in exp(A). A row of zeros gives a row of the identity, bit for
 //! bit, and a block triangle stays one. Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van
 //! Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
 
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector};
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
 
 use crate::balance::balance;
 use crate::error::{LtiError, require_finite, require_shape};
@@ -154,56 +154,6 @@ pub fn expm_integrals(
     })
 }
 
-/// Taylor coefficients `c[k]` = A^k x0 / k! of the free motion x(t) = exp(A t) x0 = sum of `c[k]` t^k, for k
-/// from 0 to `order`.
-///
-/// # Errors
-/// [`LtiError::Shape`].
-pub fn taylor_coefficients(
-    a: &DMatrix<f64>,
-    x0: &DVector<f64>,
-    order: usize,
-) -> Result<Vec<DVector<f64>>, LtiError> {
-    require_shape("A", a, (x0.len(), x0.len()))?;
-    let mut coefficients = Vec::with_capacity(order + 1);
-    coefficients.push(x0.clone());
-    for k in 1..=order {
-        let next = a * &coefficients[k - 1] / k as f64;
-        coefficients.push(next);
-    }
-    Ok(coefficients)
-}
-
-/// exp(A t) x0 without forming the exponential: Taylor series over substeps. Suitable if the norm of A t is
-/// small or only one motion is needed.
-///
-/// # Errors
-/// [`LtiError::Shape`] or [`LtiError::NotFinite`].
-pub fn expm_action(a: &DMatrix<f64>, x0: &DVector<f64>, duration_s: f64) -> Result<DVector<f64>, LtiError> {
-    require_shape("A", a, (x0.len(), x0.len()))?;
-    require_finite("A", a)?;
-    require_finite("x0", x0)?;
-    require_finite("duration (s)", [&duration_s])?;
-    let balanced = balance(a);
-    let scale = DVector::from_vec(balanced.scale);
-    let substeps = (one_norm(&balanced.matrix) * duration_s.abs() / SCALED_NORM).ceil().max(1.0);
-    let step = balanced.matrix * (duration_s / substeps);
-    let mut x = x0.component_div(&scale);
-    for _ in 0..substeps as u64 {
-        let mut term = x.clone();
-        let mut increment = DVector::zeros(x.len());
-        for k in 1..=MAX_TERMS.max(x.len()) {
-            term = &step * term / k as f64;
-            increment += &term;
-            if k >= x.len() && term.amax() <= 0.125 * f64::EPSILON * x.amax() {
-                break;
-            }
-        }
-        x += increment;
-    }
-    Ok(x.component_mul(&scale))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,20 +224,6 @@ mod tests {
         assert!((found.step[0] + (-t / tau).exp_m1()).abs() < 1e-15);
         // Ramp response t - tau (1 - e^{-t/tau}), which loses about two digits to cancellation here.
         assert!((found.ramp[0] - (t + tau * (-t / tau).exp_m1())).abs() < 1e-16);
-    }
-
-    #[test]
-    fn truth_action_and_coefficients_agree_with_the_exponential() {
-        let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, -9e4, -3.0, 5e2, 10.0, 0.0, -40.0]);
-        let x0 = DVector::from_vec(vec![1e-3, -0.2, 3.0]);
-        let t = 0.03;
-        let truth = expm(&(&a * t)).unwrap() * &x0;
-        let action = expm_action(&a, &x0, t).unwrap();
-        assert!((&action - &truth).amax() < 1e-12 * truth.amax());
-        let h = 1e-4_f64;
-        let series = taylor_coefficients(&a, &x0, 12).unwrap();
-        let sum = series.iter().rev().fold(DVector::zeros(3), |sum, c| sum * h + c);
-        assert!((sum - expm(&(&a * h)).unwrap() * &x0).amax() < 1e-14);
     }
 
     #[test]

@@ -65,11 +65,10 @@ mod zero_pole_gain;
 mod zeros;
 
 pub use balance::{Balanced, balance};
-pub use discretise::zero_order_hold_response;
 pub use domain::{C64, Continuous, Discrete, TimeDomain};
 pub use eigen::{Eigen, damping_ratio, eigen, eigenvalues, frequencies_hz};
 pub use error::LtiError;
-pub use expm::{ExponentialIntegrals, expm, expm_action, expm_integrals, taylor_coefficients};
+pub use expm::{ExponentialIntegrals, expm, expm_integrals};
 pub use gain_interval::{AffineLoop, GainEdge, GainSearch, StableGains, StableInterval, stable_gains};
 pub use loop_transfer::{LoopPoint, LoopTransfer};
 pub use margins::{DiskMargin, GainMargin, LoopGainInterval, Margins, Peak, PhaseMargin};

@@ -121,11 +121,6 @@ impl<T: TimeDomain> LoopTransfer<T> {
         self.domain
     }
 
-    /// Poles of the open loop in the s plane, rad/s.
-    pub fn poles_s(&self) -> &[C64] {
-        &self.poles_s
-    }
-
     /// The open loop at a point of the s plane (z = exp(s T) for a sampled one).
     ///
     /// # Errors

@@ -55,7 +55,7 @@ impl<T: TimeDomain> StateSpace<T> {
     ///
     /// # Errors
     /// [`LtiError::Shape`] or [`LtiError::NotFinite`], naming the matrix.
-    pub fn with_domain(
+    pub(crate) fn with_domain(
         a: DMatrix<f64>,
         b: DMatrix<f64>,
         c: DMatrix<f64>,

@@ -8,8 +8,7 @@ use std::f64::consts::TAU;
 use feeler_lti::spectral::{
     CrossSpectra, Estimator, LocalPolynomialSettings, Multisine, PeriodicRecord, ResponseEstimate,
     SteppedSinePoint, WelchSettings, Window, amplitude_spectrum, best_linear_approximation, cross_spectra,
-    distortion_levels, dominant_frequency, local_polynomial, odd_lines_with_detection, periodic_response,
-    smoothed_spectra, stepped_sine,
+    dominant_frequency, local_polynomial, periodic_response, smoothed_spectra, stepped_sine,
 };
 use feeler_lti::{C64, DiscreteStateSpace, LtiError};
 
@@ -179,26 +178,6 @@ fn truth_best_linear_approximation_of_a_cubic() {
     let expected = 4e-4 / 1000.0 / 4.0 / 20.0 / (2.0 / 199.0);
     let noise = linear.noise_variance.iter().sum::<f64>() / lines.len() as f64;
     assert!((noise / expected - 1.0).abs() < 0.1, "{noise} against {expected}");
-}
-
-#[test]
-fn truth_detection_lines_tell_odd_from_even() {
-    let mut random = Uniform(9);
-    let lines = odd_lines_with_detection(1, 199, 4, || random.draw());
-    assert_eq!(lines.len(), 75);
-    let input = repeat(&multisine(lines.clone(), 10).period(), 6);
-    let levels = |f: &dyn Fn(f64) -> f64| {
-        let output =
-            add(&input.iter().map(|&u| f(u)).collect::<Vec<f64>>(), &Uniform(11).normal(input.len()), 1e-3);
-        distortion_levels(&record(&input, &output), &lines).unwrap()
-    };
-    let (even, odd, none) = (levels(&|u| u + 0.1 * u * u), levels(&|u| u + 0.1 * u.powi(3)), levels(&|u| u));
-    assert!(even.even > 30.0 * even.noise && even.odd < 2.0 * even.noise, "{even:?}");
-    assert!(odd.odd > 30.0 * odd.noise && odd.even < 2.0 * odd.noise, "{odd:?}");
-    assert!(
-        none.odd < 2.0 * none.noise && none.even < 2.0 * none.noise && none.excited > 30.0 * none.noise,
-        "{none:?}"
-    );
 }
 
 #[test]

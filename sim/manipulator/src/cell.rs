@@ -3,7 +3,7 @@
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
 use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};
 use feeler_engine::Scenario;
-use feeler_geometry::{Pair, Place, Shape};
+use feeler_geometry::{Pair, Placement, Shape};
 use nalgebra::Vector3;
 
 use crate::bodies::{self, BodyShapes, numbers};
@@ -24,7 +24,7 @@ pub struct Part {
     /// The shape.
     pub shape: Shape,
     /// Its place: for a tip in the tool's frame, for a workpiece in the base's.
-    pub place: Place,
+    pub place: Placement,
 }
 
 /// How the arm begins.

@@ -12,7 +12,7 @@ use std::path::Path;
 use feeler_arm::{Arm, FlexibleArm, JointDrive, Others, Target, Urdf, Wall, inverse_kinematics};
 use feeler_control::{Controller, ControllerSpec, ForceGains, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
-use feeler_geometry::{Place, Shape};
+use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
 
 use feeler_plant::description::{Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName};
@@ -95,10 +95,10 @@ fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenar
         bodies: link_capsules(arm.chain()),
         start: Start { pose: pose(&arm, [at[0], at[1], TOOL_M]), normal: DOWN, speed_m_per_s },
         joints,
-        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::at([-RADIUS_M, 0.0, 0.0]) },
+        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Placement::at([-RADIUS_M, 0.0, 0.0]) },
         workpiece: Part {
             shape: Shape::Cuboid { half_extents_m },
-            place: Place::at([0.6, 0.0, TOOL_M - gap_m - 0.05]),
+            place: Placement::at([0.6, 0.0, TOOL_M - gap_m - 0.05]),
         },
         hold: Hold { bandwidth_hz: 0.0, damping_ratio: 0.7 },
         scenario,
@@ -191,7 +191,7 @@ fn truth_starts_that_make_no_sense_are_refused() {
     up.start.normal = [0.0, 0.0, 1.0];
     assert!(matches!(up.check_start(), Err(ManipulatorError::NeverMeets)));
     let mut far = still(1e-3);
-    far.workpiece.place = Place::at([0.6, 0.0, -1.3]);
+    far.workpiece.place = Placement::at([0.6, 0.0, -1.3]);
     assert!(
         matches!(far.check_start(), Err(ManipulatorError::OutOfReach { travel_m, .. }) if travel_m > 1.3)
     );
@@ -228,10 +228,10 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
         joints: vec![JointPart::new("hinge", drive, false, &effects).unwrap()],
         bodies: link_capsules(arm.chain()),
         start: Start { pose: vec![0.0], normal: DOWN, speed_m_per_s },
-        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::default() },
+        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Placement::default() },
         workpiece: Part {
             shape: Shape::Cuboid { half_extents_m: [0.1; 3] },
-            place: Place::at([0.8, 0.0, -3.0]),
+            place: Placement::at([0.8, 0.0, -3.0]),
         },
         hold: Hold { bandwidth_hz: 0.0, damping_ratio: 1.0 },
         scenario,

@@ -142,7 +142,7 @@ impl Request {
     ///
     /// # Errors
     /// The refusal.
-    pub fn require_segments(&self, averages: bool) -> Result<(), Refusal> {
+    pub(crate) fn require_segments(&self, averages: bool) -> Result<(), Refusal> {
         require(
             self.segment_s.is_none() || averages,
             || {

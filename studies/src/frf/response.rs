@@ -53,7 +53,7 @@ pub struct Levels {
 
 impl Response {
     /// The bands with distortion; empty if all of it may be noise.
-    pub fn distortion_bands(&self) -> Vec<DistortionBand> {
+    pub(crate) fn distortion_bands(&self) -> Vec<DistortionBand> {
         let beyond = self.separated.as_ref().filter(|separated| separated.evidence.is_beyond_noise);
         beyond.map_or_else(Vec::new, |separated| {
             bands(separated, &self.estimate.frequencies_hz, &self.estimate.response)

@@ -65,7 +65,7 @@ pub use measure::force_loop::ForceLoop;
 pub use measure::settling::{Response, Tracking};
 pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
-pub use record::trace_file::{about_parquet, write_csv, write_parquet};
+pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub use variants::{Candidate, LANES, Measured, measure};
 pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};
@@ -144,7 +144,7 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
+pub(crate) fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
     let manner = Manner { energy: false, extends: false };
     recorded(scenario, &Recording::as_swept(scenario), manner, &mut |_| {})
 }

@@ -50,7 +50,7 @@ impl Candidate {
     }
 
     /// Whether the two may run side by side.
-    pub fn runs_beside(&self, other: &Self) -> bool {
+    pub(crate) fn runs_beside(&self, other: &Self) -> bool {
         // Fixed steps handle events one variant at a time, so there is no advantage.
         self.scenario.run.integrator == Integrator::Exact && self.program.difference(&other.program).is_none()
     }

@@ -53,7 +53,7 @@ impl DrawnAxis {
 
     /// Index of the last value of a grid, in the finest steps of an adaptive sweep; `None` if the values are
     /// drawn at random.
-    pub fn last_index(&self, sweep: &SweepFile) -> Option<u64> {
+    pub(crate) fn last_index(&self, sweep: &SweepFile) -> Option<u64> {
         self.points.map(|points| (points - 1) * self.stride(sweep))
     }
 

@@ -222,7 +222,7 @@ fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits 
 ///
 /// # Errors
 /// As [`SampledLoop::new`].
-pub fn sampled_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
+pub(crate) fn sampled_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
     let sampled = SampledLoop::new(whole)?;
     let domain = sampled.domain()?;
     Ok(sampled

@@ -27,7 +27,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde_json::json;
 
 pub use axes::{DrawnAxis, Panels, share_between, shown};
-pub use boundary::{Line, LinearLimits, sampled_growth_per_s};
+pub(crate) use boundary::sampled_growth_per_s;
+pub use boundary::{Line, LinearLimits};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub(crate) use sobol::sobol;

@@ -50,7 +50,7 @@ impl Measure {
     }
 
     /// Whether linear theory tells it; a run tells the others.
-    pub fn is_of_theory(self) -> bool {
+    pub(crate) fn is_of_theory(self) -> bool {
         !matches!(self, Self::Overshoot | Self::PeakForce | Self::SettlingTime)
     }
 }

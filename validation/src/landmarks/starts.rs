@@ -11,7 +11,6 @@ use super::chain::{Chain, LINKS};
 const BODIES: usize = LINKS + 1;
 /// Total mass of these bodies, kg: arbitrary, since the landmarks do not determine the size of a chain.
 const MOVING_KG: f64 = 60.0;
-/// Damping ratio of the mount.
 const MOUNT_DAMPING_RATIO: f64 = 0.03;
 /// Damping of the guide over the moving mass, 1/s.
 const GUIDE_PER_S: f64 = 0.05;

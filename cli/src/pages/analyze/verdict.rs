@@ -4,7 +4,6 @@ use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, Why
 
 use crate::numbers::{plain, two_digits, with_unit};
 
-/// The name of a class.
 pub(crate) fn class_name(class: ModeClass) -> &'static str {
     match class {
         ModeClass::Colocated => "colocated",

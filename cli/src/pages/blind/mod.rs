@@ -7,7 +7,6 @@ use feeler_diagnosis::blind::{CaseScore, Measure, Score, Unit};
 use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Chart, ChartKind, Page, Series};
 
-/// The page.
 pub(crate) fn page(score: &Score) -> String {
     let mut page = Page::new(
         "Blind benchmark of the diagnosis",
@@ -74,7 +73,6 @@ pub(crate) fn page(score: &Score) -> String {
 /// Columns of the table of cases.
 pub(crate) const CASE_COLUMNS: [&str; 6] = ["case", "hidden", "answered", "verdict", "plain regression", ""];
 
-/// A case as a row.
 pub(crate) fn case_row(case: &CaseScore) -> Vec<String> {
     let mark = match (case.right, case.sure_and_wrong) {
         (true, false) => "right",

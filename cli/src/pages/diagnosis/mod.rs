@@ -19,7 +19,6 @@ use crate::units::Units;
 /// Rungs of the ladder that are listed.
 const MOST_RUNGS: usize = 8;
 
-/// The page.
 pub(crate) fn page(answer: &Examination) -> String {
     let diagnosis = &answer.diagnosis;
     let units = Units::of(&answer.dataset.machine);

@@ -28,7 +28,6 @@ struct Bar {
     is_level: bool,
 }
 
-/// The drawing.
 pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     let bars = bars(diagnosis);
     let top = bars

@@ -7,7 +7,7 @@ use feeler_catalogue::Key;
 use feeler_control::ControllerSpec;
 use feeler_lti::C64;
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::{Actuator, Body, Contact, Engagement, Spring, Table};
+use feeler_plant::description::{Actuator, Body, Contact, ElementKind, Engagement, Spring};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -169,23 +169,26 @@ impl ControlLoop {
         let assembly = self.assembly();
         let mut numbers: Vec<(String, Slot)> = Vec::new();
         for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
-            numbers.push((key_of(Table::Bodies, &node.name, &Body::MASS.key), Slot::Mass(i)));
+            numbers.push((key_of(ElementKind::Bodies, &node.name, &Body::MASS.key), Slot::Mass(i)));
         }
         for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
+            numbers.push((
+                key_of(ElementKind::Springs, &link.name, &Spring::STIFFNESS.key),
+                Slot::LinkStiffness(i),
+            ));
             numbers
-                .push((key_of(Table::Springs, &link.name, &Spring::STIFFNESS.key), Slot::LinkStiffness(i)));
-            numbers.push((key_of(Table::Springs, &link.name, &Spring::DAMPING.key), Slot::LinkDamping(i)));
+                .push((key_of(ElementKind::Springs, &link.name, &Spring::DAMPING.key), Slot::LinkDamping(i)));
         }
         let taken = &self.plant().motion().assembly().contacts;
         for (i, contact) in
             taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free)
         {
             numbers.push((
-                key_of(Table::Contacts, &contact.name, &Contact::STIFFNESS.key),
+                key_of(ElementKind::Contacts, &contact.name, &Contact::STIFFNESS.key),
                 Slot::ContactStiffness(i),
             ));
             numbers.push((
-                key_of(Table::Contacts, &contact.name, &Contact::DAMPING.key),
+                key_of(ElementKind::Contacts, &contact.name, &Contact::DAMPING.key),
                 Slot::ContactDamping(i),
             ));
         }
@@ -197,12 +200,14 @@ impl ControlLoop {
         let mut limits = Vec::new();
         for (i, drive) in self.assembly().drives.iter().enumerate() {
             if drive.limit.is_finite() {
-                limits
-                    .push((key_of(Table::Actuators, &drive.name, &Actuator::LIMIT.key), Slot::DriveLimit(i)));
+                limits.push((
+                    key_of(ElementKind::Actuators, &drive.name, &Actuator::LIMIT.key),
+                    Slot::DriveLimit(i),
+                ));
             }
             if drive.rate_limit.is_finite() {
                 limits.push((
-                    key_of(Table::Actuators, &drive.name, &Actuator::RATE_LIMIT.key),
+                    key_of(ElementKind::Actuators, &drive.name, &Actuator::RATE_LIMIT.key),
                     Slot::DriveRateLimit(i),
                 ));
             }
@@ -288,7 +293,7 @@ impl Probe {
 }
 
 /// Dotted path of a parameter, as in a file.
-fn key_of(table: Table, element: &str, key: &Key) -> String {
+fn key_of(table: ElementKind, element: &str, key: &Key) -> String {
     format!("{}.{element}.{}", table.name(), key.name)
 }
 

@@ -39,7 +39,11 @@ pub struct Evidence {
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] without lines or degrees of freedom.
-pub fn evidence_beyond(total: &[f64], noise: &[f64], degrees: ComplexDegrees) -> Result<Evidence, LtiError> {
+pub(crate) fn evidence_beyond(
+    total: &[f64],
+    noise: &[f64],
+    degrees: ComplexDegrees,
+) -> Result<Evidence, LtiError> {
     let (a, b) = (degrees.total, degrees.noise);
     let least = total.len().min(noise.len()).min(a).min(b);
     if least == 0 {

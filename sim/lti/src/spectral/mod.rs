@@ -8,7 +8,7 @@
 //! | noise, one short record | [`local_polynomial`] |
 //! | chirp | [`smoothed_spectra`] then [`CrossSpectra::response`] |
 //! | multisine, several periods | [`periodic_response`] |
-//! | random-phase multisine, several realisations | [`best_linear_approximation`] and [`distortion_levels`] |
+//! | random-phase multisine, several realisations | [`best_linear_approximation`] |
 //! | stepped sine | [`stepped_sine`] |
 //! | sum of sines of any frequencies | [`response_at_sines`] |
 //!
@@ -34,13 +34,12 @@ mod window;
 
 pub use amplitude::{AmplitudeSpectrum, amplitude_spectrum, dominant_frequency};
 pub use distortion::{
-    BestLinearApproximation, DistortionBeside, DistortionLevels, Realisation, best_linear_approximation,
-    distortion_beside, distortion_levels,
+    BestLinearApproximation, DistortionBeside, Realisation, best_linear_approximation, distortion_beside,
 };
 pub use estimate::{ResponseBand, ResponseEstimate};
-pub use evidence::{ComplexDegrees, Evidence, evidence_beyond};
+pub use evidence::{ComplexDegrees, Evidence};
 pub use local_polynomial::{LocalPolynomialSettings, local_polynomial};
-pub use multisine::{Multisine, odd_lines_with_detection};
+pub use multisine::Multisine;
 pub use periodic::{PeriodicRecord, periodic_response};
 pub use rational::common_poles;
 pub use recognise::{RecordedExcitation, excited_lines, recognise_excitation};

@@ -61,21 +61,3 @@ impl Multisine {
         (0..self.samples_per_period).map(|i| self.sample(i)).collect()
     }
 }
-
-/// Odd lines from `first` to `last`; one in each group of `group` is omitted to detect odd distortion.
-/// `uniform` draws from [0, 1).
-pub fn odd_lines_with_detection(
-    first: usize,
-    last: usize,
-    group: usize,
-    mut uniform: impl FnMut() -> f64,
-) -> Vec<usize> {
-    let odd: Vec<usize> = (first..=last).filter(|line| line % 2 == 1).collect();
-    let mut kept = Vec::new();
-    for lines in odd.chunks(group.max(2)) {
-        let left_out =
-            if lines.len() < group.max(2) { lines.len() } else { (uniform() * lines.len() as f64) as usize };
-        kept.extend(lines.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, line)| *line));
-    }
-    kept
-}

@@ -73,7 +73,11 @@ impl Assembly {
     /// # Errors
     /// [`EffectError::WrongHost`] if the host is not an actuator, [`EffectError::WrongSite`] if its motion is
     /// imposed, whatever force that takes, or if its command is an input of a servo.
-    pub fn force_drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
+    pub(crate) fn force_drive_mut(
+        &mut self,
+        host: Host,
+        effect: &Definition,
+    ) -> Result<&mut Drive, EffectError> {
         let drive = self.drive_mut(host, effect)?;
         if drive.imposed.is_some() || drive.feeds.is_some() {
             return Err(EffectError::WrongSite { kind: effect.kind, needs: effect.site });
@@ -151,7 +155,7 @@ impl Assembly {
 
     /// Moves links, contacts, drives and weights from one node to another. Sensors stay, and so does what the
     /// earth pulls.
-    pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
+    pub(crate) fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
         let drives = self.drives.iter_mut().flat_map(|drive| [&mut drive.on, &mut drive.reacts_on]);

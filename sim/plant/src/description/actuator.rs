@@ -5,8 +5,7 @@ use feeler_catalogue::{
     optional, required,
 };
 
-use super::motor::{DcMotor, MotorInput};
-use super::{GROUND, Quantity};
+use super::{DcMotor, GROUND, MotorInput, Quantity};
 use crate::effects::EffectUse;
 
 /// A drive: a force on one body and its reaction on another.

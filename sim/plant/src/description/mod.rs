@@ -19,7 +19,7 @@ pub use motor::{DcMotor, MotorInput};
 pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};
-pub use site::{Believed, Element, Site, Table};
+pub use site::{Believed, Element, ElementKind, Site};
 
 use std::sync::Arc;
 

@@ -114,7 +114,7 @@ impl Profile {
     }
 
     /// Whether the profile has touching points.
-    pub fn has_touches(&self) -> bool {
+    pub(crate) fn has_touches(&self) -> bool {
         !self.touches.is_empty()
     }
 
@@ -169,7 +169,7 @@ impl Profile {
     }
 
     /// The motion from `t_s` on, as a piece that begins there.
-    pub fn piece_from(&self, t_s: f64) -> Piece {
+    pub(crate) fn piece_from(&self, t_s: f64) -> Piece {
         match self.pieces.partition_point(|piece| piece.start_s <= t_s).checked_sub(1) {
             Some(i) => {
                 let piece = self.pieces[i];

@@ -1,13 +1,13 @@
-//! Elements of a machine, independent of their table.
+//! Elements of a machine, whatever their kind.
 
 use feeler_catalogue::{Dimension, Field, Key, Kind, Record, Role, Unit};
 
 use super::{Actuator, Body, Contact, Elements, Machine, Sensor, Spring};
 use crate::effects::EffectUse;
 
-/// A table of elements.
+/// A kind of elements: a table in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Table {
+pub enum ElementKind {
     /// `[bodies.*]`.
     Bodies,
     /// `[springs.*]`.
@@ -20,7 +20,7 @@ pub enum Table {
     Sensors,
 }
 
-impl Table {
+impl ElementKind {
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl Table {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Site {
     /// Its table.
-    pub table: Table,
+    pub table: ElementKind,
     /// Its position there.
     pub index: usize,
 }
@@ -118,11 +118,11 @@ impl Machine {
     /// Every element, table by table.
     pub fn sites(&self) -> impl Iterator<Item = Site> + use<> {
         let tables = [
-            (Table::Bodies, self.bodies.len()),
-            (Table::Springs, self.springs.len()),
-            (Table::Contacts, self.contacts.len()),
-            (Table::Actuators, self.actuators.len()),
-            (Table::Sensors, self.sensors.len()),
+            (ElementKind::Bodies, self.bodies.len()),
+            (ElementKind::Springs, self.springs.len()),
+            (ElementKind::Contacts, self.contacts.len()),
+            (ElementKind::Actuators, self.actuators.len()),
+            (ElementKind::Sensors, self.sensors.len()),
         ];
         tables.into_iter().flat_map(|(table, n)| (0..n).map(move |index| Site { table, index }))
     }
@@ -133,11 +133,11 @@ impl Machine {
             elements.get_index(index).map(|(name, element)| (name.as_str(), element as &dyn Element))
         }
         match site.table {
-            Table::Bodies => at(&self.bodies, site.index),
-            Table::Springs => at(&self.springs, site.index),
-            Table::Contacts => at(&self.contacts, site.index),
-            Table::Actuators => at(&self.actuators, site.index),
-            Table::Sensors => at(&self.sensors, site.index),
+            ElementKind::Bodies => at(&self.bodies, site.index),
+            ElementKind::Springs => at(&self.springs, site.index),
+            ElementKind::Contacts => at(&self.contacts, site.index),
+            ElementKind::Actuators => at(&self.actuators, site.index),
+            ElementKind::Sensors => at(&self.sensors, site.index),
         }
     }
 
@@ -147,11 +147,11 @@ impl Machine {
             elements.get_index_mut(index).map(|(_, element)| element as &mut dyn Element)
         }
         match site.table {
-            Table::Bodies => at(&mut self.bodies, site.index),
-            Table::Springs => at(&mut self.springs, site.index),
-            Table::Contacts => at(&mut self.contacts, site.index),
-            Table::Actuators => at(&mut self.actuators, site.index),
-            Table::Sensors => at(&mut self.sensors, site.index),
+            ElementKind::Bodies => at(&mut self.bodies, site.index),
+            ElementKind::Springs => at(&mut self.springs, site.index),
+            ElementKind::Contacts => at(&mut self.contacts, site.index),
+            ElementKind::Actuators => at(&mut self.actuators, site.index),
+            ElementKind::Sensors => at(&mut self.sensors, site.index),
         }
     }
 }

@@ -21,7 +21,7 @@ impl Interval {
     }
 
     /// The length of the part of it within `[from_s, to_s]`, s.
-    pub fn within_s(self, from_s: f64, to_s: f64) -> f64 {
+    pub(crate) fn within_s(self, from_s: f64, to_s: f64) -> f64 {
         (self.end_s.min(to_s) - self.start_s.max(from_s)).max(0.0)
     }
 }
@@ -73,7 +73,7 @@ impl ContactRun {
     }
 
     /// Whether it pushes at the end of the run.
-    pub fn ends_in_contact(&self, end_s: f64) -> bool {
+    pub(crate) fn ends_in_contact(&self, end_s: f64) -> bool {
         self.intervals.last().is_some_and(|interval| interval.end_s >= end_s)
     }
 }

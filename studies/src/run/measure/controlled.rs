@@ -7,7 +7,6 @@ use feeler_plant::description::{Sensor, SignalName};
 /// A controller whose reference is a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::run) struct Controlled {
-    /// The controller.
     pub(in crate::run) controller: String,
     /// What it controls.
     pub(in crate::run) signal: SignalName,

@@ -1,11 +1,12 @@
 //! Traces as files: Parquet and CSV, first column `t_s`, then the signals under their names.
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use feeler_engine::Trace;
+use feeler_engine::{EngineError, Program, Scenario, Simulation, Trace};
 use parquet::basic::{Compression, Encoding, Repetition, Type as PhysicalType};
 use parquet::data_type::DoubleType;
 use parquet::file::metadata::KeyValue;
@@ -69,6 +70,25 @@ fn parquet(trace: &Trace, about: &[(&str, String)], file: File) -> Result<(), pa
         group.close()?;
     }
     writer.close().map(drop)
+}
+
+/// The record of a run as a bench writes it: CSV with its recorded signals under these names.
+///
+/// # Errors
+/// A scenario that cannot be run.
+pub fn record_csv(scenario: &Scenario, names: &[&str]) -> Result<String, EngineError> {
+    let program = Program::new(scenario)?;
+    let mut trace = Trace::new(program.record_names());
+    Simulation::<f64>::new(vec![program])?.run(&mut trace)?;
+    let mut text = format!("{TIME},{}\n", names.join(","));
+    for (row, t_s) in trace.t_s.iter().enumerate() {
+        let _ = write!(text, "{t_s:.3}");
+        for column in &trace.columns {
+            let _ = write!(text, ",{:.6}", column[row]);
+        }
+        text.push('\n');
+    }
+    Ok(text)
 }
 
 /// Writes a trace as CSV: a header, then every number with the fewest digits that give the same double back.

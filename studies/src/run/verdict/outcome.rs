@@ -108,7 +108,7 @@ impl Undecided {
     }
 
     /// Whether a longer run may decide.
-    pub fn may_be_decided(self) -> bool {
+    pub(crate) fn may_be_decided(self) -> bool {
         self != Self::EventStorm
     }
 }

@@ -146,7 +146,7 @@ pub struct Mode(u128);
 
 impl Mode {
     /// The most switches a machine may have.
-    pub const CAPACITY: usize = 64;
+    pub(crate) const CAPACITY: usize = 64;
 
     /// The state of switch `i`, a contact or one side of a free play.
     pub fn contact(self, i: usize) -> ContactState {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use feeler_plant::effects::{Curve, LIBRARY, Law};
 
 /// Drawings of all effects as SVG: name of the file in `docs/images/effects`, and its text.
-pub fn effect_drawings() -> Vec<(String, String)> {
+pub(crate) fn effect_drawings() -> Vec<(String, String)> {
     LIBRARY.iter().map(|definition| (format!("{}.svg", definition.kind), drawing(&definition.law))).collect()
 }
 

@@ -48,6 +48,8 @@ pub(super) struct LoopState {
     controller: Controller<f64>,
     target: f64,
     followed: f64,
+    /// Largest speed of that, m/s.
+    pace: f64,
     /// Force of the other inputs that have arrived, by their drives.
     fed: Vec<(usize, f64)>,
     samples: u64,
@@ -92,7 +94,8 @@ impl LoopState {
         let pending = VecDeque::new();
         let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
         let fed = Vec::new();
-        Ok(Self { controller, target: stands, followed: stands, fed, samples: 0, pending, taken })
+        let pace = f64::INFINITY;
+        Ok(Self { controller, target: stands, followed: stands, pace, fed, samples: 0, pending, taken })
     }
 }
 
@@ -198,6 +201,10 @@ impl ServoLoop {
     /// Takes the command of a drive if it is the target or another input of this loop; returns whether it is.
     pub(super) fn takes(&self, held: &mut LoopState, drive: usize, value: f64) -> bool {
         if drive == self.drive {
+            let is_new = held.target.to_bits() != value.to_bits();
+            if let (Reads::Stroke { target, .. }, true) = (&self.reads, is_new) {
+                held.pace = target.pace(value - held.followed);
+            }
             held.target = value;
             return true;
         }
@@ -242,7 +249,7 @@ impl ServoLoop {
         target: &TargetChain,
     ) -> f64 {
         let reading = in_steps(stroke, step);
-        let most = target.rate_limit * self.period_s;
+        let most = held.pace * self.period_s;
         held.followed += (held.target - held.followed).clamp(-most, most);
         let error = held.followed - reading;
         let unseen = target.error_deadband;

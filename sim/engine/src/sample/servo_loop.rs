@@ -27,8 +27,11 @@ pub(crate) struct ServoLoop<L: Lane> {
     target: L,
     /// The rate-limited target, after the first sample.
     followed: L,
-    /// Largest change of that target between samples.
+    /// Largest change of that target between samples, in general and on the present way.
     step: L,
+    pace: L,
+    /// Number of samples on the way from one target to the next; zero without interpolation.
+    samples_apart: L,
     error_deadband: L,
     /// Its inputs besides the target: their drives, force per unit, and what has arrived.
     fed: Vec<(usize, L, L)>,
@@ -55,6 +58,8 @@ impl<L: Lane> ServoLoop<L> {
             Some((input, gain, L::zero()))
         });
         let next_sample_s = wired.clock.sample_time_s(0);
+        let step = chain(|target| target.rate_limit) * L::splat(wired.spec.period_s);
+        let interval = chain(|target| target.interval);
         Ok(Self {
             drive: wired.drive,
             controller,
@@ -66,7 +71,9 @@ impl<L: Lane> ServoLoop<L> {
             encoder: Reading::new(wired.encoder, sensors, next_sample_s),
             target: start,
             followed: start,
-            step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
+            step,
+            pace: step,
+            samples_apart: L::from_fn(|l| interval.lane(l) / wired.spec.period_s),
             error_deadband: chain(|target| target.error_deadband),
             fed: fed.collect(),
         })
@@ -76,6 +83,14 @@ impl<L: Lane> ServoLoop<L> {
     /// is.
     pub(super) fn takes(&mut self, i: usize, input: L) -> bool {
         if i == self.drive {
+            self.pace = L::from_fn(|l| {
+                let [apart, step, before] = [self.samples_apart, self.step, self.pace].map(|of| of.lane(l));
+                if input.lane(l).to_bits() == self.target.lane(l).to_bits() {
+                    return before;
+                }
+                let left = (input - self.followed).lane(l).abs();
+                if apart > 0.0 { (left / apart).min(step) } else { step }
+            });
             self.target = input;
             return true;
         }
@@ -88,7 +103,7 @@ impl<L: Lane> ServoLoop<L> {
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
         let sample_s = self.next_sample_s;
         let reading = self.encoder.read(t_s, signals, sensors);
-        self.followed += (self.target - self.followed).clamp_to(self.step);
+        self.followed += (self.target - self.followed).clamp_to(self.pace);
         let error = self.followed - reading;
         let reference = reading + (error - error.clamp_to(self.error_deadband));
         let inputs = Inputs { reading, motion: L::zero(), motion_is_velocity: false };

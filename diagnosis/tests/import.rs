@@ -82,6 +82,31 @@ fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
     );
 }
 
+/// Positions at a quarter of the targets' rate stay a quarter of the rows: what is between them is unknown.
+#[test]
+fn truth_a_slow_position_has_no_readings_between_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    two_joints(folder.path());
+    let state = folder.path().join("state.csv");
+    let text = fs::read_to_string(&state).expect("it is there");
+    let kept = text.lines().enumerate().filter(|(i, _)| *i == 0 || i % 4 == 1);
+    fs::write(&state, kept.fold(String::new(), |text, (_, line)| text + line + "\n")).expect("written");
+    let machine = folder.path().join("machine.toml");
+    fs::write(&machine, MACHINE).expect("written");
+    let out = folder.path().join("knee");
+    let options = Options {
+        out: Some(out.clone()),
+        joint: Some("knee".into()),
+        model: Some(Model::Machine(machine)),
+        ..Options::default()
+    };
+    import(&[folder.path()], &options, &|_| ()).expect("a dataset");
+    let dataset = Dataset::load(&out).expect("it is sound");
+    let record = &dataset.records[0];
+    let read: Vec<usize> = (0..record.len()).filter(|&k| !record.bridged[0][k]).collect();
+    assert_eq!(read, (0..1500).step_by(4).collect::<Vec<_>>());
+}
+
 #[test]
 fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     let data = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/so101");

@@ -115,16 +115,17 @@ fn regress_an_imposed_position_leads_as_it_led_the_run() {
     }
 }
 
-/// Between rows the imposed motion is a cubic. With the speed from neighbouring rows its error is of third
-/// order in their spacing, with the measured one of fourth.
+/// Between rows the imposed motion is a cubic. Of a sine of frequency w, with rows h apart, it lacks the
+/// share `(w h)^4 / 720` if its speed in the rows is right. Speeds from neighbouring rows are short by the
+/// share `(w h)^2 / 6`, which adds ten times as much.
 #[test]
 fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
-    let (rows_per_s, omega) = (50.0, 2.0 * std::f64::consts::PI * 4.0);
+    let rows_per_s = 50.0;
     let text = "[bodies.rig]\nmass = 3.0\n[bodies.axis]\nmass = 1.5\n\
-         [springs.rope]\nbetween = [\"rig\", \"axis\"]\nstiffness = 400.0\ndamping = 9.0\n\
+         [springs.rope]\nbetween = [\"rig\", \"axis\"]\nstiffness = 4000.0\ndamping = 60.0\n\
          [actuators.drive]\non = \"rig\"\nkind = \"imposed\"\n\
          [controllers.aim]\ndrives = \"drive\"\nlaw = \"open-loop\"\nperiod = 1e-4\n\
-         reference = { kind = \"chirp\", amplitude = 0.02, start = 4.0, end = 4.0, duration = 9.0 }\n\
+         reference = { kind = \"chirp\", amplitude = 0.02, start = 6.0, end = 6.0, duration = 9.0 }\n\
          [run]\nduration = 2.0\nstep = 1e-4\n";
     let mut scenario = Document::parse(text, "machine.toml").expect("a machine").scenario;
     let names = ["rig.position", "rig.velocity", "axis.position"];
@@ -143,7 +144,7 @@ fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
     fs::write(folder.path().join("machine.toml"), text).expect("written");
     let error = |speed: &str| {
         let dataset = format!(
-            "machine = \"machine.toml\"\n[columns.p]\nsignal = \"rig.position\"\nhold = 1e-4\n{speed}\
+            "machine = \"machine.toml\"\n[columns.p]\nsignal = \"rig.position\"\n{speed}\
              [columns.x]\nsignal = \"axis.position\"\n[[experiments]]\nfile = \"run.csv\"\n"
         );
         fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
@@ -152,12 +153,11 @@ fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
         let own = Predictor::new(assembly, &dataset, &dataset.records[0]).and_then(|mut own| own.free());
         let (own, record) = (own.expect("it moves").series, &dataset.records[0]);
         let last = own.len() - 1;
-        // Where it ends, neighbouring rows do not tell the speed.
+        // The start has faded after half of the record, as exp(-20 t). At the end the last speed is unknown.
         let rows = own[last].iter().zip(&record.series[last]).take(record.len() - LAST_ROWS);
-        rows.skip(LAST_ROWS).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max)
+        rows.skip(record.len() / 2).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max)
     };
     let [without, with] = ["", "[columns.s]\nsignal = \"rig.velocity\"\n"].map(error);
-    // Rates from neighbours are short by the share (omega h)^2 / 6: 4 % here.
-    assert!(omega / rows_per_s < 1.0 && without > 1e-4, "{without}");
-    assert!(with < 0.1 * without, "{with} of {without}");
+    assert!(without > 5e-5, "{without}");
+    assert!(with < 0.2 * without, "{with} of {without}");
 }

@@ -305,6 +305,10 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
          period = 0.0025\ncompute_delay = 0.0008\n\
          resolution = 1e-4\noutput_resolution = 0.05\nerror_deadband = 0.001\n\
          velocity_limit = 0.5\ndelay = 0.0061",
+        "kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\n\
+         [actuators.drive.effects.command-interpolation]\ninterval = 0.07",
+        "kind = \"position-servo\"\nkp = 700.0\nkd = 20.0\nperiod = 0.0025\ndelay = 0.0061\n\
+         [actuators.drive.effects.command-interpolation]\ninterval = 0.05",
         &fed("kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nki = 300.0\nlimit = 12.0"),
         &fed("kind = \"position-servo\"\nkp = 700.0\nkd = 20.0\nki = 300.0\nlimit = 9.0\nperiod = 0.0025"),
         "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ninductance = 0.01\n\

@@ -3,6 +3,8 @@
 /// What a signal does between its rows.
 #[derive(Clone, Copy)]
 pub(super) enum Between {
+    /// The value of the last row, where a row counts from half a spacing before its stamp on: stamps wander,
+    /// and a command belongs to the row that it was recorded with.
     Held,
     Straight,
     /// The cubic through four rows: a position has no corners.
@@ -18,6 +20,16 @@ pub(super) fn regrid(
     between: Between,
 ) -> Vec<f64> {
     let mut at = 0;
+    if let Between::Held = between {
+        let held = |i: usize| {
+            let t = time[0] + (i as f64 + 0.5) * spacing_s;
+            while at + 1 < time.len() && time[at + 1] < t {
+                at += 1;
+            }
+            column[at]
+        };
+        return (0..rows).map(held).collect();
+    }
     (0..rows)
         .map(|i| {
             let t = time[0] + i as f64 * spacing_s;
@@ -27,7 +39,6 @@ pub(super) fn regrid(
             let share = ((t - time[at]) / (time[at + 1] - time[at])).clamp(0.0, 1.0);
             let straight = column[at] + share * (column[at + 1] - column[at]);
             match between {
-                Between::Held => column[at],
                 Between::Smooth if at > 0 && at + 2 < time.len() => cubic(time, column, at - 1, t),
                 _ => straight,
             }
@@ -72,6 +83,23 @@ mod tests {
         let far = far_from_rows(&time, &gaps, 7, 0.01);
         assert_eq!(far, [false, true, false, true, true, false, false]);
         assert!(far_from_rows(&time[..3], &[], 3, 0.01).is_empty());
+    }
+
+    /// With the row before each stamp, half of the commands would be a row late.
+    #[test]
+    fn regress_a_held_command_stays_with_its_row_where_stamps_wander() {
+        let spacing_s = 0.01;
+        let stamp = |k: usize| (k as f64 + 0.2 * (7.3 * k as f64).sin()) * spacing_s;
+        let time: Vec<f64> = (0..200).map(stamp).collect();
+        let column: Vec<f64> = (0..200).map(|k| k as f64).collect();
+        assert_eq!(regrid(&time, &column, 200, spacing_s, Between::Held), column);
+        // Of lost rows the command is that of the row before.
+        let kept = |k: &usize| !(50..53).contains(k);
+        let [time, column] = [time, column.clone()]
+            .map(|series| (0..200).filter(kept).map(|k| series[k]).collect::<Vec<f64>>());
+        let held = regrid(&time, &column, 200, spacing_s, Between::Held);
+        assert_eq!(held[48..55], [48.0, 49.0, 49.0, 49.0, 49.0, 53.0, 54.0]);
+        assert_eq!(held[199], 199.0);
     }
 
     #[test]

@@ -220,6 +220,7 @@ impl Joint {
         if let Some((arm, _)) = &self.arm {
             let load = arm.load(run, &series.times_s, &series.values[here.len()..]);
             series.values.truncate(here.len());
+            series.bridged.truncate(here.len());
             let each = |role| self.guess.columns.get(&role).map_or(1.0, Chosen::in_si);
             let (target, position) = (each(Role::Target), each(Role::Position));
             if here[0].0 == Role::Target && here[1].0 == Role::Position {
@@ -230,12 +231,16 @@ impl Joint {
             series.values.push(load);
             header.push(LOAD);
         }
+        empty_between_readings(&mut series);
         table(&self.folder.join(&name), &header, &series)?;
         let at = here.iter().position(|(role, _)| *role == Role::Position);
         let each = self.guess.columns.get(&Role::Position).map_or(1.0, Chosen::in_si);
         self.seen.held = held;
         if self.experiments.is_empty() {
-            self.seen.step = at.and_then(|i| quantum(&series.values[i])).map(|step| step * each);
+            let of_column = |i: usize| series.values[i].iter().copied().filter(|x| x.is_finite()).collect();
+            let readings: Vec<f64> = at.map(of_column).unwrap_or_default();
+            let step = if readings.is_empty() { None } else { quantum(&readings) };
+            self.seen.step = step.map(|step| step * each);
         }
         self.experiments.push(name);
         Ok(())
@@ -328,6 +333,16 @@ fn create(folder: &Path) -> Result<(), DiagnosisError> {
 
 fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
     fs::write(path, text).map_err(unwritable(path))
+}
+
+/// Empties the cells between the readings of slow columns: what is interpolated there is no reading.
+fn empty_between_readings(series: &mut Series) {
+    for (values, gaps) in series.values.iter_mut().zip(&series.bridged) {
+        let unknown = gaps.iter().filter(|is_gap| **is_gap).count();
+        if 2 * unknown >= values.len() {
+            values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);
+        }
+    }
 }
 
 /// Writes a table; an empty cell is an unknown value.

@@ -205,7 +205,7 @@ pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use feeler_plant::description::{Contact, GROUND, Machine, Site, Table};
+    use feeler_plant::description::{Contact, ElementKind, GROUND, Machine, Site};
     use feeler_plant::effects::{ContactStiffness, CoulombFriction, LIBRARY, LoadFriction};
     use indexmap::IndexMap;
 
@@ -228,7 +228,7 @@ mod tests {
         let mut machine = Machine::default();
         machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 0.0));
         let tolerance = IndexMap::from([("contacts.tool.stiffness".to_owned(), 0.1)]);
-        let contact = Element::at(Site { table: Table::Contacts, index: 0 }, &machine, &tolerance);
+        let contact = Element::at(Site { table: ElementKind::Contacts, index: 0 }, &machine, &tolerance);
         let seen = Seen { stroke_m: 1.0, command_n: 1.0, step_m: 0.0, instant_s: 0.0 };
         let trivial =
             |element: &Element<'_>, stiffness| ContactStiffness { stiffness }.is_trivial(element, seen);

@@ -170,6 +170,10 @@ impl ServoLoop {
     /// Takes the command of a drive if it is the target or another input of this loop; returns whether it is.
     pub(super) fn takes(&self, held: &mut LoopState, drive: usize, value: f64) -> bool {
         if drive == self.drive {
+            let is_new = held.target.to_bits() != value.to_bits();
+            if let (Reads::Stroke { target, .. }, true) = (&self.reads, is_new) {
+                held.pace = target.pace(value - held.followed);
+            }
             held.target = value;
             return true;
         }
@@ -214,7 +218,7 @@ impl ServoLoop {
         target: &TargetChain,
     ) -> f64 {
         let reading = in_steps(stroke, step);
-        let most = target.rate_limit * self.period_s;
+        let most = held.pace * self.period_s;
         let reference = follow(&mut held.followed, held.target, reading, most, target.error_deadband);
         held.samples += 1;
         let inputs = Inputs { reading, motion: 0.0, motion_is_velocity: false };

@@ -22,6 +22,8 @@ pub(super) struct LoopState {
     pub(super) controller: Controller<f64>,
     pub(super) target: f64,
     pub(super) followed: f64,
+    /// Largest speed of that, m/s.
+    pub(super) pace: f64,
     /// Force of the other inputs that have arrived, by their drives.
     pub(super) fed: Vec<(usize, f64)>,
     pub(super) samples: u64,
@@ -39,6 +41,7 @@ impl LoopState {
         let pending = VecDeque::new();
         let taken = [(VecDeque::new(), 0), (VecDeque::new(), 0)];
         let fed = Vec::new();
-        Ok(Self { controller, target: stands, followed: stands, fed, samples: 0, pending, taken })
+        let pace = f64::INFINITY;
+        Ok(Self { controller, target: stands, followed: stands, pace, fed, samples: 0, pending, taken })
     }
 }

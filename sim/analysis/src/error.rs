@@ -53,8 +53,8 @@ pub enum AnalysisError {
         /// The existing controllers.
         known: Vec<String>,
     },
-    /// A controller closes a loop around the loop of a sampled servo.
-    #[error("`{name}` closes a loop around the sampled servo `{servo}`, which linear theory does not follow")]
+    /// A controller closes a loop around the loop of a sampled servo, or drives an input besides its target.
+    #[error("`{name}` acts through the sampled servo `{servo}`, which linear theory does not follow")]
     Cascade {
         /// The outer controller.
         name: String,

@@ -3,7 +3,7 @@
 use feeler_catalogue::GainPart;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::{LoopWiring, Program, Scenario};
-use feeler_plant::assembly::{Assembly, Source};
+use feeler_plant::assembly::{Assembly, Drive, Source};
 use feeler_plant::description::Actuator;
 use nalgebra::DMatrix;
 
@@ -105,13 +105,22 @@ impl ControlLoop {
 
     fn build(scenario: &Scenario, view: &View, with_targets: bool) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
-        let assembly = program.motion().assembly().clone();
+        let mut assembly = program.motion().assembly().clone();
+        assembly.drives.iter_mut().for_each(Drive::count_interval_as_delay);
         // A command for the target of a sampled servo acts on the servo's loop and not on the drive.
         let aims =
             |wiring: &LoopWiring<'_>| !wiring.is_servo && assembly.drives[wiring.drive].sampling().is_some();
-        if let Some(outer) = program.loops().find(|loops| aims(loops) && loops.spec.law != Law::OpenLoop) {
-            let servo = assembly.drives[outer.drive].name.clone();
-            return Err(AnalysisError::Cascade { name: outer.name.into(), servo });
+        // A closed loop around it, and a response to another input than its target, are beyond linear theory.
+        let around = |wiring: &LoopWiring<'_>| {
+            let drive = &assembly.drives[wiring.drive];
+            let servo = drive.feeds.map_or(drive, |feed| &assembly.drives[feed.servo]);
+            let is_beside = with_targets && drive.feeds.is_some();
+            let is_outer = !wiring.is_servo && (wiring.spec.law != Law::OpenLoop || is_beside);
+            (is_outer && servo.sampling().is_some())
+                .then(|| AnalysisError::Cascade { name: wiring.name.into(), servo: servo.name.clone() })
+        };
+        if let Some(error) = program.loops().find_map(|wiring| around(&wiring)) {
+            return Err(error);
         }
         let kept: Vec<_> = program.loops().filter(|wiring| with_targets || !aims(wiring)).collect();
         let loop_of = |drive: usize| kept.iter().position(|other| other.is_servo && other.drive == drive);

@@ -173,6 +173,12 @@ fn of_drive(drive: &Drive, found: &mut Found) {
     found.when(drive.rate_limit.is_finite(), &of, "rate limit", NOT_REACHED);
     let target = drive.sampling().map(|sampling| sampling.target);
     found.when(
+        drive.interval > 0.0 || target.is_some_and(|target| target.interval > 0.0),
+        &of,
+        "command interpolation",
+        "taken as a delay of half its interval",
+    );
+    found.when(
         target.is_some_and(|target| target.error_deadband > 0.0),
         &of,
         "error deadband",

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::common::{sensor, spring};
 use feeler_analysis::frf::{Excitation, Experiment};
-use feeler_analysis::{LinearMachine, Request, View, analyze};
+use feeler_analysis::{AnalysisError, LinearMachine, Request, View, analyze};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_lti::C64;
 use feeler_plant::description::{
@@ -92,6 +92,43 @@ fn truth_a_continuous_servo_and_a_motor_answer_as_on_paper() {
         let found =
             experiment(machine(kind, DAMPING), "motor.position", hold_s).linear_response(&[5.0]).unwrap();
         close(found[0], expected * held(s, hold_s), MIRRORED, &what);
+    }
+}
+
+/// The other inputs of a continuous servo are forces of its loop. Those of a sampled one are refused.
+#[test]
+fn truth_inputs_of_a_servo_answer_as_on_paper_or_are_refused() {
+    let hold_s = 1e-4;
+    let s = C64::new(0.0, TAU * 5.0);
+    let gains = servo(None);
+    let closed = (s * s * MASS_KG + s * (DAMPING + gains.kd) + gains.kp).inv();
+    for (kind, force) in [(ActuatorKind::TargetVelocity, gains.kd), (ActuatorKind::FeedForward, 1.0)] {
+        let with = |period_s| {
+            let mut machine = machine(ActuatorKind::PositionServo(servo(period_s)), DAMPING);
+            machine.actuators.insert("input".into(), Actuator { kind, ..Actuator::ideal("motor", GROUND) });
+            let of_target = experiment(machine, "motor.position", hold_s);
+            Experiment { actuator: "input".into(), ..of_target }.linear_response(&[5.0])
+        };
+        close(with(None).unwrap()[0], closed * force * held(s, hold_s), MIRRORED, &format!("{kind:?}"));
+        assert!(matches!(with(Some(hold_s)), Err(AnalysisError::Cascade { .. })));
+    }
+}
+
+#[test]
+fn truth_an_interpolated_target_is_late_by_half_its_interval() {
+    let (period_s, interval_s) = (1e-3, 8e-3);
+    for period in [None, Some(period_s)] {
+        let mut interpolated = machine(ActuatorKind::PositionServo(servo(period)), DAMPING);
+        let definition = find("command-interpolation").unwrap();
+        interpolated.actuators["drive"].effects.push(EffectUse { definition, values: vec![interval_s] });
+        let late = PositionServo { delay_s: 0.5 * interval_s, ..servo(period) };
+        let late = machine(ActuatorKind::PositionServo(late), DAMPING);
+        let [found, expected] = [interpolated, late].map(|machine| {
+            experiment(machine, "motor.position", period_s).linear_response(&[2.0, 20.0]).unwrap()
+        });
+        for (found, expected) in found.into_iter().zip(expected) {
+            close(found, expected, ROUNDING, &format!("{period:?}"));
+        }
     }
 }
 

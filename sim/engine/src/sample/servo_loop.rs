@@ -18,8 +18,11 @@ pub(crate) struct ServoLoop<L: Lane> {
     target: L,
     /// The rate-limited target, after the first sample.
     followed: L,
-    /// Largest change of that target between samples.
+    /// Largest change of that target between samples, in general and on the present way.
     step: L,
+    pace: L,
+    /// Number of samples on the way from one target to the next; zero without interpolation.
+    samples_apart: L,
     error_deadband: L,
     /// Its inputs besides the target: their drives, force per unit, and what has arrived.
     fed: Vec<(usize, L, L)>,
@@ -46,12 +49,16 @@ impl<L: Lane> ServoLoop<L> {
             let gain = number(&|drive| drive.servo.as_ref().map_or(0.0, |servo| feed.gain(servo)));
             Some((input, gain, L::zero()))
         });
+        let step = chain(|target| target.rate_limit) * L::splat(wired.spec.period_s);
+        let interval = chain(|target| target.interval);
         Ok(Self {
             drive: wired.drive,
             sampler: Sampler::new(controller, clock, wired.spec.delay_s, tapped, false, sensors),
             target: start,
             followed: start,
-            step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
+            step,
+            pace: step,
+            samples_apart: L::from_fn(|l| interval.lane(l) / wired.spec.period_s),
             error_deadband: chain(|target| target.error_deadband),
             fed: fed.collect(),
         })
@@ -61,6 +68,14 @@ impl<L: Lane> ServoLoop<L> {
     /// is.
     pub(super) fn takes(&mut self, i: usize, input: L) -> bool {
         if i == self.drive {
+            self.pace = L::from_fn(|l| {
+                let [apart, step, before] = [self.samples_apart, self.step, self.pace].map(|of| of.lane(l));
+                if input.lane(l).to_bits() == self.target.lane(l).to_bits() {
+                    return before;
+                }
+                let left = (input - self.followed).lane(l).abs();
+                if apart > 0.0 { (left / apart).min(step) } else { step }
+            });
             self.target = input;
             return true;
         }
@@ -71,9 +86,9 @@ impl<L: Lane> ServoLoop<L> {
 
     /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
-        let Self { sampler, target, followed, step, error_deadband, fed, .. } = self;
+        let Self { sampler, target, followed, pace, error_deadband, fed, .. } = self;
         let sampled = sampler.sample(t_s, signals, sensors, |_, reading| {
-            let reference = follow(followed, *target, reading, *step, *error_deadband);
+            let reference = follow(followed, *target, reading, *pace, *error_deadband);
             [reference, fed.iter().fold(L::zero(), |sum, (_, gain, input)| sum + *gain * *input)]
         });
         sampler.send(sampled.sample_s, sampled.output)

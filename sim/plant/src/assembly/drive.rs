@@ -41,6 +41,8 @@ pub struct Drive {
     pub command_limit: f64,
     /// Largest rate of the (scaled, limited) command per second; infinite without a limit.
     pub rate_limit: f64,
+    /// Time in which the drive moves from one (scaled, limited) command to the next, s; zero if it jumps.
+    pub interval: f64,
     /// First-order lags in series, s, each > 0.
     pub lags: Vec<f64>,
     /// Standard deviation of the noise on every command.
@@ -120,11 +122,24 @@ pub struct TargetChain {
     pub error_deadband: f64,
     /// Largest speed of the target within the loop, m/s; infinite without a limit.
     pub rate_limit: f64,
+    /// Time in which the loop moves from one target to the next, s.
+    pub interval: f64,
 }
 
 impl TargetChain {
     /// A chain that changes nothing.
-    pub const NONE: Self = Self { delay: 0.0, gain: 1.0, error_deadband: 0.0, rate_limit: f64::INFINITY };
+    pub const NONE: Self =
+        Self { delay: 0.0, gain: 1.0, error_deadband: 0.0, rate_limit: f64::INFINITY, interval: 0.0 };
+
+    /// Largest speed towards a target that arrives at a distance, m/s.
+    pub fn pace(&self, distance: f64) -> f64 {
+        pace(distance, self.interval, self.rate_limit)
+    }
+}
+
+/// Speed towards a command at a distance that is to be reached in an interval, within a limit.
+fn pace(distance: f64, interval: f64, rate_limit: f64) -> f64 {
+    if interval > 0.0 { (distance.abs() / interval).min(rate_limit) } else { rate_limit }
 }
 
 /// The motor of a drive.
@@ -162,6 +177,7 @@ impl Drive {
             limit: actuator.limit_n.unwrap_or(f64::INFINITY),
             command_limit: f64::INFINITY,
             rate_limit: actuator.rate_limit_per_s.unwrap_or(f64::INFINITY),
+            interval: 0.0,
             lags: Vec::new(),
             noise: 0.0,
             line: None,
@@ -243,19 +259,39 @@ impl Drive {
     /// Separates the processing of the target of a sampled servo, which reads the sensor `encoder`. From then
     /// on the command of the drive is its force.
     pub(super) fn sample_by(&mut self, encoder: usize) {
-        let Self { delay, gain, deadband, rate_limit, .. } = *self;
+        let Self { delay, gain, deadband, rate_limit, interval, .. } = *self;
         let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.as_mut()) else { return };
         sampling.encoder = encoder;
-        sampling.target = TargetChain { delay, gain, error_deadband: deadband, rate_limit };
+        sampling.target = TargetChain { delay, gain, error_deadband: deadband, rate_limit, interval };
         (self.delay, self.gain, self.deadband, self.rate_limit) = (0.0, 1.0, 0.0, f64::INFINITY);
+        self.interval = 0.0;
     }
 
     /// Makes the loop of a sampled servo continuous: its target acts as on the sampled one.
     pub fn make_continuous(&mut self) {
         let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.take()) else { return };
-        let TargetChain { delay, gain, error_deadband, rate_limit } = sampling.target;
+        let TargetChain { delay, gain, error_deadband, rate_limit, interval } = sampling.target;
         (self.delay, self.gain) = (delay, gain);
-        (self.deadband, self.rate_limit) = (error_deadband, rate_limit);
+        (self.deadband, self.rate_limit, self.interval) = (error_deadband, rate_limit, interval);
+    }
+
+    /// Adds to the delays what the way from one command to the next takes on average: half its time. Linear
+    /// theory takes it so.
+    pub fn count_interval_as_delay(&mut self) {
+        self.delay += 0.5 * self.interval;
+        if let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.as_mut()) {
+            sampling.target.delay += 0.5 * sampling.target.interval;
+        }
+    }
+
+    /// Whether the drive acts on a command that moves towards the one received.
+    pub fn ramps(&self) -> bool {
+        self.rate_limit.is_finite() || self.interval > 0.0
+    }
+
+    /// Largest rate of the command towards one that arrives at a distance.
+    pub fn pace(&self, distance: f64) -> f64 {
+        pace(distance, self.interval, self.rate_limit)
     }
 
     /// Whether the limit applies to a force with its own dynamics, and not to the held command.

@@ -26,6 +26,7 @@ macro_rules! effects {
         $to! {
             actuator_lag ActuatorLag,
             command_delay CommandDelay,
+            command_interpolation CommandInterpolation,
             drive_gain DriveGain,
             loop_gain LoopGain,
             drive_deadband DriveDeadband,

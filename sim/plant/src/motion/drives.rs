@@ -124,7 +124,10 @@ impl Motion {
             let mut slope = layout.zero();
             let state =
                 self.number_of(Switch::Ramp(i)).map_or(RampState::AtTarget, |switch| mode.ramp(switch));
-            slope[layout.one()] = state.slope(drive.rate_limit);
+            match states.pace.filter(|_| state != RampState::AtTarget) {
+                Some(pace) => slope[pace] = 1.0,
+                None => slope[layout.one()] = state.slope(drive.rate_limit),
+            }
             derivatives.push((ramp, slope));
         }
         let servo = drive.continuous_servo();

@@ -19,8 +19,10 @@ pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
 /// States of one drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DriveStates {
-    /// The ramping command, if its rate is limited.
+    /// The ramping command, if its rate is limited or it is interpolated.
     pub(super) ramp: Option<usize>,
+    /// Its rate, if it is interpolated.
+    pub(super) pace: Option<usize>,
     /// Lags in series.
     pub(super) lags: Vec<usize>,
     /// The force of a velocity source with a time constant.
@@ -56,7 +58,8 @@ impl Layout {
         };
         let drives = (assembly.drives.iter())
             .map(|drive| DriveStates {
-                ramp: drive.rate_limit.is_finite().then(|| take(1)),
+                ramp: drive.ramps().then(|| take(1)),
+                pace: (drive.interval > 0.0).then(|| take(1)),
                 lags: drive.lags.iter().map(|_| take(1)).collect(),
                 force: drive.velocity_source.filter(|source| source.time_constant > 0.0).map(|_| take(1)),
                 integral: drive.continuous_servo().filter(|servo| servo.ki > 0.0).map(|_| take(1)),
@@ -145,9 +148,14 @@ impl Layout {
         self.linear_width() + self.terms
     }
 
-    /// The state of the ramping command of a drive with a rate limit.
+    /// The state of the ramping command of a drive.
     pub fn ramp(&self, drive: usize) -> Option<usize> {
         self.drives[drive].ramp
+    }
+
+    /// The state of the rate of an interpolated command.
+    pub fn pace(&self, drive: usize) -> Option<usize> {
+        self.drives[drive].pace
     }
 
     /// The first of the two states of a drive's imposed motion, scaled as those of a moving gap. They are its

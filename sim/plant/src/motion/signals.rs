@@ -23,6 +23,7 @@ impl Motion {
         for (drive, states) in self.assembly.drives.iter().zip(&self.layout.drives) {
             let mut name = |state: usize, what: &str| names[state] = format!("{}.{what}", drive.name);
             states.ramp.into_iter().for_each(|state| name(state, "ramp"));
+            states.pace.into_iter().for_each(|state| name(state, "ramp_rate"));
             states.lags.iter().enumerate().for_each(|(i, state)| name(*state, &format!("lag{}", i + 1)));
             states.force.into_iter().for_each(|state| name(state, "force"));
             states.integral.into_iter().for_each(|state| name(state, "integral"));

@@ -32,13 +32,20 @@ pub struct Switched {
 }
 
 impl Motion {
-    /// Gives drive `i` a new input in a mode, and returns the next mode. A drive with limited rate starts to
-    /// ramp towards it.
+    /// Gives drive `i` a new input in a mode, and returns the next mode. A drive with limited rate or with
+    /// interpolation starts to ramp towards it.
     #[must_use]
     pub fn take_input(&self, mode: Mode, i: usize, value: f64, xi: &mut [f64]) -> Mode {
+        let is_new = xi[self.layout.input(i)].to_bits() != value.to_bits();
         xi[self.layout.input(i)] = value;
         match (self.layout.ramp(i), self.number_of(Switch::Ramp(i))) {
-            (Some(ramp), Some(switch)) => mode.with(switch, RampState::towards(value - xi[ramp])),
+            (Some(ramp), Some(switch)) => {
+                let left = value - xi[ramp];
+                if let Some(pace) = self.layout.pace(i).filter(|_| is_new) {
+                    xi[pace] = self.assembly.drives[i].pace(left).copysign(left);
+                }
+                mode.with(switch, RampState::towards(left))
+            }
             _ => mode,
         }
     }

@@ -20,7 +20,7 @@ pub enum Switch {
     Line(usize),
     /// The deadband of the error of a continuous servo.
     Deadband(usize),
-    /// The rate limit of a drive.
+    /// The rate limit of a drive, or its way from one command to the next.
     Ramp(usize),
     /// The direction of a link whose resistance depends on it.
     Direction(usize),
@@ -48,7 +48,7 @@ pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates
     let deadbands = drives()
         .filter(|(_, drive)| drive.continuous_servo().is_some() && drive.deadband > 0.0)
         .map(|(i, _)| Switch::Deadband(i));
-    let ramps = drives().filter(|(_, drive)| drive.rate_limit.is_finite()).map(|(i, _)| Switch::Ramp(i));
+    let ramps = drives().filter(|(_, drive)| drive.ramps()).map(|(i, _)| Switch::Ramp(i));
     contacts.chain(links).chain(limits).chain(lines).chain(deadbands).chain(ramps).collect()
 }
 

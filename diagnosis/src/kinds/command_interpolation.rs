@@ -1,0 +1,11 @@
+//! `command-interpolation`: records show its delay only, which `command-delay` has too, so it is not tried.
+
+use feeler_plant::effects::CommandInterpolation;
+
+use super::{Element, Glance, Known};
+
+impl Known for CommandInterpolation {
+    fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,129 @@
+//! Actuators from names to numbers.
+
+use super::super::{Assembly, Drive, Feed, GROUND_NODE, SensorPart, Source};
+use super::Build;
+use crate::description::{Actuator, ActuatorKind, DcMotor, GROUND, MotorInput, PositionServo, Quantity};
+use crate::problem::Problem;
+
+impl Build<'_> {
+    pub(super) fn drives(&mut self) {
+        for (name, actuator) in &self.machine.actuators {
+            let on = self.node(&format!("actuators.{name}.on"), &actuator.on);
+            let reacts_on = self.node(&format!("actuators.{name}.reacts_on"), &actuator.reacts_on);
+            let mut drive = Drive::new(name, actuator, [on, reacts_on]);
+            match &actuator.kind {
+                ActuatorKind::Imposed => {
+                    drive.impose(self.assembly.nodes[on].position_m);
+                    self.imposed_problems(name, actuator);
+                }
+                ActuatorKind::PositionServo(servo) => self.servo_problems(name, servo),
+                ActuatorKind::DcMotor(motor) => {
+                    self.motor_problems(name, motor);
+                    let reflected = motor.rotor_inertia * motor.gear_ratio.powi(2);
+                    self.assembly.nodes[on].mass_kg += reflected;
+                }
+                ActuatorKind::TargetVelocity | ActuatorKind::FeedForward => {
+                    drive.feeds = self.feed(name, actuator);
+                }
+                ActuatorKind::Force { .. } | ActuatorKind::VelocitySource { .. } => {}
+            }
+            self.assembly.drives.push(drive);
+        }
+    }
+
+    fn imposed_problems(&mut self, name: &str, actuator: &Actuator) {
+        let key = |key: &str| format!("actuators.{name}.{key}");
+        if actuator.reacts_on != GROUND {
+            let message =
+                format!("an imposed motion is one against ground, not against `{}`", actuator.reacts_on);
+            self.problems.push(Problem::new(key("reacts_on"), message, "leave `reacts_on` out"));
+        }
+        if actuator.limit_n.is_some() {
+            let message = "an imposed motion takes whatever force it needs";
+            self.problems.push(Problem::new(
+                key("limit"),
+                message,
+                "leave `limit` out, or use a `position-servo`",
+            ));
+        }
+    }
+
+    /// The input of a servo that an actuator is: of the only one between the same bodies.
+    fn feed(&mut self, name: &str, actuator: &Actuator) -> Option<Feed> {
+        let is_fed = |other: &Actuator| {
+            matches!(other.kind, ActuatorKind::PositionServo(_))
+                && other.on == actuator.on
+                && other.reacts_on == actuator.reacts_on
+        };
+        let mut servos = self.machine.actuators.values().enumerate().filter(|(_, other)| is_fed(other));
+        let (servo, other) = (servos.next().map(|(i, _)| i), servos.next());
+        let mut problem = |key: &str, message: String, remedy: &str| {
+            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy.to_owned()));
+        };
+        let (on, reacts_on) = (&actuator.on, &actuator.reacts_on);
+        if servo.is_none() || other.is_some() {
+            let many = if servo.is_none() { "no" } else { "more than one" };
+            let message = format!("there is {many} position servo on `{on}` that reacts on `{reacts_on}`");
+            problem("on", message, "name the two bodies of one `position-servo`");
+        }
+        if actuator.limit_n.is_some() {
+            let message = "an input of a servo has no effort of its own".to_owned();
+            problem("limit", message, "give the servo the `limit`");
+        }
+        Some(Feed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
+    }
+
+    fn servo_problems(&mut self, name: &str, servo: &PositionServo) {
+        if servo.period_s.is_some() {
+            return;
+        }
+        let given = [
+            ("compute_delay", servo.compute_delay_s > 0.0),
+            ("resolution", servo.resolution_m.is_some()),
+            ("output_resolution", servo.output_resolution_n.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, is_given)| *is_given) {
+            let message = format!("`{key}` is one of a sampled loop, and this one is continuous");
+            let remedy = format!("add a `period`, or leave `{key}` out");
+            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy));
+        }
+    }
+
+    fn motor_problems(&mut self, name: &str, motor: &DcMotor) {
+        if motor.input == MotorInput::Duty && motor.supply_voltage_v.is_none() {
+            let message = "a duty cycle is a share of a supply voltage, and there is none";
+            let key = format!("actuators.{name}.supply_voltage");
+            self.problems.push(Problem::new(key, message, "add `supply_voltage`, in V"));
+        }
+        if motor.input == MotorInput::Current && motor.inductance_h > 0.0 {
+            let message = "the amplifier that keeps a current sees to the inductance";
+            let key = format!("actuators.{name}.inductance");
+            self.problems.push(Problem::new(
+                key,
+                message,
+                "leave `inductance` out, or use `input = \"voltage\"`",
+            ));
+        }
+    }
+
+    /// The encoders of sampled servos, which read the stroke of their drive after its effects.
+    pub(super) fn encoders(&mut self) {
+        let Assembly { drives, sensors, .. } = &mut self.assembly;
+        for drive in drives {
+            let Some(sampling) = drive.sampling().copied() else { continue };
+            sensors.push(SensorPart {
+                name: drive.name.clone(),
+                source: Source::Node(drive.on, Quantity::Position),
+                relative_to: drive.reacts_on,
+                tool_inertia: (0.0, GROUND_NODE),
+                gain: 1.0,
+                bias: 0.0,
+                filters: Vec::new(),
+                delay: 0.0,
+                resolutions: sampling.resolution.into_iter().collect(),
+                noise: 0.0,
+            });
+            drive.sample_by(sensors.len() - 1);
+        }
+    }
+}

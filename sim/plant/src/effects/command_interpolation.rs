@@ -1,0 +1,87 @@
+//! `command-interpolation`: a drive moves evenly from one command to the next.
+
+use super::{
+    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
+};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+parameters! { CommandInterpolation
+    interval: linear(Dimension::TIME, Some(0.0), 3e-3, (0.0, 10.0), "time from one command to the next"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: CommandInterpolation::KIND,
+    name: "command-interpolation",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    site: "a drive that gives a force",
+    parameters: CommandInterpolation::PARAMETERS,
+    summary: "the drive moves evenly from one command to the next, instead of a jump",
+    documentation: "\
+## Example
+```toml
+[actuators.drive.effects.command-interpolation]
+interval = \"3 ms\"
+```
+`feeler run scenarios/effects/command-interpolation.toml` runs it.
+
+## Model
+A command that differs from the last one is reached after `interval`, at a constant rate from where the
+drive stands. One that arrives sooner begins the next way from there. Under a position servo it is the target,
+and a sampled servo takes a step at each of its samples. A limited rate holds as well.
+
+## Where it comes from
+Firmware that smooths targets between two messages: interpolation of drives on a field bus, the profile time
+of hobby servos.
+
+## How it shows
+The motion is smoother than the commands, and late by half the interval. `command-delay` of half the interval
+gives the same motion, but sets out later and jumps. `slew-limit` has one rate for small and large steps, and
+`actuator-lag` approaches each command ever more slowly.
+
+## How it is recognised
+Step the target once and read the position at the rate of the servo: it sets out at once and arrives after the
+same time, however large the step is. Where targets follow each other within the interval, records show only
+its delay. So a diagnosis does not try it: it finds a `command-delay` of half the interval.
+
+## Numerical treatment
+The way to a command is a ramp with a rate of its own, which is a mode. Its end is an event, located to
+rounding. Linear theory takes it as a delay of half the interval.
+
+## Source
+L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear
+interpolation between points.
+",
+    law: Law {
+        axes: ["time", "command at the drive"],
+        start: 0.0,
+        with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.7, 0.6), (1.0, 0.6)])],
+        without: &[Curve::STEP],
+    },
+    traits: &[Trait::Delay],
+    change: Change::plant::<CommandInterpolation>(),
+};
+
+impl ChangesPlant for CommandInterpolation {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { interval } = self;
+        machine.force_drive_mut(host, &DEFINITION)?.interval += interval;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture;
+
+    #[test]
+    fn truth_the_rate_is_that_of_the_way_within_the_limit() {
+        let mut machine = fixture::rigid();
+        DEFINITION.apply(&mut machine, Host::Actuator(0), &[0.02]).unwrap();
+        let drive = &mut machine.drives[0];
+        drive.rate_limit = 80.0;
+        assert_eq!([1.0, -1.0, 3.0].map(|way| drive.pace(way)), [50.0, 50.0, 80.0]);
+    }
+}

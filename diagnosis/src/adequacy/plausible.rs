@@ -1,4 +1,4 @@
-//! Whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
+//! Tests whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
 //! believed machine, not at a bound, and known well enough to differ from zero.
 
 use feeler_plant::description::ActuatorKind;

@@ -1,4 +1,4 @@
-//! What gravity and the motion of other joints do to one joint of an arm, along a run.
+//! Load of gravity and of the motion of other joints on one joint of an arm, along a run.
 
 use feeler_arm::Chain;
 use feeler_logs::{Pick, Run};

@@ -1,4 +1,4 @@
-//! What the believed machine itself adds to a balance of forces, each value free within its tolerance.
+//! Terms that the believed machine itself adds to a balance of forces, each value free within its tolerance.
 
 use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, Quantity, Site, Table};

@@ -1,4 +1,4 @@
-//! How the tip travels sideways.
+//! The sideways motion of the tip.
 
 use feeler_plant::description::{Knot, Profile};
 

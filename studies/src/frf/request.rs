@@ -108,7 +108,7 @@ impl NoiseEstimator {
 }
 
 impl Request {
-    /// The band that is looked at, Hz, for samples that come every `hold_s`.
+    /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors
     /// A band that is empty or beyond half the sampling rate, or a confidence that is no probability.

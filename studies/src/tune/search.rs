@@ -35,7 +35,7 @@ pub(super) struct Scored {
     pub(super) score: f64,
 }
 
-/// Every point that has been looked at, on every machine in use.
+/// Every point that has been evaluated, on every machine in use.
 pub(super) struct Search<'a> {
     spec: &'a Spec,
     knobs: &'a Knobs,

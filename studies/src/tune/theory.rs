@@ -1,4 +1,4 @@
-//! What linear theory says of a controller on a machine.
+//! Figures of a controller on a machine by linear theory.
 
 use feeler_analysis::{AnalysisError, ClosedLoop, ControlLoop, MarginReport, SampledLoop, StepResponse};
 use feeler_control::ControllerSpec;

@@ -1,4 +1,4 @@
-//! What a balance of forces needs of the believed machine, and of its records.
+//! Values of the believed machine and of its records that a balance of forces needs.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Axis, Engagement, Machine, Quantity};

@@ -69,7 +69,7 @@ impl Feed {
                 return Err(GeometryError::Line {
                     line: i + 1,
                     what: format!("`{}` is not three finite numbers", line.trim()),
-                    remedy: "write time, y and z, parted by commas",
+                    remedy: "write time, y and z, separated by commas",
                 });
             };
             points.push((t, [y, z]));

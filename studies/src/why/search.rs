@@ -353,8 +353,8 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
     }
     if found.undamped {
         return format!(
-            "{tried}: a mode of the machine in contact has no damping, so nothing dissipates the energy that \
-             approach and feedback feed into it; add damping to contact, guide or control."
+            "{tried}: a mode of the machine in contact has no damping. Nothing dissipates the energy that \
+             approach and feedback feed into it. Add damping to contact, guide or control."
         );
     }
     match (found.linear_stable, found.gain_margin) {

@@ -258,7 +258,7 @@ impl Held {
         }
     }
 
-    /// Load over error, by least squares of the error, which friction and motion spoil; `None` where the
+    /// Load over error, by least squares of the error, which friction and motion spoil; `None` if the
     /// load is no larger than this.
     fn gain(&self, least: f64) -> Option<f64> {
         let gain = -self.load_load / self.load_error;

@@ -109,7 +109,7 @@ impl<'a> Judged<'a> {
     }
 
     /// Whether the truth itself, fitted, is not ahead of every other cause on the check experiments; `None`
-    /// where the regression cannot decide.
+    /// if the regression cannot decide.
     pub(super) fn is_undecidable(&self) -> Option<bool> {
         let Hides::One(one) = self.hides else { return None };
         let own = self.regression.iter().find(|regressed| regressed.kind == one.kind)?.gain;

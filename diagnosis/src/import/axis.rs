@@ -417,8 +417,8 @@ impl First {
         if middle.is_some() {
             let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
             assumptions.push(
-                "the column `load` is the load of gravity and of the other joints' motion, from the masses \
-                 of the model and the positions of the log"
+                "the column `load` is the load of the weight and of the other joints' motion, from the \
+                 masses of the model and the positions of the log"
                     .into(),
             );
         }

@@ -273,7 +273,7 @@ impl Joint {
         if let Some(signal) = self.arm.as_ref().and(first.load.as_ref()) {
             let _ = writeln!(
                 text,
-                "\n# The load of gravity and of the other joints' motion, from the model's masses.\n\
+                "\n# The load of the weight and of the other joints' motion, from the model's masses.\n\
                  [columns.{LOAD}]\nsignal = \"{signal}\""
             );
         }

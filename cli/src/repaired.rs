@@ -1,4 +1,4 @@
-//! What a diagnosis changes in a machine file, with as many digits as the records support.
+//! Changes that a diagnosis makes in a machine file, with as many digits as the records support.
 
 use feeler_diagnosis::Examination;
 use feeler_diagnosis::report::Estimate;

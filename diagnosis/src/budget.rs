@@ -1,4 +1,4 @@
-//! How long a diagnosis may take.
+//! The time that a diagnosis may take.
 //!
 //! Every stage leaves what it has not tried when its share of the time is spent, so that the answer still
 //! comes within the whole. What was left is named in the answer.
@@ -17,7 +17,7 @@ pub struct Budget {
 pub(crate) enum Stage {
     /// Believed values are fitted further.
     Calibrate,
-    /// Further candidates are looked at for a few steps.
+    /// Further candidates are fitted for a few steps.
     Screen,
     /// Candidates are fitted to the end.
     Fit,

@@ -1,4 +1,4 @@
-//! What stops a diagnosis.
+//! Errors that stop a diagnosis.
 
 use std::borrow::Cow;
 use std::path::PathBuf;

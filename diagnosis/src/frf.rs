@@ -14,7 +14,7 @@ use feeler_studies::numbers::{count, plain};
 
 use crate::dataset::{Dataset, Fault, Record};
 
-/// Share of the command's power within the band that is looked at unless another is asked for.
+/// Share of the command's power within the default band.
 const POWER: f64 = 0.995;
 /// Power of the command at a frequency over that at its strongest, below which a response there would be
 /// noise over noise.
@@ -25,7 +25,7 @@ const NEIGHBOURS: usize = 10;
 /// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
 const FEW: usize = 100;
 
-/// What of the dataset is looked at.
+/// The part of a dataset that is evaluated.
 struct Chosen<'a> {
     input: String,
     drive: usize,
@@ -118,7 +118,7 @@ pub fn measured_response(
     })
 }
 
-/// What the check of the dataset said of these experiments, and of how many others it said something.
+/// Warnings of the dataset's check about these experiments, and the number of warnings about others.
 fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     let is_of_others =
         |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
@@ -221,7 +221,7 @@ fn choose<'a>(
     Ok(Chosen { input, drive, output, signal, series, records })
 }
 
-/// Where the power of a command lies; absent if the record is too short to tell.
+/// Where the power of a command lies; absent if the record is too short.
 fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
     cross_spectra(command, command, spacing_s, &settings).ok()

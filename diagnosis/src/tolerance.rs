@@ -1,4 +1,4 @@
-//! How far a believed value may be off where its file states nothing, as a fraction.
+//! Tolerance of believed values for which a file states none, as a fraction.
 
 /// Masses, stiffnesses and gains.
 pub(crate) const FRACTION: f64 = 0.10;

@@ -1,4 +1,4 @@
-//! Bad records: what is said of each fault, and that other formats say the same as CSV.
+//! Bad records: each fault has its message, and other formats give the same one as CSV.
 
 #[path = "faults/formats.rs"]
 mod formats;

@@ -430,7 +430,7 @@ fn hint(message: &str) -> &'static str {
     let hints = [
         ("duplicate", "write it once"),
         ("string", "put texts between quotes, and close each one on its own line"),
-        ("array", "close the list with `]`, and part its values by commas"),
+        ("array", "close the list with `]`, and separate its values by commas"),
         ("table", "write a table as [table.name] on a line of its own, or as { key = value, ... }"),
         ("key", "write key = value, the key without spaces or in quotes"),
         ("newline", "write one key = value on each line"),

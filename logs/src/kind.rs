@@ -98,7 +98,7 @@ fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> 
     }
     if ending == "toml" {
         let remedy = "`feeler check` says what it is; name the log that was recorded";
-        return Err(LogError::other(path, "this is a TOML file of Feeler", remedy));
+        return Err(LogError::other(path, "this is a TOML file of Feeler, not a log", remedy));
     }
     let of_ending = match ending {
         "yaml" | "yml" => Some(("this is YAML", "name the bag that it describes, or another log")),

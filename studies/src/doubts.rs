@@ -16,7 +16,7 @@ const LEAST_SAMPLES: f64 = 2.0;
 /// Largest damping ratio of the modes that are checked; others hardly oscillate.
 const HARDLY_SWINGS: f64 = 0.5;
 
-/// Instants of a run at which a reference is looked at.
+/// Instants of a run at which a reference is evaluated.
 const INSTANTS: u32 = 200;
 /// Farthest that a tool plausibly sinks into what it presses on, m: a thick foam gives way by this.
 const SOFT_M: f64 = 0.02;

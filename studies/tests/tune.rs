@@ -346,7 +346,7 @@ const MAIN_IN_RUST: &str = "fn main() {
 }
 ";
 
-/// A program that answers samples from its standard input, compiled; `None` where there is no compiler.
+/// A program that answers samples from its standard input, compiled; `None` if there is no compiler.
 fn compiled(folder: &Path, language: &str, code: &str, inputs: usize) -> Option<std::path::PathBuf> {
     let source = folder.join(format!("controller.{language}"));
     let program = folder.join(format!("of-{language}"));

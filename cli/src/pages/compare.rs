@@ -285,7 +285,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
     page.render()
 }
 
-/// What is said of datasets without common records.
+/// The message for datasets without common records.
 pub(crate) const NOTHING_COMMON: &str =
     "The first dataset shares no record with another, or no column of one: there is nothing to compare.";
 /// Differences below this share of a series' variation are rounding.

@@ -262,11 +262,11 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         ),
         (
             &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],
-            "nothing of drive.command arrives at tool.force",
+            "drive.command does not reach tool.force",
         ),
         (
             &["frf", "datasets/bench-axis", "--output", "force_n"],
-            "nothing of drive.command arrives at force.reading",
+            "drive.command does not reach force.reading",
         ),
         (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
         (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),

@@ -1,4 +1,4 @@
-//! Whether an answer may be called explained, judged apart from the ranking that found it.
+//! Conditions that an answer must meet to be called explained, judged apart from the ranking that found it.
 //!
 //! A ranking says which cause is the best of those tried. This module says whether the best is good enough.
 //! It asks what is left at every horizon, and whether that still depends on anything. It also asks whether
@@ -32,7 +32,7 @@ pub enum Condition {
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
-    /// What is left goes with nothing that could explain it.
+    /// The remaining error depends on nothing that could explain it.
     Residual,
     /// Every fitted value can be meant.
     Plausible,
@@ -69,7 +69,7 @@ pub struct Adequacy {
     pub horizons: Vec<Horizon>,
     /// Root mean square of the drive's force on the check experiments, N (or N m).
     pub drive_force_n: f64,
-    /// What the force that is still missing on the check experiments goes with.
+    /// The quantities on which the force depends that is still missing on the check experiments.
     pub residual: Vec<Trace>,
     /// Why the answer is not better; empty where all conditions hold.
     pub shortfalls: Vec<Shortfall>,

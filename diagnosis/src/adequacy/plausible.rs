@@ -1,4 +1,4 @@
-//! Whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
+//! Tests whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
 //! believed machine, not at a bound, and known well enough to differ from zero.
 
 use feeler_plant::description::ActuatorKind;
@@ -74,11 +74,11 @@ impl Judge<'_> {
                 return Some(AttemptOutcome::WithinTolerance);
             }
             let is_trivial = |element: &Element<'_>| (known.is_trivial)(&values, element, self.search.seen);
-            match (is_trivial(&element), is_trivial(&element.known_exactly())) {
-                (true, false) => Some(AttemptOutcome::WithinTolerance),
-                (true, true) => Some(AttemptOutcome::NoEffect),
-                (false, _) => is_rest.then_some(AttemptOutcome::NoEffect),
+            if !is_trivial(&element) {
+                return is_rest.then_some(AttemptOutcome::NoEffect);
             }
+            let is_small = is_trivial(&element.known_exactly());
+            Some(if is_small { AttemptOutcome::NoEffect } else { AttemptOutcome::WithinTolerance })
         })
     }
 

@@ -1,4 +1,4 @@
-//! Whether another place predicts the check experiments as well, in short predictions or farther ahead.
+//! Tests whether another place predicts the check experiments as well, in short predictions or farther ahead.
 
 use feeler_plant::effects::Kind;
 

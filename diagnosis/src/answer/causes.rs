@@ -218,7 +218,7 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
         ([(_, mine)], [(_, theirs)]) => Some([mine.definition.kind, theirs.definition.kind]),
         _ => None,
     };
-    // A balance tells kinds apart, not places.
+    // A balance separates kinds, not places.
     let of_balance = |rival: &&Scored| {
         let kinds = |scored: &Scored| scored.causes.iter().map(|c| c.definition.kind).collect::<Vec<_>>();
         let (own, theirs) = (kinds(accepted), kinds(rival));

@@ -211,8 +211,8 @@ impl Judge<'_> {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
         let evidence = format!(
-            "a force that depends on position and hardly repeats over the stroke, about {force:.2} N over \
-             {:.4} m, explains what no effect of the library does",
+            "a force that depends on position, about {force:.2} N over {:.4} m, explains what no effect of \
+             the library does; it hardly repeats over the stroke",
             self.search.seen.stroke_m
         );
         let mut found = answer

@@ -79,7 +79,7 @@ pub(super) struct Axis {
     /// A stop: where it is, m, and its stiffness, N/m.
     pub(super) stop: Option<[f64; 2]>,
     pub(super) drive: Drive,
-    /// `None` where motor and load move as one.
+    /// `None` if motor and load move as one.
     pub(super) joint: Option<Joint>,
 }
 

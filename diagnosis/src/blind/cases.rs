@@ -1,4 +1,4 @@
-//! What is hidden in each case.
+//! The effects that each case hides.
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Blind benchmark: datasets whose hidden effect is withheld from the diagnosis, and scores of what it said.
+//! Blind benchmark: datasets whose hidden effect is withheld from the diagnosis, and scores of its answers.
 //!
 //! The data come from a bench of their own ([`bench`]). It has equations of motion written out by hand, small
 //! semi-implicit steps, a bristle in place of dry friction, drift and coloured noise. Nothing of the

@@ -83,7 +83,8 @@ pub struct Record {
     pub times_s: Vec<f64>,
     /// Spacing of rows, s.
     pub spacing_s: f64,
-    /// Commands of every drive, one per row; N (or m/s). [`Dataset::is_sampled`] tells what is between rows.
+    /// Commands of every drive, one per row; N (or m/s). [`Dataset::is_sampled`] says whether they go on
+    /// between rows.
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,

@@ -23,7 +23,7 @@ pub struct Looped {
 }
 
 impl Looped {
-    /// The controller `name` of a scenario, at the elements of a machine; `None` where the machine lacks one.
+    /// The controller `name` of a scenario, at the elements of a machine; `None` if the machine lacks one.
     pub(super) fn of(scenario: &Scenario, machine: &Machine, name: &str) -> Option<Self> {
         let used = scenario.controllers.get(name)?;
         let sensor = |name: Option<&str>| name.map(|name| machine.sensors.get_index_of(name));

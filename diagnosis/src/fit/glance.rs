@@ -1,4 +1,4 @@
-//! What records show at a glance, for the starts of fits.
+//! Features of records that the starts of fits use.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity};

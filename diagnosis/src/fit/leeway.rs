@@ -1,4 +1,4 @@
-//! What a model frees beyond the values of its machine: how guides give way, and when commands act.
+//! Freedoms of a model beyond the values of its machine: how guides give way, and when commands act.
 
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};

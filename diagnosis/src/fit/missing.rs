@@ -68,7 +68,7 @@ pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> 
     (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
 }
 
-/// Rows of noise that tell what it makes.
+/// Rows of noise from which its effect is estimated.
 const NOISE_ROWS: usize = 4000;
 
 /// Corner of the smoothing before a position's residual is differentiated, over the observer's natural

@@ -11,6 +11,6 @@ pub(crate) struct Scored {
     pub(crate) fitted: Fitted,
     /// Mean robust squared residual per record and channel.
     pub(crate) misfits: Vec<Vec<f64>>,
-    /// The same causes in a balance of forces; `None` where none shows them.
+    /// The same causes in a balance of forces; `None` if none shows them.
     pub(crate) balanced: Option<Balanced>,
 }

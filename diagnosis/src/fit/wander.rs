@@ -1,4 +1,4 @@
-//! How far the noise of a measured command lets an anchored prediction wander.
+//! Deviation of an anchored prediction by the noise of a measured command.
 
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::ActuatorKind;
@@ -56,7 +56,7 @@ mod tests {
             ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
         };
         let noisy: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * draw()).collect();
-        // Neighbouring differences share rows, so that 4000 of them tell the median to about four percent.
+        // Neighbouring differences share rows, so that 4000 of them give the median to about four percent.
         assert!((command_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
         let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
         assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));

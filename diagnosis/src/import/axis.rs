@@ -258,7 +258,7 @@ impl Held {
         }
     }
 
-    /// Load over error, by least squares of the error, which friction and motion spoil; `None` where the
+    /// Load over error, by least squares of the error, which friction and motion spoil; `None` if the
     /// load is no larger than this.
     fn gain(&self, least: f64) -> Option<f64> {
         let gain = -self.load_load / self.load_error;
@@ -417,8 +417,8 @@ impl First {
         if middle.is_some() {
             let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
             assumptions.push(
-                "the column `load` is what the weight and the other joints' motion do to this one, by \
-                 the masses of the model and the positions of the log"
+                "the column `load` is the load of the weight and of the other joints' motion, from the \
+                 masses of the model and the positions of the log"
                     .into(),
             );
         }

@@ -1,4 +1,4 @@
-//! How a position follows its target: its lag, and the accuracy.
+//! Lag of a position behind its target, and the accuracy.
 
 use feeler_logs::{Column, Table};
 

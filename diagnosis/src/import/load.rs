@@ -1,4 +1,4 @@
-//! What gravity and the motion of other joints do to one joint of an arm, along a run.
+//! Load of gravity and of the motion of other joints on one joint of an arm, along a run.
 
 use feeler_arm::Chain;
 use feeler_logs::{Pick, Run};
@@ -24,7 +24,7 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    /// The arm around the joint `name` of the log. `None` where the model has no such joint.
+    /// The arm around the joint `name` of the log. `None` if the model has no such joint.
     pub(super) fn around(name: &str, beliefs: &Beliefs, joints: &IndexMap<String, Guess>) -> Option<Self> {
         // Counts begin anywhere: no pose follows from them.
         let in_counts = |guess: &Guess| {

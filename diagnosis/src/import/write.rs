@@ -278,7 +278,7 @@ impl Joint {
         if let Some(signal) = self.arm.as_ref().and(first.load.as_ref()) {
             let _ = writeln!(
                 text,
-                "\n# What the weight and the other joints' motion do to this one, by the model's masses.\n\
+                "\n# The load of the weight and of the other joints' motion, from the model's masses.\n\
                  [columns.{LOAD}]\nsignal = \"{signal}\""
             );
         }

@@ -1,4 +1,4 @@
-//! What the believed machine itself adds to a balance of forces, each value free within its tolerance.
+//! Terms that the believed machine itself adds to a balance of forces, each value free within its tolerance.
 
 use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
@@ -52,7 +52,7 @@ pub(super) struct Base {
 }
 
 impl Base {
-    /// `None` where the first drive does not push an axis that moves as one between ground and nothing else.
+    /// `None` if the first drive does not push an axis that moves as one between ground and nothing else.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
         let assembly = assemble(machine).ok()?;

@@ -15,7 +15,7 @@ pub(super) struct Term {
     pub(super) high: f64,
 }
 
-/// The coefficients that bring the terms nearest to the target; `None` where they cannot be told.
+/// The coefficients that bring the terms nearest to the target; `None` if they cannot be determined.
 pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     let n = terms.len();
     let sizes: Vec<f64> = terms.iter().map(|term| dot(&term.series, &term.series).sqrt()).collect();

@@ -1,18 +1,18 @@
-//! What a record tells of its own motion: how fast it is, and how it begins.
+//! The motion of a record, from its readings alone: how fast it is, and how it begins.
 
 use nalgebra::{Matrix3, Vector3};
 
 /// Share of the excursion by which a motion must have moved for its speed to be read off. Then neither noise
 /// nor steps of the encoder count.
 const MOVED: f64 = 0.5;
-/// Pairs of rows that tell how far a motion moves in a time.
+/// Pairs of rows that show how far a motion moves in a time.
 const MOST_PAIRS: usize = 500;
 /// Rows that a beginning needs, and standard errors from which on it is one in motion.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
 /// Share of a beginning's excursion that its first speed must make: less is the error of a parabola.
 const SPEED_SHARE: f64 = 0.05;
-/// A record tells no more digits of a motion.
+/// A record has no more digits of a motion.
 const DIGITS: f64 = 1e-9;
 /// A way of more than this many steps of the readings is clear. In half the time, a motion that goes on makes
 /// more than this share of it, about half; from rest it makes a quarter.

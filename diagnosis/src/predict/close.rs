@@ -14,7 +14,7 @@ use crate::error::DiagnosisError;
 
 /// An event is located to this, s.
 const LOCATED_S: f64 = 1e-15;
-/// Share of the time between two looks over which a law that is not linear is extrapolated.
+/// Share of the time between two guard evaluations over which a law that is not linear is extrapolated.
 const NONLINEAR_SHARE: f64 = 0.5;
 /// Columns of the extrapolation.
 const COLUMNS: usize = 10;

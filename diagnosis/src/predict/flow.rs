@@ -104,8 +104,8 @@ pub(super) struct Flow {
     norm: f64,
     /// How fast bodies swing on bristles that slide, 1/s; zero without any.
     bristles_per_s: f64,
-    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then
-    /// the contacts' forces and compressions.
+    /// Signals of every row: the channels, then position, speed and force of the first drive, then the
+    /// contacts' forces and compressions.
     looks: Blocks<f64>,
     /// By span, what carries the states over it, and the guards at each check of it.
     spans: Vec<(u64, Blocks<f64>)>,
@@ -113,7 +113,7 @@ pub(super) struct Flow {
     longest_s: f64,
     /// How many times the guards are checked in that span.
     checks: usize,
-    /// Time between two looks at the guards; `None` until somebody asks.
+    /// Time between two guard evaluations; `None` until it is needed.
     look_s: Option<f64>,
 }
 
@@ -175,7 +175,7 @@ impl Flow {
         }
     }
 
-    /// The longest time between two looks at the guards in which none of them has more than one minimum.
+    /// The longest time between two guard evaluations in which no guard has more than one minimum.
     pub(super) fn look_s(&mut self) -> Result<f64, DiagnosisError> {
         if let Some(known) = self.look_s {
             return Ok(known);
@@ -251,7 +251,7 @@ impl Flow {
         Ok(())
     }
 
-    /// What is looked at (see [`Self::looks`]).
+    /// The signals of a row (see [`Self::looks`]).
     #[inline(always)]
     pub(super) fn look(&self, xi: &[f64], out: &mut Vec<f64>) {
         out.resize(self.looks.padded_rows(), 0.0);

@@ -1,4 +1,4 @@
-//! What a fit frees beyond the values of a machine: how guides give way, and when commands act.
+//! Freedoms of a fit beyond the values of a machine: how guides give way, and when commands act.
 
 use super::presliding::Presliding;
 

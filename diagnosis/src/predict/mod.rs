@@ -1,4 +1,4 @@
-//! What a machine would have measured, sample by sample, driven by the recorded command.
+//! Predicts the readings of a machine, sample by sample, driven by the recorded command.
 //!
 //! The equations of motion are those of [`feeler_plant::motion`]; here they are stepped along a record.
 //! Between rows the command is held, so that each linear mode is carried exactly by its exponential; events

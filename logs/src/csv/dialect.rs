@@ -1,4 +1,4 @@
-//! How the cells of a table are written.
+//! The notation of the cells of a table.
 
 /// What stands between two cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

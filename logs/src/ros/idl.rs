@@ -122,7 +122,9 @@ impl<'a> Parser<'a> {
             }
             "const" => self.skip_past(";"),
             "" | ";" => {}
-            other => return Err(DefinitionError(format!("IDL: `{other}` begins nothing that is known"))),
+            other => {
+                return Err(DefinitionError(format!("IDL: `{other}` does not begin a known definition")));
+            }
         }
         Ok(())
     }

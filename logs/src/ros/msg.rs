@@ -89,7 +89,7 @@ fn field(
         "string" => Base::Text,
         "wstring" => {
             return Err(DefinitionError(format!(
-                "{own}: `{name}` is a wstring, whose encoding is not settled"
+                "{own}: `{name}` is a wstring, whose encoding is not standardised"
             )));
         }
         other => Base::Struct(find(own, other, known)?),

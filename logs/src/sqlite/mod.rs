@@ -137,7 +137,7 @@ impl Database {
         while let Some((number, depth)) = ahead.pop() {
             visited += 1;
             if visited > self.pages || depth > MOST_DEEP {
-                return Err(self.damaged(number, 0, "the pages of a table form a circle"));
+                return Err(self.damaged(number, 0, "the pages of a table refer to each other in a loop"));
             }
             let page = self.page(number)?;
             let start = if number == 1 { 100 } else { 0 };

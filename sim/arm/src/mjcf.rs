@@ -137,7 +137,7 @@ impl<'a> Model<'a, '_> {
             return wrong(
                 node,
                 format!("`{name}=\"{text}\"` is not a list of numbers"),
-                "write numbers, parted by spaces",
+                "write numbers, separated by spaces",
             );
         }
         Ok(found)

@@ -57,7 +57,7 @@ pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Re
         _ => wrong(
             node,
             format!("`{name}=\"{text}\"` is not three finite numbers"),
-            "write three numbers, parted by spaces",
+            "write three numbers, separated by spaces",
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! What keys hold.
+//! The content of keys.
 
 /// What one key holds, SI.
 #[derive(Clone, Debug, PartialEq)]

@@ -146,7 +146,7 @@ impl ApproachConfig<f64> {
         ("fresh".into(), Some("contact".into()))
     }
 
-    /// The output of law or approach as lines of a program, where `contact` tells which runs.
+    /// The output of law or approach as lines of a program, where `contact` decides which runs.
     pub(crate) fn list_output(
         &self,
         l: &mut Listing,

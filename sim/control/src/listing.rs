@@ -1,4 +1,4 @@
-//! What a controller computes at a sample, as a program of few kinds of lines that any language has.
+//! The computation of a controller at a sample, as a program of few kinds of lines that any language has.
 //!
 //! Each part of a controller lists itself beside the function that runs it, operation by operation in the
 //! same order. So a program written from the list computes the same bits, where the language neither fuses

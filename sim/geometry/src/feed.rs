@@ -1,4 +1,4 @@
-//! How the tip travels sideways.
+//! The sideways motion of the tip.
 
 use feeler_plant::description::{Knot, Profile};
 
@@ -69,7 +69,7 @@ impl Feed {
                 return Err(GeometryError::Line {
                     line: i + 1,
                     what: format!("`{}` is not three finite numbers", line.trim()),
-                    remedy: "write time, y and z, parted by commas",
+                    remedy: "write time, y and z, separated by commas",
                 });
             };
             points.push((t, [y, z]));

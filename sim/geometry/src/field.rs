@@ -17,7 +17,7 @@ pub fn read_height_field(text: &str, extents_m: [f64; 2]) -> Result<Shape, Geome
         let row = row.ok_or_else(|| GeometryError::Line {
             line,
             what: "a field is not a finite number".into(),
-            remedy: "write heights in metres, parted by commas",
+            remedy: "write heights in metres, separated by commas",
         })?;
         if let Some(first) = heights_m.first().filter(|first| first.len() != row.len()) {
             return Err(GeometryError::Line {

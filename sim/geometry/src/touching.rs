@@ -1,4 +1,4 @@
-//! Where tip and workpiece touch.
+//! The place where tip and workpiece touch.
 
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};

@@ -51,8 +51,8 @@ impl Modal {
         })
     }
 
-    /// C (p I - A)^-1 B and, on request, C (p I - A)^-2 B. The result is `None` at a pole, or if the sum
-    /// cancels so far that its rounding shows.
+    /// Gives C (p I - A)^-1 B and, on request, C (p I - A)^-2 B, or `None` at a pole, or if the sum cancels
+    /// so far that its rounding shows.
     pub(crate) fn at(&self, point: C64, with_square: bool) -> Option<[DMatrix<C64>; 2]> {
         let inverses: Vec<C64> = self.poles.iter().map(|pole| (point - pole).inv()).collect();
         let is_near = |inverse: &C64| inverse.norm() * self.closest >= 1.0 || !inverse.is_finite();

@@ -122,7 +122,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
                 stable.push(false);
                 continue;
             }
-            // What matters most is looked at.
+            // The interval that matters most is checked by a sample.
             let found = sample(i + 1)?;
             if found.unstable().cast_signed() != unstable {
                 return Ok(None);

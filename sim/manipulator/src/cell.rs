@@ -1,4 +1,4 @@
-//! What is to be simulated.
+//! Description of a whole arm's simulation.
 
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
 use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};

@@ -1,4 +1,4 @@
-//! What a run leaves behind.
+//! The record of a run.
 
 use feeler_engine::{Event, EventKind, Observer, Trace};
 use feeler_plant::assembly::Assembly;

@@ -114,7 +114,7 @@ impl Tracked {
 /// The error for a body that rotates too fast.
 fn too_fast(speed: f64, step_s: f64) -> EngineError {
     let message = format!(
-        "a body has come to turn at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier \
+        "a body turns at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier \
          follows a turn of at most {LARGEST_TURN:.3} rad per step",
         (speed * step_s).abs()
     );

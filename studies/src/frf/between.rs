@@ -44,7 +44,7 @@ pub fn require_path(
         response.iter().any(|value| value.norm() > 0.0),
         || {
             format!(
-                "nothing of {input} arrives at {}: the machine has no response between them as it is engaged",
+                "{input} does not reach {}: the machine has no path between them with these contacts",
                 experiment.output
             )
         },

@@ -108,7 +108,7 @@ impl NoiseEstimator {
 }
 
 impl Request {
-    /// The band that is looked at, Hz, for samples that come every `hold_s`.
+    /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors
     /// A band that is empty or beyond half the sampling rate, or a confidence that is no probability.
@@ -133,7 +133,7 @@ impl Request {
         require(
             self.confidence > 0.0 && self.confidence < 1.0,
             || format!("a confidence of {} is not a probability", self.confidence),
-            "write it as in --confidence 0.95",
+            "write it between 0 and 1, as in --confidence 0.95",
         )?;
         Ok((low, high))
     }

@@ -35,7 +35,7 @@ pub enum SweepError {
         source: parquet::errors::ParquetError,
     },
     /// A file of results does not match its sweep's files.
-    #[error("{}: there is no column `{column}` of the kind expected", path.display())]
+    #[error("{}: there is no column `{column}` of the expected kind", path.display())]
     Column {
         /// The file.
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! What is turned: numbers of one controller, each over a range, and how they change it.
+//! The numbers that are tuned: those of one controller, each over a range, and how they change it.
 
 use feeler_analysis::{gain, gain_names, leading_gain, with_gain};
 use feeler_control::{ControllerSpec, GainPart, Law, LeadSpec, LowPassSpec, NotchSpec};

@@ -73,7 +73,7 @@ pub struct Tuned {
     pub steps: Vec<Step>,
     /// What the controller computes.
     pub equation: Equation,
-    /// Loops looked at by linear theory, and controllers by simulation.
+    /// Loops evaluated by linear theory, and controllers by simulation.
     pub evaluations: [usize; 2],
     /// Bandwidth that limits of theory alone would allow, Hz, where the simulation allows less.
     pub theory_alone_hz: Option<f64>,

@@ -1,4 +1,4 @@
-//! In which order to try gains on the robot, and what tells to stop.
+//! The order in which to try gains on the robot, and the signs that mean stop.
 
 use feeler_control::ControllerSpec;
 use rayon::prelude::*;
@@ -17,10 +17,10 @@ const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 const BEYOND: f64 = 1.25;
 /// A swing that many times as wide as the whole band in which the force counts as settled is no rest.
 const SWINGS: f64 = 2.0;
-/// A wait that many times as long as the slowest run needs tells that it does not settle.
+/// A wait that many times as long as the slowest run needs means that it does not settle.
 const WAITS: f64 = 2.0;
 
-/// One step: what to set, what should be seen, and what tells to stop.
+/// One step: the settings, what should be seen, and the signs that mean stop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// Share of the tuned gains on errors; damping and filters are as tuned from the first step on.

@@ -35,7 +35,7 @@ pub(super) struct Scored {
     pub(super) score: f64,
 }
 
-/// Every point that has been looked at, on every machine in use.
+/// Every point that has been evaluated, on every machine in use.
 pub(super) struct Search<'a> {
     spec: &'a Spec,
     knobs: &'a Knobs,
@@ -54,7 +54,7 @@ impl<'a> Search<'a> {
         point.iter().map(|x| 10.0_f64.powf(*x)).collect()
     }
 
-    /// What linear theory says of a point on one machine; `None` where the loop is unstable or theory has no
+    /// What linear theory says of a point on one machine; `None` if the loop is unstable or theory has no
     /// answer.
     pub(super) fn figures(&self, point: &[f64], machine: usize) -> Option<Figures> {
         self.plants[machine].figures(&self.knobs.spec(&Self::sizes(point))).ok().flatten()

@@ -1,4 +1,4 @@
-//! What the full simulation says of a controller on some machines.
+//! Runs of a controller on some machines by the full simulation.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What is asked of a tuned controller, as a user writes it: clauses with commas between them.
+//! The specification of a tuned controller, as a user writes it: clauses with commas between them.
 
 use serde::{Serialize, Serializer};
 
@@ -49,7 +49,7 @@ impl Measure {
         Self::ALL.iter().find(|(measure, ..)| *measure == self).map_or("", |(_, name, ..)| name)
     }
 
-    /// Whether linear theory tells it; a run tells the others.
+    /// Whether it follows from linear theory; the others follow from a run.
     pub(crate) fn is_of_theory(self) -> bool {
         !matches!(self, Self::Overshoot | Self::PeakForce | Self::SettlingTime)
     }

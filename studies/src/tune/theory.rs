@@ -1,4 +1,4 @@
-//! What linear theory says of a controller on a machine.
+//! Figures of a controller on a machine by linear theory.
 
 use feeler_analysis::{AnalysisError, ClosedLoop, ControlLoop, MarginReport, SampledLoop, StepResponse};
 use feeler_control::ControllerSpec;
@@ -86,7 +86,7 @@ impl LinearPlant {
         Ok(Self { whole, controller, with_step })
     }
 
-    /// The figures with a controller; `None` where the loop is unstable.
+    /// The figures with a controller; `None` if the loop is unstable.
     pub(super) fn figures(&self, spec: &ControllerSpec) -> Result<Option<Figures>, AnalysisError> {
         let own = &self.whole.controllers()[self.controller].spec;
         let whole = self.whole.with_spec(self.controller, installed(own, spec));

@@ -300,7 +300,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
 /// The change that raises the limit of the loop's gain most, if it raises it by more than `LIFTS`.
 fn lift(found: &Explanation) -> Option<Lift> {
     let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
-    // An unbounded limit counts as infinite, an unknown one as zero. Only a cure tells them apart.
+    // An unbounded limit counts as infinite, an unknown one as zero. Only a cure separates them.
     let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
     let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Change::BilateralContact];
     let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;
@@ -348,8 +348,8 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
     }
     if found.undamped {
         return format!(
-            "{tried}: a mode of the machine{in_contact} has no damping, so nothing dissipates the energy \
-             that approach and feedback feed into it; add damping to contact, guide or control."
+            "{tried}: a mode of the machine{in_contact} has no damping. Nothing dissipates the energy that \
+             approach and feedback feed into it. Add damping to contact, guide or control."
         );
     }
     match (found.linear_stable, found.gain_margin) {

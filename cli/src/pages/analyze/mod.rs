@@ -56,9 +56,8 @@ pub(crate) fn page(
     assumptions(&mut page, report);
     page.heading("Frequency responses");
     page.paragraph(&format!(
-        "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; \
-         sampled curves have all of them, exactly, and end \
-         at half of the sampling rate.",
+        "From {} to {}. Continuous curves leave out sampling, hold, delays of the controller and filters. \
+         Sampled curves have all of them, exactly, and end at half of the sampling rate.",
         report.input, report.output
     ));
     for chart in bode::charts(report, curves) {
@@ -228,8 +227,8 @@ fn limits(page: &mut Page, report: &Report) {
     page.table(&["without", "largest gain"], &[1], &rows);
     if let Some(f) = waterfall.saturation_hz {
         page.paragraph(&format!(
-            "At half of the largest stable gain, a reference of the size that the file ends with asks more \
-             of the drive than its limit allows {}.",
+            "The final reference of the file asks more of the drive than its limit allows {}, at half of the \
+             largest stable gain.",
             if f > 0.0 { format!("from {} on", with_unit(f, "Hz")) } else { "even at rest".to_owned() }
         ));
     }

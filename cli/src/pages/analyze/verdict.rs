@@ -206,9 +206,8 @@ fn advice(report: &Report) -> Vec<String> {
     let mut said = Vec::new();
     if let Some(mode) = report.waterfall().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
         said.push(format!(
-            "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens \
-             the mode, or damps it less, may seem to raise it. So what \
-             to change is ranked by the largest stable gain.",
+            "The bandwidth lies on the flank of the mode at {}, and moves with that peak. A softer or less \
+             damped mode may seem to raise it. So changes are ranked by the largest stable gain.",
             with_unit(mode.frequency_hz, "Hz")
         ));
     }

@@ -253,10 +253,9 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     page.heading("The force that is missing");
     page.paragraph(
         "An unknown force (or reading error) is allowed at one place at a time. The evidence says how much \
-         of the calibrated machine's error it removes there; each nat multiplies the odds by 2.7, so \
-         that 5 nats are 150 to 1. What the force depends on suggests its kind: \
-         friction follows the sign of velocity, a load is constant, ripple repeats over position, a lag \
-         follows the drive.",
+         of the calibrated machine's error it removes there. Each nat multiplies the odds by 2.7: 5 nats \
+         are 150 to 1. The shape of the force suggests its kind. Friction follows the sign of velocity, a \
+         load is constant, ripple repeats over position, and a lag follows the drive.",
     );
     let rows: Vec<Vec<String>> = diagnosis
         .ladder

@@ -46,7 +46,7 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
     } else {
         format!(
             "Where {coherent} ({} of {} frequencies), measured and linear response differ by {} dB and {}° \
-             at most; the linear response lies within the {} % confidence band at {} % of all frequencies.",
+             at most. The linear response lies within the {} % confidence band at {} % of all frequencies.",
             agreement.compared,
             response.linear.len(),
             plain(agreement.decibels),

@@ -123,19 +123,16 @@ impl<'a> Map<'a> {
             [&self.theory.limits.sampled, &self.theory.limits.continuous].map(|lines| !lines.is_empty());
         match (sampled, continuous) {
             (true, true) => {
-                "The solid line is where linear theory puts the limit of stability in contact for the loop \
-                 as it is sampled, the dashed one for \
-                 continuous control."
+                "The solid line is the limit of stability in contact of the sampled loop by linear theory, \
+                 the dashed line that of continuous control."
             }
             (true, false) => {
-                "The line is where linear theory puts the limit of stability in contact for the loop as it \
-                 is sampled; continuous control has none \
-                 on this map."
+                "The line is the limit of stability in contact of the sampled loop by linear theory. \
+                 Continuous control has none on this map."
             }
             (false, true) => {
-                "The dashed line is where linear theory puts the limit of stability in contact for \
-                 continuous control; the loop as it is sampled has \
-                 none on this map."
+                "The dashed line is the limit of stability in contact of continuous control by linear \
+                 theory. The sampled loop has none on this map."
             }
             (false, false) => "Linear theory has no stability limit in contact on this map.",
         }

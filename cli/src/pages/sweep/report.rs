@@ -1,4 +1,4 @@
-//! What the page of a sweep shows.
+//! Content of the page of a sweep.
 
 use feeler_studies::sweep::{DrawnAxis, Sweep, Table};
 

@@ -1,4 +1,4 @@
-//! What a balance of forces needs of the believed machine, and of its records.
+//! Values of the believed machine and of its records that a balance of forces needs.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Axis, Engagement, Machine, Quantity};
@@ -37,7 +37,7 @@ fn together<'a>(machine: &'a Machine, body: &'a str) -> Vec<&'a str> {
 }
 
 impl Believed {
-    /// Of the chain that the first drive moves; `None` where there is no drive, its command is no force, or
+    /// Of the chain that the first drive moves; `None` if there is no drive, its command is no force, or
     /// the chain is held.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;

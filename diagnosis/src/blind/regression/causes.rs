@@ -1,4 +1,4 @@
-//! What each cause makes of the balance between the command and the forces of the motion.
+//! Terms of each cause in the balance between the command and the forces of the motion.
 
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ pub(super) enum Form {
     Nothing,
     /// It adds forces of the motion; each is a function of position, speed and the grid's value.
     Forces(&'static [(OfMotion, bool)]),
-    /// It adds a force that goes with acceleration.
+    /// It adds a force in proportion to acceleration.
     Mass,
     /// The command is this much smaller or larger than the force.
     Gain,

@@ -1,4 +1,4 @@
-//! What was answered in a case, and how it is scored.
+//! The answer to a case, and its score.
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ pub struct Answered {
     pub effects: Vec<AnsweredEffect>,
     /// Kinds declared to look alike.
     pub look_alikes: Vec<[String; 2]>,
-    /// Share of the gap said to close.
+    /// Share of the gap that the answer claims to close.
     pub claimed: f64,
     /// Share that closes on the experiments held back, where there are any.
     pub closed_held_back: Option<f64>,

@@ -1,4 +1,4 @@
-//! What is to be reached.
+//! The goals of a score.
 
 use super::super::cases::Case;
 

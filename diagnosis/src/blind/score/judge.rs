@@ -109,7 +109,7 @@ impl<'a> Judged<'a> {
     }
 
     /// Whether the truth itself, fitted, is not ahead of every other cause on the check experiments; `None`
-    /// where the regression cannot tell.
+    /// if the regression cannot decide.
     pub(super) fn is_undecidable(&self) -> Option<bool> {
         let Hides::One(one) = self.hides else { return None };
         let own = self.regression.iter().find(|regressed| regressed.kind == one.kind)?.gain;
@@ -129,7 +129,7 @@ impl<'a> Judged<'a> {
         match self.hides {
             Hides::Nothing => Some((NOTHING.to_owned(), said)),
             Hides::NoLibrary(one) => Some((format!("{} (no library)", one.kind), said)),
-            // A cause that is named counts, also where more than noise is said to be left.
+            // A cause that is named counts, also if the answer reports more than noise as left.
             Hides::One(one) => Some((one.kind.clone(), first.unwrap_or(said))),
             Hides::Several(_) => None,
         }

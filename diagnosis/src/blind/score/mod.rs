@@ -20,8 +20,8 @@ use measures::Tallies;
 use super::cases::Case;
 use super::regression::Regressed;
 
-/// Scores answers, and beside them what a plain regression said of the same cases; hidden cases that have no
-/// answer are left out.
+/// Scores answers, and beside them the answers of a plain regression to the same cases; hidden cases that
+/// have no answer are left out.
 pub fn score(truth: &[Case], answers: &[Answered], regressions: &BTreeMap<String, Vec<Regressed>>) -> Score {
     let mut tallies = Tallies::default();
     let mut confusion: IndexMap<(String, String), usize> = IndexMap::new();

@@ -1,4 +1,4 @@
-//! What a servo joint may hide, sized by its loop and its motion.
+//! Effects that a servo joint may hide, sized by its loop and its motion.
 
 use std::f64::consts::TAU;
 

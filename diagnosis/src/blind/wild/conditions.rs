@@ -36,7 +36,7 @@ pub struct Conditions {
     pub lost_share: f64,
     /// Deviation of each sampling instant, over the spacing of rows.
     pub jitter_share: f64,
-    /// Whether time stamps tell of the jitter.
+    /// Whether time stamps show the jitter.
     pub is_jitter_stamped: bool,
     /// Whether records begin in motion.
     pub begins_in_motion: bool,

@@ -1,4 +1,4 @@
-//! What a wild case may hide, sized by the motion and the command of the case.
+//! Effects that a wild case may hide, sized by the motion and the command of the case.
 
 use std::f64::consts::TAU;
 

@@ -171,7 +171,7 @@ mod tests {
             let rows = numbers(&measure(&drawn, &motion, 3.0, &mut Random::new(4)));
             let square = |pair: &[Vec<f64>]| (200.0 * (pair[1][0] - pair[0][0]) - 1.0).powi(2);
             let spread = (rows.windows(2).map(square).sum::<f64>() / rows.len() as f64).sqrt();
-            // Two instants of a tenth each; 600 rows tell the spread to 3 %, of which four are allowed.
+            // Two instants of a tenth each; 600 rows give the spread to 3 %, of which four are allowed.
             let wanted = if is_stamped { 0.1 * 2.0_f64.sqrt() } else { 0.0 };
             assert!((spread - wanted).abs() < 0.12 * 0.1 * 2.0_f64.sqrt());
         }
@@ -192,7 +192,7 @@ mod tests {
         let (clean, noisy) = (commands(0.0), commands(0.08));
         let rms = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
         let share = rms(&mut noisy.iter().zip(&clean).map(|(a, b)| a - b)) / rms(&mut clean.iter().copied());
-        // A thousand rows tell a deviation to 2 %; four of these.
+        // A thousand rows give a deviation to 2 %; four of these.
         assert!((share / 0.08 - 1.0).abs() < 0.09);
     }
 }

@@ -43,7 +43,7 @@ pub struct Edge {
     pub mode: Option<usize>,
 }
 
-/// An interval of stable gains; an edge is `None` where the search ended.
+/// An interval of stable gains; an edge at which the search ended is `None`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Band {
     /// Lower edge; `None` if the interval begins at zero.

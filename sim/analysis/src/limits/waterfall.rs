@@ -1,5 +1,5 @@
-//! What limits the bandwidth: from the rigid body under a perfect drive to the loop as built, one ingredient
-//! at a time.
+//! The limits of the bandwidth, from the rigid body under a perfect drive to the loop as built, one
+//! ingredient at a time.
 
 use feeler_control::Law;
 use feeler_plant::assembly::Assembly;

@@ -54,7 +54,7 @@ impl Channel {
         Ok(frequencies_hz(Continuous, &self.zeros()?))
     }
 
-    /// The factored form `gain (s - zero) ... / (s - pole) ...`; `None` where the output does not depend on
+    /// The factored form `gain (s - zero) ... / (s - pole) ...`; `None` if the output does not depend on
     /// the input.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ pub struct StableRange {
     pub edge_hz: Option<f64>,
     /// Index of the mode that the motion at that edge resembles most.
     pub edge_mode: Option<usize>,
-    /// Both edges of the interval, also a lower one below zero; `None` where the interval has no end.
+    /// Both edges of the interval, also a lower one below zero; `None` if the interval has no end.
     pub edges: [Option<Edge>; 2],
     /// Every interval on both sides of zero, rising.
     pub intervals: Vec<Band>,

@@ -233,7 +233,7 @@ pub(crate) enum PeakWithin {
     None,
     /// `s` after the start, with the force `force_n`.
     At { s: f64, force_n: f64 },
-    /// The ends do not tell.
+    /// The ends do not decide it.
     Unclear,
 }
 

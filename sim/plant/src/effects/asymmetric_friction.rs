@@ -41,12 +41,12 @@ Lip seals, worn or tilted guides, gears whose two flanks differ.
 ## How it shows
 The missing force is a step at every reversal of the velocity, and it is larger on one side.
 `coulomb-friction` of the mean level with a `constant-load` of `-level asymmetry` is the same force on the
-axis, moving and at rest. No record of commands and motion parts the two. Where the axis only ever moves one
-way, either of them alone looks the same, too.
+axis, moving and at rest. No record of commands and motion separates the two. Where the axis only ever moves
+one way, either of them alone looks the same, too.
 
 ## How it is recognised
 Compare slow strokes in both directions: the forces against the motion differ by `2 level asymmetry`, at
-every speed. Friction with a load does the same. To part them, incline the axis, or take cables and
+every speed. Friction with a load does the same. To separate them, incline the axis, or take cables and
 counterweights off: a load changes with them, friction does not.
 
 ## Numerical treatment

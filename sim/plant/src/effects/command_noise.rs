@@ -45,8 +45,8 @@ repetitions lose it. No fit finds it, because the numbers are not in the record:
 noise of the command.
 
 ## How it is recognised
-Repeat one experiment several times and average: what remains different from run to run is noise. No record
-of the command explains it.
+Repeat one experiment several times and average: what differs from run to run is noise. No record of the
+command explains it.
 
 ## Numerical treatment
 Each command gets its noise at its own instant, from a stream of the drive that depends on the run's seed.

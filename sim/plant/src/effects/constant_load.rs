@@ -38,7 +38,7 @@ Weight on an inclined axis, a counterbalance that is not quite right, hoses, cab
 The command that holds the axis still is not zero, and free motion is faster one way than the other.
 `asymmetric-friction` shows the same difference in motion, beside the step of dry friction. A load that dry
 friction can hold is `asymmetric-friction` exactly, moving and at rest. In contact under force control
-`force-bias` shifts the command as well; the command at rest in free motion parts them.
+`force-bias` shifts the command as well; the command at rest in free motion separates them.
 
 ## How it is recognised
 The missing force has a mean that depends neither on speed nor on command. Hold the axis at rest in free

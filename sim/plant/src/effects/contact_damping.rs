@@ -15,7 +15,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Contact],
     site: "",
     parameters: ContactDamping::PARAMETERS,
-    summary: "the contact's damping is another",
+    summary: "the contact's damping differs from the believed one",
     documentation: "\
 ## Example
 ```toml
@@ -34,8 +34,8 @@ Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sens
 ## How it shows
 Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the
 same frequency. The share of energy that an impact loses does not depend on its speed; in a
-`hunt-crossley-contact` it grows with the speed. The force at touch-down parts them too: a step here, none
-there. `viscous-friction` damps free motion as well.
+`hunt-crossley-contact` it grows with the speed. The force at touch-down separates them too: a step here,
+none there. `viscous-friction` damps free motion as well.
 
 ## How it is recognised
 Impacts lose more or less energy than predicted, and the contact mode rings for a different time at the same

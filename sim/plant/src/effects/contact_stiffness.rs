@@ -17,7 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Contact],
     site: "",
     parameters: ContactStiffness::PARAMETERS,
-    summary: "the contact's stiffness is another",
+    summary: "the contact's stiffness differs from the believed one",
     documentation: "\
 ## Example
 ```toml
@@ -38,7 +38,7 @@ sheet.
 ## How it shows
 Impacts are shorter and harder by `sqrt(stiffness)`, and the contact mode moves by as much. The loop gain of
 a force loop moves in proportion to the stiffness. Static force under force control is as predicted. At low
-frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode parts
+frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode separates
 them. `force-gain` changes the reading in proportion as well, but no frequency.
 
 ## How it is recognised

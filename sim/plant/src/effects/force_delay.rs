@@ -36,8 +36,8 @@ Converters with a digital filter, field buses, a separate force-torque box that 
 
 ## How it shows
 Impacts are recorded late and otherwise unchanged; a force loop loses phase in proportion to frequency.
-Positions recorded beside it are on time, which parts it from `command-delay`. `force-lag` also lowers the
-peaks.
+Positions recorded beside it are on time, which separates it from `command-delay`. `force-lag` also lowers
+the peaks.
 
 ## How it is recognised
 Compare force reading and motion in an impact: the record is late and otherwise unchanged. Positions on the

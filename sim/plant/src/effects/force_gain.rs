@@ -34,8 +34,9 @@ Calibration with another amplifier or cable, cross-talk from other axes, a mis-s
 
 ## How it shows
 In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact
-frequencies stay, which parts it from `contact-stiffness` as long as anything but the reading is recorded.
-In static contact `drive-gain` has the same ratio of command to reading; free motion parts them.
+frequencies stay, which separates it from `contact-stiffness` as long as anything but the reading is
+recorded. In static contact `drive-gain` has the same ratio of command to reading; free motion separates
+them.
 
 ## How it is recognised
 Compare the reading with a known weight, or with the drive's static force. Every reading in contact is off

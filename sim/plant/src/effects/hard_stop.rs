@@ -22,7 +22,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Spring],
     site: "",
     parameters: HardStop::PARAMETERS,
-    summary: "an end of travel that nobody believed",
+    summary: "an end of travel that the model lacks",
     documentation: "\
 ## Example
 ```toml

@@ -44,7 +44,7 @@ powers.
 ## How it shows
 The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent. A force loop that is stable at a light
 touch turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness` looks
-the same; two levels part them. `hardening-stiffness` is nearly linear at small force, where this effect
+the same; two levels separate them. `hardening-stiffness` is nearly linear at small force, where this effect
 changes most.
 
 ## How it is recognised

@@ -39,7 +39,7 @@ Ramps in the set point, a supply voltage that limits how fast current rises in a
 Steps become ramps. Sines lose their steep parts once amplitude times angular frequency exceeds the rate, and
 from about 1.9 times the rate on they are triangles. The phase lag then grows with amplitude, which can start
 an oscillation that small tests never show. At one amplitude `actuator-lag` looks the same; two amplitudes
-part them.
+separate them.
 
 ## How it is recognised
 Large and fast commands turn into ramps of one slope, small ones do not. Two amplitudes at the same

@@ -45,7 +45,7 @@ Lubricated guides and gears: at low speed the film is too thin to keep the surfa
 ## How it shows
 The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and
 jumps. A force loop with an integrator hunts. Above a few times `velocity` it is `coulomb-friction`, and only
-slow motion or reversals part them. A falling level looks like negative `viscous-friction` over a narrow
+slow motion or reversals separate them. A falling level looks like negative `viscous-friction` over a narrow
 range of speeds.
 
 ## How it is recognised

@@ -33,8 +33,8 @@ Operating systems that are not real-time, shared buses, interrupts.
 
 ## How it shows
 Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest.
-The mean delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as well,
-at any speed.
+The mean delay stays, which separates it from `command-delay`. `encoder-resolution` scatters differences as
+well, at any speed.
 
 ## How it is recognised
 Plot the scatter of position differences against speed: it grows in proportion and vanishes at rest.

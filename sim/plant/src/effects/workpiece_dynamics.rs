@@ -45,7 +45,7 @@ Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair. Between the two the phase
 swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It swings
 up where the zeros lie above the contact mode, and down where they lie below it. Free motion is as predicted,
-which parts it from `base-flexibility`. Far below the mode only the series stiffness counts, so
+which separates it from `base-flexibility`. Far below the mode only the series stiffness counts, so
 `contact-stiffness` looks the same there.
 
 ## How it is recognised

@@ -1,4 +1,4 @@
-//! Whether an oscillation grows or decays, however slowly.
+//! Tests whether an oscillation grows or decays, however slowly.
 //!
 //! The record is divided into windows of several cycles. The amplitude of each is the root mean square about
 //! the mean, weighted by a Hann window. Incomplete cycles at the ends and the position of rows on a peak then

@@ -1,4 +1,4 @@
-//! Whether a drive's command continues to move while its force rests.
+//! Tests whether a drive's command continues to move while its force rests.
 //!
 //! An integrator before a sticking guide does so until the guide breaks loose: such a run only appears
 //! settled.

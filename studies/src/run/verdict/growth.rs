@@ -1,4 +1,4 @@
-//! Whether a motion grows, or bouncing dies out.
+//! Tests whether a motion grows, or bouncing dies out.
 //!
 //! In contact it grows if `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows if the peaks of the last half of
 //! all contacts rise from each to the next and exceed all earlier ones. This needs at least 6 contacts with a

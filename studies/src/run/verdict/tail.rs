@@ -13,7 +13,7 @@ pub(super) const SATURATES: f64 = 0.01;
 /// Smallest number of turns of the force in the three parts of the tail together, and in each, for an
 /// oscillation: two cycles.
 const LEAST_TURNS: (usize, usize) = (4, 1);
-/// Fewer rows tell nothing.
+/// Fewer rows show nothing.
 pub(super) const LEAST_ROWS: usize = 30;
 
 /// The tail of a run.

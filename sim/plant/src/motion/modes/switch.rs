@@ -1,4 +1,4 @@
-//! What can switch.
+//! The switches of a machine.
 
 use super::super::{Coordinates, Motion};
 use super::{ContactState, DirectionState, Mode};

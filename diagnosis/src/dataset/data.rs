@@ -281,7 +281,7 @@ mod tests {
             assert_eq!(left, [1.0, 2.0, 3.0, 4.0, 4.0]);
             let mut values = [1.0; 5];
             record.blank(0, &mut values);
-            assert_eq!(values, [1.0, 0.0, 0.0, 1.0, 0.0]);
+            assert_eq!(values.to_vec(), [1.0, 0.0, 0.0, 1.0, 0.0]);
         }
     }
 }

@@ -104,9 +104,9 @@ fn of_record(
     let bands = bands(&task.dataset.records);
     let half_rate = 0.5 / record.spacing_s;
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
-    for c in 0..record.series.len() {
+    for (c, noise) in noise.iter().enumerate() {
         let scale = task.weights.scale[r][c].max(f64::MIN_POSITIVE);
-        let noise = (noise[c] / scale).powi(2);
+        let noise = (noise / scale).powi(2);
         for (m, prediction) in predictions.iter().enumerate() {
             let residual: Vec<f64> =
                 record.residual(c, &prediction.series[c]).into_iter().map(|x| x / scale).collect();

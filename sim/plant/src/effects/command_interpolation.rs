@@ -82,6 +82,7 @@ mod tests {
         DEFINITION.apply(&mut machine, Host::Actuator(0), &[0.02]).unwrap();
         let drive = &mut machine.drives[0];
         drive.rate_limit = 80.0;
-        assert_eq!([1.0, -1.0, 3.0].map(|way| drive.pace(way)), [50.0, 50.0, 80.0]);
+        let paces: Vec<f64> = [1.0, -1.0, 3.0].iter().map(|way| drive.pace(*way)).collect();
+        assert_eq!(paces, [50.0, 50.0, 80.0]);
     }
 }

@@ -8,7 +8,8 @@
   const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "\u00b5"], [1e-9, "n"]];
   const withUnit = (value, unit) => {
     const size = Math.abs(value);
-    if (typeof value !== "number" || !/^(N|J|V|A|Hz|m|s|rad)/.test(unit) || size === 0 || (size >= 1 && size < 1e4)) return `${short(value)} ${unit}`.trim();
+    const isPlain = size === 0 || (size >= 1 && size < 1e4) || !/^(N|J|V|A|Hz|m|s|rad)/.test(unit);
+    if (typeof value !== "number" || isPlain) return `${short(value)} ${unit}`.trim();
     const [scale, prefix] = PREFIXES.find(([scale]) => size >= scale) ?? PREFIXES.at(-1);
     return `${short(value / scale)} ${prefix}${unit}`;
   };

@@ -10,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The known circle, and why it stays: an element holds its effects, an effect is defined by the change that
-/// it makes to an assembly, and an assembly keeps choices that elements state (engagement, filter, profile).
+/// The known circle. It stays because an element holds its effects, and an effect is defined by the change
+/// that it makes to an assembly. The assembly keeps choices that elements state (engagement, filter, profile).
 const KNOWN: [&str; 4] = [
     "sim/plant/src/assembly/mod.rs",
     "sim/plant/src/description/mod.rs",

@@ -3,8 +3,8 @@
 /// What a signal does between its rows.
 #[derive(Clone, Copy)]
 pub(super) enum Between {
-    /// The value of the last row, where a row counts from half a spacing before its stamp on: stamps wander,
-    /// and a command belongs to the row that it was recorded with.
+    /// The value of the last row. Stamps wander, and a command belongs to the row that it was recorded with.
+    /// So a row counts from half a spacing before its stamp on.
     Held,
     Straight,
     /// The cubic through four rows: a position has no corners.

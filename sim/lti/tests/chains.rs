@@ -70,8 +70,8 @@ fn chain() -> impl Strategy<Value = Chain> {
     })
 }
 
-/// Poles and zeros of long chains: a spring of 100 kN/m with 10 N s/m has its zero at -1e4 1/s, and each body
-/// held leaves the motions of both sides.
+/// A spring of 100 kN/m with 10 N s/m has its zero at -1e4 1/s. Each body held leaves the motions of both
+/// sides.
 #[test]
 fn truth_zeros_of_a_long_chain_are_those_of_its_springs() {
     for n in [12, 24, 100] {

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The known circle. It stays because an element holds its effects, and an effect is defined by the change
-/// that it makes to an assembly. The assembly keeps choices that elements state (engagement, filter, profile).
+/// that it makes to an assembly. The assembly keeps what elements state: engagement, filter, profile.
 const KNOWN: [&str; 4] = [
     "sim/plant/src/assembly/mod.rs",
     "sim/plant/src/description/mod.rs",

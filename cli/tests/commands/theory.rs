@@ -1,5 +1,6 @@
 //! `feeler analyze`.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use assert_cmd::Command;

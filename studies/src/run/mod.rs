@@ -144,7 +144,7 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
 ///
 /// # Errors
 /// As [`run`].
-pub(crate) fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
+pub fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
     let manner = Manner { energy: false, extends: false };
     recorded(scenario, &Recording::as_swept(scenario), manner, &mut |_| {})
 }

@@ -35,11 +35,6 @@ use crate::pages::parts::{Page, Tile};
 use crate::units::Units;
 use crate::{terminal, words};
 
-/// What the stroboscopic diagram shows.
-const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \
-                      speed of impact. If the tool stays in contact: the largest force of each cycle. One \
-                      point: every cycle is like the last. Two: the period has doubled.";
-
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 

@@ -8,9 +8,7 @@ use super::resolve::resolve;
 use super::{
     Assembly, ContactPart, ForceLaw, GROUND_NODE, Link, Node, NodeId, Pull, SensorPart, Source, Weight,
 };
-use crate::description::{
-    Actuator, ActuatorKind, Axis, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName,
-};
+use crate::description::{Axis, Contact, ContactLaw, GROUND, Machine, Sensor, SignalName};
 use crate::effects::{Change, EffectUse, Host, Kind};
 use crate::names::did_you_mean;
 use crate::problem::{Problem, Remedy};

@@ -43,9 +43,6 @@ const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully. At least one of every place is among them.
 const FULLY: usize = 7;
 
-/// A fit goes on, at most so many times as long, while its cost falls below this share.
-const STILL_FALLING: f64 = 0.9;
-const MOST_REPEATS: usize = 4;
 /// Candidates that are fitted after all, because they gain what others only promised.
 const MOST_OVERLOOKED: usize = 4;
 
@@ -251,7 +248,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         .into_par_iter()
         .map(|(candidate, fitted)| {
             let is_late = task.budget.is_over(Stage::Fit);
-            with(candidate, if is_late { fitted } else { converged(task, &fitted) })
+            with(candidate, if is_late { fitted } else { task.fit(&fitted.model, &fitted.theta, STEPS) })
         })
         .collect();
     overlooked(task, base, &mut fits, &mut others);
@@ -280,24 +277,7 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
 
 /// Fits a model that was dropped after a few steps to the end.
 pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
-    score(task, scored.causes.clone(), converged(task, &scored.fitted))
-}
-
-/// Fits a model until steps bring little more: laws of several values lie in long valleys.
-fn converged(task: &Task<'_>, begun: &Fitted) -> Fitted {
-    let mut fitted = task.fit(&begun.model, &begun.theta, STEPS);
-    for _ in 0..MOST_REPEATS {
-        if task.budget.is_over(Stage::Fit) {
-            break;
-        }
-        let further = task.fit(&fitted.model, &fitted.theta, STEPS);
-        let is_done = further.cost > STILL_FALLING * fitted.cost;
-        fitted = further;
-        if is_done {
-            break;
-        }
-    }
-    fitted
+    score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
 }
 
 /// The first steps with one effect more than `base`.

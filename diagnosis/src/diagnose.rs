@@ -224,9 +224,15 @@ impl<'a> Composing<'a> {
         self.accepted = judge.simplified(self.accepted.clone());
         let exchanged = judge.exchanged(&self.accepted);
         self.attempts.fitted.extend(exchanged.iter().cloned());
-        let best = exchanged.iter().max_by(|a, b| judge.all(a).total_cmp(&judge.all(b))).cloned();
+        let replaces = |new: &&Scored| {
+            judge.outweighs(new, &self.accepted)
+                && judge.check(&self.accepted, new) > 0.0
+                && (judge.is_meant(new) || !judge.is_meant(&self.accepted))
+        };
+        let candidates = exchanged.iter().filter(replaces);
+        let best = candidates.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b))).cloned();
         self.rivals.extend(exchanged);
-        if let Some(best) = best.filter(|best| judge.outweighs(best, &self.accepted)) {
+        if let Some(best) = best {
             self.rivals.push(std::mem::replace(&mut self.accepted, best));
         }
     }

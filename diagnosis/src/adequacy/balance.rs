@@ -85,8 +85,13 @@ pub(crate) fn as_good<'b>(
     let mut found: Vec<&Scored> =
         tried.iter().filter(is_other).filter(|rival| is_same(rival) || is_as_good(rival)).collect();
     found.sort_by(|a, b| nats(b).total_cmp(&nats(a)));
-    found.truncate(MOST_NAMED);
-    found
+    let mut named: Vec<&Scored> = Vec::new();
+    for rival in found {
+        if named.len() < MOST_NAMED && !named.iter().any(|other| other.is_same(rival)) {
+            named.push(rival);
+        }
+    }
+    named
 }
 
 /// Describes the best set with one cause more than the accepted ones, if it gains clearly but too little to

@@ -19,13 +19,13 @@ pub(super) fn as_good(
     horizons: &[Horizon],
     criteria: &Criteria,
 ) -> Vec<String> {
-    let Some(mine) = accepted.causes.last() else { return Vec::new() };
     let elsewhere: Vec<(&Scored, Kind, &str)> = rivals
         .iter()
         .filter(|rival| rival.causes.len() == accepted.causes.len())
         .filter_map(|rival| {
-            let last = rival.causes.last()?;
-            (last.place != mine.place).then(|| (rival, last.definition.kind, last.place.name()))
+            let [mine, theirs] = [accepted.beyond(rival), rival.beyond(accepted)];
+            let [(_, mine), (_, theirs)] = [mine.last()?, theirs.last()?];
+            (theirs.place != mine.place).then(|| (rival, theirs.definition.kind, theirs.place.name()))
         })
         .collect();
     let simple = accepted.fitted.model.effect_parameters();

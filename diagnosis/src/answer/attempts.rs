@@ -1,6 +1,5 @@
 //! What came of every set of causes that was tried.
 
-use crate::answer::causes::same;
 use crate::fit::candidates::Candidate;
 use crate::fit::odds::ACCEPT;
 use crate::fit::scored::Scored;
@@ -35,7 +34,7 @@ impl Judge<'_> {
     fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
-        let why = if same(scored, accepted) {
+        let why = if scored.is_same(accepted) {
             AttemptOutcome::Accepted
         } else if let Some(why) = self.no_departure(scored) {
             why

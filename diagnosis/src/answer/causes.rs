@@ -63,22 +63,31 @@ impl Field {
     /// The sets that differ from the accepted one, with their odds and evidence.
     fn rivals<'f>(&'f self, accepted: &'f Scored) -> impl Iterator<Item = (&'f Scored, f64, f64)> {
         let all = self.sets.iter().zip(&self.odds).zip(&self.evidence);
-        all.map(|((rival, p), e)| (rival, *p, *e)).filter(|(rival, ..)| !same(rival, accepted))
+        all.map(|((rival, p), e)| (rival, *p, *e)).filter(|(rival, ..)| !rival.is_same(accepted))
     }
 }
 
 impl Judge<'_> {
     /// Weighs the accepted set of causes against its rivals.
     pub(super) fn field(&self, accepted: &Scored, rivals: &[Scored]) -> Field {
-        let mut sets: Vec<Scored> =
-            rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
-        if !sets.is_empty() && !sets.iter().any(|set| same(set, accepted)) {
+        let is_other = |rival: &&Scored| !is_the_same_elsewhere(accepted, rival) && !rival.is_same(accepted);
+        let mut sets: Vec<Scored> = rivals.iter().filter(is_other).cloned().collect();
+        if !rivals.is_empty() {
             sets.push(accepted.clone());
         }
+        // The same causes may have been fitted twice.
+        sets.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
+        let mut kept: Vec<Scored> = Vec::new();
+        for set in sets {
+            if !kept.iter().any(|other| other.is_same(&set)) {
+                kept.push(set);
+            }
+        }
+        let sets = kept;
         let evidence = sets.iter().map(|set| self.all(set)).collect();
         let weighed: Vec<f64> = sets.iter().map(|set| self.weighed(accepted, set)).collect();
         let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
-        let own = sets.iter().zip(&odds).find(|(set, _)| same(set, accepted)).map_or(1.0, |(_, p)| *p);
+        let own = sets.iter().zip(&odds).find(|(set, _)| set.is_same(accepted)).map_or(1.0, |(_, p)| *p);
         Field { sets, evidence, odds, own }
     }
 
@@ -87,7 +96,7 @@ impl Judge<'_> {
     /// predicts a little better, and is at most as probable.
     fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
-        let is_outer = match (&others(accepted, rival)[..], &others(rival, accepted)[..]) {
+        let is_outer = match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
             ([(_, mine)], [(_, theirs)]) => {
                 mine.site == theirs.site && contains(theirs.definition.kind, mine.definition.kind)
             }
@@ -130,7 +139,7 @@ impl Judge<'_> {
         let mut sum = field.own;
         for (rival, p, _) in field.rivals(accepted) {
             if sum < CREDIBLE && p > LEAST_ODDS {
-                for (i, cause) in others(rival, accepted) {
+                for (i, cause) in rival.beyond(accepted) {
                     if !listed.iter().any(|other| other.is(cause)) {
                         listed.push(cause);
                         let sigma = &rival.fitted.sigma;
@@ -214,7 +223,7 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
         let whole = rival.causes[0].definition.kind;
         found = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
     }
-    let single = |rival: &Scored| match (&others(accepted, rival)[..], &others(rival, accepted)[..]) {
+    let single = |rival: &Scored| match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
         ([(_, mine)], [(_, theirs)]) => Some([mine.definition.kind, theirs.definition.kind]),
         _ => None,
     };
@@ -246,17 +255,6 @@ fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
         pair.causes.iter().any(|cause| cause.site == whole.site && cause.definition.kind == *kind)
     };
     dossier(whole.definition.kind).same_as.is_some_and(|parts| parts.iter().all(has))
-}
-
-/// Causes of one set that another does not have, with their indices.
-fn others<'s>(own: &'s Scored, other: &Scored) -> Vec<(usize, &'s Candidate)> {
-    let is_own = |(_, cause): &(usize, &Candidate)| !other.causes.iter().any(|known| known.is(cause));
-    own.causes.iter().enumerate().filter(is_own).collect()
-}
-
-/// Whether two sets have the same causes.
-pub(super) fn same(a: &Scored, b: &Scored) -> bool {
-    a.causes.len() == b.causes.len() && others(a, b).is_empty()
 }
 
 /// Whether a rival's last cause is the accepted one on another element of the same place. A flexible joint

@@ -5,7 +5,7 @@ use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
 use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, assess, further};
-use crate::answer::causes::{Field, look_alikes, same};
+use crate::answer::causes::{Field, look_alikes};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
@@ -231,12 +231,8 @@ impl Judge<'_> {
     }
 
     fn verdict(&self, accepted: &Scored, adequate: bool, is_alone: bool, alike: &[&Scored]) -> Verdict {
-        let mut places: Vec<Place> = alike
-            .iter()
-            .copied()
-            .chain([accepted])
-            .filter_map(|scored| scored.causes.last().map(|cause| cause.place))
-            .collect();
+        let others = alike.iter().filter_map(|rival| Some(rival.beyond(accepted).last()?.1.place));
+        let mut places: Vec<Place> = others.chain(accepted.causes.last().map(|cause| cause.place)).collect();
         places.sort_unstable_by_key(|place| place.name());
         places.dedup();
         match (accepted.causes.is_empty(), adequate) {
@@ -409,6 +405,6 @@ fn certainty(adequacy: &Adequacy) -> f64 {
 fn alike<'b>(accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
     let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near =
-        rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
+        rivals.iter().zip(evidence).filter(|(rival, e)| !rival.is_same(accepted) && best - **e < LOOK_ALIKE);
     near.map(|(rival, _)| rival).collect()
 }

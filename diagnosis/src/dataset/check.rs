@@ -164,6 +164,11 @@ impl Reader<'_> {
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
             let rows = read_rows(column.len(), &bridged[drives + i]);
             let readings: Vec<f64> = rows.iter().map(|k| column[*k]).collect();
+            // Cells without a number were told before.
+            if readings.is_empty() {
+                silent[i] = true;
+                continue;
+            }
             let mut at_row = |name: Option<&str>, reading: Option<usize>, kind| {
                 note(name, reading.map(|reading| first_row + rows[reading]), kind);
             };

@@ -165,6 +165,9 @@ impl Record {
         let mut left: Vec<f64> = self.series[c].iter().zip(predicted).map(|(m, p)| m - p).collect();
         if let Some(gaps) = self.gaps(c) {
             bridge(&mut left, |k| gaps[k], false);
+            if gaps.iter().all(|is_gap| *is_gap) {
+                left.fill(0.0);
+            }
         }
         left
     }

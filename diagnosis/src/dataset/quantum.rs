@@ -5,7 +5,7 @@
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     let mut values = column.to_vec();
     values.sort_by(f64::total_cmp);
-    let range = values[values.len() - 1] - values[0];
+    let range = values.last()? - values.first()?;
     let rounding = 1e-6 * range.max(f64::MIN_POSITIVE);
     values.dedup_by(|b, a| (*b - *a).abs() <= rounding);
     // If more than a third of the rows have distinct values, no step is visible.

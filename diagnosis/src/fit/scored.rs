@@ -14,3 +14,16 @@ pub(crate) struct Scored {
     /// The same causes in a balance of forces; `None` if none shows them.
     pub(crate) balanced: Option<Balanced>,
 }
+
+impl Scored {
+    /// Its causes that another set does not have, with their indices.
+    pub(crate) fn beyond<'s>(&'s self, other: &Self) -> Vec<(usize, &'s Candidate)> {
+        let is_own = |(_, cause): &(usize, &Candidate)| !other.causes.iter().any(|known| known.is(cause));
+        self.causes.iter().enumerate().filter(is_own).collect()
+    }
+
+    /// Whether another set has the same causes.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.causes.len() == other.causes.len() && self.beyond(other).is_empty()
+    }
+}

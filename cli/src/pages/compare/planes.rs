@@ -19,15 +19,17 @@ pub(super) fn draw(taken: &[Taken], page: &mut Page) {
         curves.extend(nyquist(report, found).map(|plane| (i, sampled(plane))));
         let Some(plane) = loci(report, found).into_iter().next() else { continue };
         let same = |other: &Vec<(usize, Plane)>| {
-            other.iter().any(|(_, other)| (other.kind, other.period_s) == (plane.kind, plane.period_s))
+            other.iter().any(|(_, other)| {
+                other.kind == plane.kind && other.period_s == plane.period_s && other.gain == plane.gain
+            })
         };
         match roots.iter_mut().find(|other| same(other)) {
             Some(other) => other.push((i, plane)),
             None => roots.push(vec![(i, plane)]),
         }
     }
-    let caption = "of the open loops, sampled, gains as set; negative frequencies dashed; the cross is −1, \
-                   the thin circle modulus 1.";
+    let caption = "of the open loops, sampled where they are, gains as set; negative frequencies dashed. The \
+                   cross is −1, the thin circle modulus 1.";
     one_plane(curves, "Nyquist's curves", caption, taken, page);
     for planes in roots {
         let loops =

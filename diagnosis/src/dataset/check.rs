@@ -164,7 +164,7 @@ impl Reader<'_> {
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
             let rows = read_rows(column.len(), &bridged[drives + i]);
             let readings: Vec<f64> = rows.iter().map(|k| column[*k]).collect();
-            // Cells without a number were told before.
+            // Cells without a number are reported already.
             if readings.is_empty() {
                 silent[i] = true;
                 continue;

@@ -91,7 +91,7 @@ mod tests {
         let spacing_s = 0.01;
         let stamp = |k: usize| (k as f64 + 0.2 * (7.3 * k as f64).sin()) * spacing_s;
         let time: Vec<f64> = (0..200).map(stamp).collect();
-        let column: Vec<f64> = (0..200).map(|k| k as f64).collect();
+        let column: Vec<f64> = (0..200).map(f64::from).collect();
         assert_eq!(regrid(&time, &column, 200, spacing_s, Between::Held), column);
         // Of lost rows the command is that of the row before.
         let kept = |k: &usize| !(50..53).contains(k);

@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn truth_bridged_rows_do_not_hide_noise() {
         let noise: Vec<f64> = noisy(SIGMA).iter().zip(noisy(0.0)).map(|(a, b)| a - b).collect();
-        for is_gap in [|k: usize| k % 5 != 0, |k: usize| k % 50 < 2] {
+        for is_gap in [|k: usize| !k.is_multiple_of(5), |k: usize| k % 50 < 2] {
             let gaps: Vec<bool> = (0..noise.len()).map(is_gap).collect();
             let mut series = noise.clone();
             bridge(&mut series, is_gap, false);

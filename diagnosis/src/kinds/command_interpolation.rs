@@ -1,4 +1,4 @@
-//! `command-interpolation`: records show its delay only, which `command-delay` has too, so it is not tried.
+//! `command-interpolation`: records show its delay or lag only, which others have too, so it is not tried.
 
 use feeler_plant::effects::CommandInterpolation;
 

@@ -13,9 +13,8 @@ const ALL_DIRECTIONS: usize = 6;
 /// Holds the tool at a place in all directions but one. Let `T` be the Jacobian of the held directions and
 /// `M` the mass of links and rotors. The torques are `T' (T M^-1 T')^-1 (w^2 e - 2 zeta w v)`. Source: O.
 /// Khatib, "A unified approach for motion and force control of robot manipulators", IEEE J. Robotics and
-/// Automation 3,
-/// 1987. Every held direction then has the natural frequency `w`, and none of these torques pushes along the
-///       normal.
+/// Automation 3 (1987). Every held direction then has the natural frequency `w`, and none of these torques
+/// pushes along the normal.
 #[derive(Clone, Debug)]
 pub(crate) struct HoldControl {
     hold: Hold,

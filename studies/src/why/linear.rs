@@ -58,13 +58,13 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
 
 /// Where instability begins, of a loop below its limit.
 pub(super) fn begins(scenario: &Scenario, margin: f64) -> String {
-    let times = plain(two_digits(margin));
+    let (times, in_contact) = (plain(two_digits(margin)), in_contact(scenario));
     only_gain(scenario).map_or_else(
-        || format!(" By linear theory the loop in contact is stable up to {times} times its gain."),
+        || format!(" By linear theory the loop{in_contact} is stable up to {times} times its gain."),
         |(name, value)| {
             let [value, limit] = [value, margin * value].map(plain);
             format!(
-                " By linear theory {name} = {value} is stable in contact up to {limit}, {times} times as \
+                " By linear theory {name} = {value} is stable{in_contact} up to {limit}, {times} times as \
                  much."
             )
         },

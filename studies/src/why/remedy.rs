@@ -24,11 +24,14 @@ const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
 /// Trial values of joint damping, as shares of critical damping.
 const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
 
+/// Applies a change of a size to a scenario.
+type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
+
 /// A family of changes: by which factor, or which share.
 struct Way<'a> {
     /// In words, for a size.
     what: Box<dyn Fn(f64) -> String + 'a>,
-    apply: Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>,
+    apply: Apply<'a>,
     sizes: &'static [f64],
     /// The change whose size it gives.
     of: Option<Change>,

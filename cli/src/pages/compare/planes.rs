@@ -59,7 +59,7 @@ fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[T
     for (i, mut plane) in planes {
         let colour = i % INKS.len();
         for path in &mut plane.paths {
-            path.name = [taken[i].name.as_str(), &path.name].join(" ").trim().to_owned();
+            path.name = format!("{} {}", taken[i].name, path.name).trim().into();
             path.colour = colour;
         }
         // The critical point is that of all.

@@ -3,7 +3,7 @@
 use feeler_catalogue::GainPart;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::{LoopWiring, Program, Scenario};
-use feeler_plant::assembly::{Assembly, Drive, Source};
+use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Actuator;
 use nalgebra::DMatrix;
 
@@ -106,7 +106,10 @@ impl ControlLoop {
     fn build(scenario: &Scenario, view: &View, with_targets: bool) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
         let mut assembly = program.motion().assembly().clone();
-        assembly.drives.iter_mut().for_each(Drive::count_interval_as_delay);
+        for (i, drive) in assembly.drives.iter_mut().enumerate() {
+            let mut commanding = program.loops().filter(|wiring| !wiring.is_servo && wiring.drive == i);
+            drive.linearise_interpolation(commanding.next().map(|wiring| wiring.spec.period_s));
+        }
         // A command for the target of a sampled servo acts on the servo's loop and not on the drive.
         let aims =
             |wiring: &LoopWiring<'_>| !wiring.is_servo && assembly.drives[wiring.drive].sampling().is_some();

@@ -176,7 +176,7 @@ fn of_drive(drive: &Drive, found: &mut Found) {
         drive.interval > 0.0 || target.is_some_and(|target| target.interval > 0.0),
         &of,
         "command interpolation",
-        "taken as a delay of half its interval",
+        "taken as a delay of half its interval, and where commands come faster as a lag of it",
     );
     found.when(
         target.is_some_and(|target| target.error_deadband > 0.0),

@@ -57,7 +57,7 @@ impl LinearMachine {
         let mut assembly = assemble(machine).map_err(|problems| EngineError::Problems { problems })?;
         // Without its loops a machine has no samples, so its servos are continuous.
         assembly.drives.iter_mut().for_each(Drive::make_continuous);
-        assembly.drives.iter_mut().for_each(Drive::count_interval_as_delay);
+        assembly.drives.iter_mut().for_each(|drive| drive.linearise_interpolation(None));
         Self::of_assembly(machine, &assembly, view)
     }
 

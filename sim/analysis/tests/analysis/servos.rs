@@ -116,8 +116,8 @@ fn truth_inputs_of_a_servo_answer_as_on_paper_or_are_refused() {
 
 #[test]
 fn truth_an_interpolated_target_is_late_by_half_its_interval() {
-    let (period_s, interval_s) = (1e-3, 8e-3);
-    for period in [None, Some(period_s)] {
+    let (period_s, interval_s) = (8e-3, 8e-3);
+    for period in [None, Some(1e-3)] {
         let mut interpolated = machine(ActuatorKind::PositionServo(servo(period)), DAMPING);
         let definition = find("command-interpolation").unwrap();
         interpolated.actuators["drive"].effects.push(EffectUse { definition, values: vec![interval_s] });

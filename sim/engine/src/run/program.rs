@@ -236,6 +236,10 @@ impl Program {
                 "the delay of a drive",
             ),
             (
+                a.drives.iter().map(|d| d.feeds).eq(b.drives.iter().map(|d| d.feeds)),
+                "which servo an input feeds",
+            ),
+            (
                 a.sensors
                     .iter()
                     .map(|s| (bits(s.delay), s.resolutions.len()))

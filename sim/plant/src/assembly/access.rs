@@ -145,9 +145,12 @@ impl Assembly {
     /// arms hang behind their joints. What the earth pulls stays with the body that states it.
     pub(crate) fn hang_behind(&mut self, spring: usize) {
         let (a, b) = (self.links[spring].a, self.links[spring].b);
+        if Self::is_ground(a) || Self::is_ground(b) {
+            return;
+        }
         let side = self.reached(vec![a], &[GROUND_NODE, b], |link| link.rigid);
         for weight in self.weights.iter_mut().filter(|weight| !weight.is_of_earth) {
-            if !Self::is_ground(weight.on) && side.contains(&weight.on) {
+            if side.contains(&weight.on) {
                 weight.on = b;
             }
         }

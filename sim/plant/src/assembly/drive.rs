@@ -275,12 +275,25 @@ impl Drive {
         (self.deadband, self.rate_limit, self.interval) = (error_deadband, rate_limit, interval);
     }
 
-    /// Adds to the delays what the way from one command to the next takes on average: half its time. Linear
-    /// theory takes it so.
-    pub fn count_interval_as_delay(&mut self) {
-        self.delay += 0.5 * self.interval;
+    /// Adds what the way from one command to the next does to a small motion, for linear theory. Commands
+    /// come every `period_s`; `None`: no faster than the way takes. Then it is a delay of half the interval.
+    ///
+    /// Commands that come every `T` within an interval `I` move the drive by `T / I` of what is left each: a
+    /// lag of first order, which is late by `I - T / 2`.
+    pub fn linearise_interpolation(&mut self, period_s: Option<f64>) {
+        let late = |interval: f64| match period_s.filter(|period_s| *period_s < interval) {
+            Some(period_s) => (interval - 0.5 * period_s, true),
+            None => (0.5 * interval, false),
+        };
+        if self.interval > 0.0 {
+            match late(self.interval) {
+                (tau, true) => self.lags.push(tau),
+                (delay, false) => self.delay += delay,
+            }
+        }
+        // A target has no lags: it is taken as late only.
         if let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.as_mut()) {
-            sampling.target.delay += 0.5 * sampling.target.interval;
+            sampling.target.delay += late(sampling.target.interval).0;
         }
     }
 

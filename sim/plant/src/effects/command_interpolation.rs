@@ -36,18 +36,20 @@ Firmware that smooths targets between two messages: interpolation of drives on a
 of hobby servos.
 
 ## How it shows
-The motion is smoother than the commands, and late by half the interval. `command-delay` of half the interval
-gives the same motion, but sets out later and jumps. `slew-limit` has one rate for small and large steps, and
-`actuator-lag` approaches each command ever more slowly.
+The motion is smoother than the commands. It is late by half the interval if they come no faster than that.
+`command-delay` of half the interval then gives the same motion, but sets out later and jumps. Commands that
+come faster meet a lag of first order, as `actuator-lag` has it. `slew-limit` has one
+rate for small and large steps, and `actuator-lag` approaches each command ever more slowly.
 
 ## How it is recognised
 Step the target once and read the position at the rate of the servo: it sets out at once and arrives after the
-same time, however large the step is. Where targets follow each other within the interval, records show only
-its delay. So a diagnosis does not try it: it finds a `command-delay` of half the interval.
+same time, however large the step is. Records of a motion show its delay or its lag only. So a diagnosis does
+not try it: it finds `command-delay` or `actuator-lag`.
 
 ## Numerical treatment
 The way to a command is a ramp with a rate of its own, which is a mode. Its end is an event, located to
-rounding. Linear theory takes it as a delay of half the interval.
+rounding. Linear theory takes it as a delay of half the interval `I`. Where commands come every `T` within the
+interval, it takes a lag of `I - T / 2`, and for the target of a sampled servo a delay of as much.
 
 ## Source
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear
@@ -84,5 +86,26 @@ mod tests {
         drive.rate_limit = 80.0;
         let paces: Vec<f64> = [1.0, -1.0, 3.0].iter().map(|way| drive.pace(*way)).collect();
         assert_eq!(paces, [50.0, 50.0, 80.0]);
+    }
+
+    /// Each command moves the drive by `a = T / I` of what is left, evenly until the next one. Over a held
+    /// command that is `a sinc(w T / 2) exp(i w T / 2) / (z - 1 + a)`, here at 20 Hz.
+    #[test]
+    fn truth_faster_commands_meet_a_lag() {
+        for [interval, period, allowed] in [[8e-3, 1e-3, 1e-3], [3e-3, 1e-3, 2e-3], [8e-3, 4e-3, 0.03]] {
+            let mut machine = fixture::rigid();
+            DEFINITION.apply(&mut machine, Host::Actuator(0), &[interval]).unwrap();
+            let drive = &mut machine.drives[0];
+            drive.linearise_interpolation(Some(period));
+            let w = std::f64::consts::TAU * 20.0;
+            let [half, a] = [0.5 * w * period, period / interval];
+            let [re, im] = [(2.0 * half).cos() - 1.0 + a, (2.0 * half).sin()];
+            let modulus = a * half.sin() / half / re.hypot(im);
+            let angle = half - im.atan2(re);
+            let tau = drive.lags[0];
+            assert!((modulus * (w * tau).hypot(1.0) - 1.0).abs() < allowed, "{interval} {period}");
+            assert!((angle + (w * tau).atan()).abs() < allowed, "{interval} {period}");
+            assert!(drive.delay == 0.0);
+        }
     }
 }

@@ -180,7 +180,7 @@ fn truth_a_file_of_another_kind_is_refused_in_one_sentence() {
     ] {
         let problems = result.unwrap_err().problems;
         assert_eq!(problems.len(), 1, "{problems:#?}");
-        assert!(problems[0].message.starts_with(&format!("this is {is}, and")), "{problems:#?}");
+        assert!(problems[0].message.starts_with(&format!("this is {is}, but")), "{problems:#?}");
         assert!(problems[0].remedy.contains(command) && problems[0].line > 0, "{problems:#?}");
     }
 }
@@ -193,7 +193,7 @@ fn truth_what_is_no_toml_is_one_mistake_with_its_remedy() {
             "robot.urdf",
             &b"<?xml version=\"1.0\"?>\n<robot name=\"a\">\n</robot>\n"[..],
             "a URDF",
-            "urdf = \"robot.urdf\"",
+            "feeler new arm --urdf robot.urdf",
         ),
         ("record.mcap", b"\x89MCAP0\r\n", "an MCAP log", "feeler diagnose"),
         ("bag.db3", b"SQLite format 3\0", "ROS 2 bags", "feeler import"),
@@ -252,22 +252,17 @@ fn truth_an_input_of_a_servo_needs_one_servo_on_its_bodies() {
         let text = format!(
             "[bodies.axis]\nmass = 1.0\n[actuators.speed]\non = \"axis\"\nkind = \"target-velocity\"\n{more}"
         );
-        match Program::new(&Document::parse(&text, "it.toml").unwrap().scenario) {
-            Err(EngineError::Problems { problems }) => problems.iter().map(ToString::to_string).collect(),
-            _ => Vec::new(),
-        }
+        Document::parse(&text, "it.toml").map_or_else(|error| error.problems, |_| Vec::new())
     };
     let servo =
         |name: &str| format!("[actuators.{name}]\non = \"axis\"\nkind = \"position-servo\"\nkp = 100.0\n");
-    assert_eq!(of(&servo("a")), Vec::<String>::new());
-    assert!(
-        of("")[0].contains("there is no position servo on `axis` that reacts on `ground`"),
-        "{:?}",
-        of("")
-    );
-    assert!(of(&(servo("a") + &servo("b")))[0].contains("more than one position servo"));
+    assert_eq!(of(&servo("a")), []);
+    let none = of("");
+    let said = "there is no position servo on `axis` that reacts on `ground`";
+    assert!(none[0].message == said && none[0].line == 4, "{none:?}");
+    assert!(of(&(servo("a") + &servo("b")))[0].message.contains("more than one position servo"));
     let limited = of(&format!("limit = 3.0\n{}", servo("a")));
-    assert!(limited[0].contains("actuators.speed.limit"), "{limited:?}");
+    assert!(limited[0].key == "actuators.speed.limit", "{limited:?}");
 }
 
 /// What disturbs a command has its unit, and the power of a stiffness is that of its law.

@@ -26,7 +26,7 @@ fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
     // By default that of the controller, 5 ms, up to the next whole number of samples.
     assert!((respond(None).expect("a response").hold_s - 6e-3).abs() < 1e-12);
     let error = respond(Some(5e-3)).expect_err("it is no whole number");
-    assert!(error.to_string().contains("no whole number of samples of `servo`"), "{error}");
+    assert!(error.to_string().contains("not a whole number of samples of `servo`"), "{error}");
     assert!(error.remedy().contains("--hold"));
     // The loop follows its target, and the measured response is that of theory, not that from a force.
     let response = respond(Some(4e-3)).expect("a response");

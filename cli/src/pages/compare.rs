@@ -1,14 +1,15 @@
 //! The page that compares scenarios or datasets.
 
 mod planes;
+mod taken;
 
 use feeler_analysis::{Curves, Report};
 use feeler_diagnosis::dataset::Dataset;
-use feeler_files::Document;
 use feeler_lti::C64;
-use feeler_studies::glimpse::Glimpse;
 use feeler_studies::run::{RunResult, Summary};
 use indexmap::IndexMap;
+
+pub(crate) use taken::Taken;
 
 use crate::numbers::{count, percent, plain, with_unit};
 use crate::pages::analyze::{as_set, degrees};
@@ -21,27 +22,6 @@ type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
 
 /// Largest number of rows of the common time axis.
 const MOST_ROWS: usize = 100_000;
-
-/// A scenario with its results.
-pub(crate) struct Taken {
-    pub(crate) name: String,
-    pub(crate) document: Document,
-    pub(crate) glimpse: Glimpse,
-}
-
-impl Taken {
-    fn run(&self) -> Option<&RunResult> {
-        self.glimpse.run.as_ref().ok()
-    }
-
-    fn theory(&self) -> Option<&(Report, Curves)> {
-        self.glimpse.theory.as_ref().ok()
-    }
-
-    fn units(&self) -> Units {
-        Units::of(&self.document.scenario.machine)
-    }
-}
 
 /// Heads of a table with a column for each.
 pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {

@@ -152,7 +152,7 @@ mod tests {
             ("float64[9999999] x", "more than"),
             ("wstring x", "wstring"),
             ("float64", "has no name"),
-            ("float64[a] x", "no array"),
+            ("float64[a] x", "is not an array"),
         ] {
             let error = parse("demo/Self", text).expect_err(text);
             assert!(error.0.contains(why), "{error}");

@@ -339,8 +339,8 @@
           seen.add(name);
           const cell = node("rect", { x: px, y: py, width: width / COLUMNS + 0.5, height: height / ROWS + 0.5,
               fill: data.outcomes[name]?.colour ?? "#000000", class: "place" });
-          const place = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}`;
-          const label = `${place}: ${data.outcomes[name]?.label ?? "cannot run"}`;
+          const where = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}`;
+          const label = `${where}: ${data.outcomes[name]?.label ?? "cannot run"}`;
           cell.append(node("title", {}, label));
           cell.onpointerenter = () => { read.textContent = label; };
           cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); ask(); };

@@ -46,8 +46,8 @@ Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
 and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free otherwise,
 would ring at 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu`
-their reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness, and the
-`gravity` of a guide of the first body acts on the second: arms hang behind their joints. A spring that has
+their reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness. Arms hang
+behind their joints: the `gravity` of a guide of the first body then acts on the second. A spring that has
 its own stiffness keeps it and takes neither.
 
 ## Where it comes from

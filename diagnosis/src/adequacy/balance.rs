@@ -6,7 +6,7 @@ use feeler_plant::effects::Place;
 use super::criteria::Criteria;
 use super::horizons::share;
 use crate::fit::candidates::Candidate;
-use crate::fit::scored::Scored;
+use crate::fit::scored::{Scored, distinct};
 use crate::inverse::Smooth;
 use crate::judge::Judge;
 
@@ -85,12 +85,8 @@ pub(crate) fn as_good<'b>(
     let mut found: Vec<&Scored> =
         tried.iter().filter(is_other).filter(|rival| is_same(rival) || is_as_good(rival)).collect();
     found.sort_by(|a, b| nats(b).total_cmp(&nats(a)));
-    let mut named: Vec<&Scored> = Vec::new();
-    for rival in found {
-        if named.len() < MOST_NAMED && !named.iter().any(|other| other.is_same(rival)) {
-            named.push(rival);
-        }
-    }
+    let mut named = distinct(found);
+    named.truncate(MOST_NAMED);
     named
 }
 

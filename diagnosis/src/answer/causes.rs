@@ -9,7 +9,7 @@ use crate::answer::intervals;
 use crate::fit::candidates::Candidate;
 use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
-use crate::fit::scored::Scored;
+use crate::fit::scored::{Scored, distinct};
 use crate::judge::{Judge, LOOK_ALIKE, PARSIMONY};
 use crate::kinds::{contains, dossier};
 use crate::report::{Cause, Estimate};
@@ -31,7 +31,7 @@ const MOST_ALIKE: usize = 2;
 
 /// The accepted set of causes among its rivals.
 pub(super) struct Field {
-    /// The rivals, with the accepted set among them; empty if there are no rivals.
+    /// The rivals, with the accepted set among them, by falling evidence; empty if there are no rivals.
     pub(super) sets: Vec<Scored>,
     /// Evidence for each, nats.
     pub(super) evidence: Vec<f64>,
@@ -77,13 +77,7 @@ impl Judge<'_> {
         }
         // The same causes may have been fitted twice.
         sets.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
-        let mut kept: Vec<Scored> = Vec::new();
-        for set in sets {
-            if !kept.iter().any(|other| other.is_same(&set)) {
-                kept.push(set);
-            }
-        }
-        let sets = kept;
+        let sets = distinct(sets);
         let evidence = sets.iter().map(|set| self.all(set)).collect();
         let weighed: Vec<f64> = sets.iter().map(|set| self.weighed(accepted, set)).collect();
         let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
@@ -215,9 +209,7 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
 pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]) -> Vec<[Kind; 2]> {
     let mut found: Vec<[Kind; 2]> = Vec::new();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut near: Vec<(&Scored, f64, f64)> =
-        field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE).collect();
-    near.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
     for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {
         // Either half is part of the whole effect.
         let whole = rival.causes[0].definition.kind;
@@ -234,7 +226,7 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
         let other = theirs.iter().copied().find(|kind| !own.contains(kind))?;
         Some([own.iter().copied().find(|kind| !theirs.contains(kind))?, other])
     };
-    let pairs = near.iter().filter_map(|(rival, ..)| single(rival));
+    let pairs = near.filter_map(|(rival, ..)| single(rival));
     let pairs: Vec<[Kind; 2]> = pairs.chain(balanced.iter().filter_map(of_balance)).collect();
     // A law is always near one that it contains: other pairs are worth more words.
     let is_nested = |[a, b]: &&[Kind; 2]| contains(*a, *b) || contains(*b, *a);

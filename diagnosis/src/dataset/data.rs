@@ -149,6 +149,11 @@ impl Record {
         self.read_rows(c).map(|k| self.series[c][k]).collect()
     }
 
+    /// Whether no row of channel `c` was read.
+    pub(crate) fn is_unread(&self, c: usize) -> bool {
+        self.read_rows(c).next().is_none()
+    }
+
     /// Number of readings of channel `c`, at least one.
     pub(crate) fn count(&self, c: usize) -> usize {
         self.gaps(c).map_or(self.series[c].len(), |_| self.read_rows(c).count()).max(1)
@@ -165,7 +170,7 @@ impl Record {
         let mut left: Vec<f64> = self.series[c].iter().zip(predicted).map(|(m, p)| m - p).collect();
         if let Some(gaps) = self.gaps(c) {
             bridge(&mut left, |k| gaps[k], false);
-            if gaps.iter().all(|is_gap| *is_gap) {
+            if self.is_unread(c) {
                 left.fill(0.0);
             }
         }

@@ -32,21 +32,21 @@ impl Record {
         let rows = index * self.len() / of..(index + 1) * self.len() / of;
         let cut = |series: &Vec<f64>| series[rows.clone()].to_vec();
         let part = |gaps: &Vec<bool>| gaps.get(rows.clone()).unwrap_or_default().to_vec();
-        let bridged: Vec<Vec<bool>> = self.bridged.iter().map(part).collect();
-        // A channel without a reading in a piece says nothing there.
-        let is_empty =
-            |c: usize| bridged.get(c).is_some_and(|gaps| !gaps.is_empty() && gaps.iter().all(|gap| *gap));
-        Self {
+        let mut piece = Self {
             name: format!("{} ({} of {of})", self.name, index + 1),
             is_check: index % 3 == 1,
             start_s: self.times_s[rows.start],
             times_s: cut(&self.times_s),
             commands: self.commands.iter().map(cut).collect(),
             series: self.series.iter().map(cut).collect(),
-            silent: self.silent.iter().enumerate().map(|(c, silent)| *silent || is_empty(c)).collect(),
-            bridged,
+            bridged: self.bridged.iter().map(part).collect(),
             ..self.clone()
+        };
+        // A channel without a reading in a piece says nothing there.
+        for c in 0..piece.silent.len() {
+            piece.silent[c] |= piece.is_unread(c);
         }
+        piece
     }
 }
 

@@ -1,8 +1,21 @@
 //! A set of causes that was fitted.
 
+use std::borrow::Borrow;
+
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::inverse::Balanced;
+
+/// The first of each set of causes.
+pub(crate) fn distinct<T: Borrow<Scored>>(sets: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for set in sets {
+        if !kept.iter().any(|other| other.borrow().is_same(set.borrow())) {
+            kept.push(set);
+        }
+    }
+    kept
+}
 
 /// A candidate with its fit and its misfits on every record.
 #[derive(Clone, Debug)]

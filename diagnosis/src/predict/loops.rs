@@ -49,11 +49,9 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
         let (period_s, delay_s) = (spec.period_s, spec.delay_s);
         let stands = assembly.nodes[part.on].position_m - assembly.nodes[part.reacts_on].position_m;
         let resolution = sampling.resolution.unwrap_or(0.0);
-        let inputs = assembly.drives.iter().enumerate();
-        let fed = inputs.filter_map(|(input, other)| {
-            let feed = other.feeds.filter(|feed| feed.servo == drive)?;
-            Some((input, feed.gain(part.servo.as_ref()?)))
-        });
+        let fed = assembly
+            .feeds_of(drive)
+            .filter_map(|(input, feed)| Some((input, feed.gain(part.servo.as_ref()?))));
         found.push(ServoLoop {
             drive,
             is_controller: false,

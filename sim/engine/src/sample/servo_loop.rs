@@ -43,11 +43,9 @@ impl<L: Lane> ServoLoop<L> {
             number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
         };
         let (clock, tapped) = (wired.clock.clone(), [Some(wired.encoder), None]);
-        let inputs = programs[0].motion.assembly().drives.iter().enumerate();
-        let fed = inputs.filter_map(|(input, drive)| {
-            let feed = drive.feeds.filter(|feed| feed.servo == wired.drive)?;
+        let fed = programs[0].motion.assembly().feeds_of(wired.drive).map(|(input, feed)| {
             let gain = number(&|drive| drive.servo.as_ref().map_or(0.0, |servo| feed.gain(servo)));
-            Some((input, gain, L::zero()))
+            (input, gain, L::zero())
         });
         let step = chain(|target| target.rate_limit) * L::splat(wired.spec.period_s);
         let interval = chain(|target| target.interval);

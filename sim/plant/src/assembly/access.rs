@@ -1,7 +1,8 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
 use super::{
-    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, StopSide,
+    Assembly, ContactPart, Drive, Feed, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source,
+    StopSide,
 };
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
@@ -139,6 +140,12 @@ impl Assembly {
                 }
             }
         }
+    }
+
+    /// Drives that are inputs of a servo beside its target.
+    pub fn feeds_of(&self, servo: usize) -> impl Iterator<Item = (usize, Feed)> + '_ {
+        let drives = self.drives.iter().enumerate();
+        drives.filter_map(move |(i, drive)| Some((i, drive.feeds.filter(|feed| feed.servo == servo)?)))
     }
 
     /// Hangs the weights of a spring's first side, with all that moves as one with it, on its second body:

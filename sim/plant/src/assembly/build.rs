@@ -218,19 +218,18 @@ impl<'a> Build<'a> {
         .chain(
             machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)),
         );
-        // Weights first: a joint that gives way takes those along that hang behind it.
-        let hosts: Vec<_> = hosts.collect();
-        for are_weights in [true, false] {
-            for (table, name, host, effects) in &hosts {
+        let mut uses: Vec<_> = hosts
+            .flat_map(|(table, name, host, effects)| {
                 // In the order of the library, so that the order in a file does not matter.
-                let is_due = |effect: &&EffectUse| (effect.definition.kind == Kind::Gravity) == are_weights;
-                let mut ordered: Vec<&EffectUse> = effects.iter().filter(is_due).collect();
+                let mut ordered: Vec<&EffectUse> = effects.iter().collect();
                 ordered.sort_by_key(|effect| effect.definition.kind);
-                for effect in ordered {
-                    let key = format!("{table}.{name}.effects.{}", effect.definition.kind);
-                    self.effect(&key, *host, effect);
-                }
-            }
+                ordered.into_iter().map(move |effect| (table, name, host, effect))
+            })
+            .collect();
+        // Weights first: a joint that gives way takes those along that hang behind it.
+        uses.sort_by_key(|(.., effect)| effect.definition.kind != Kind::Gravity);
+        for (table, name, host, effect) in uses {
+            self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);
         }
     }
 

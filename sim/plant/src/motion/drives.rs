@@ -2,7 +2,7 @@
 
 use super::layout::{GAP_TIME_S, add, difference, scaled};
 use super::{LimitState, Mode, Motion, RampState, Row, Switch, SwitchState};
-use crate::assembly::{Feed, VelocitySource};
+use crate::assembly::VelocitySource;
 
 /// The steps from a command to a force.
 pub(super) struct Path {
@@ -51,7 +51,7 @@ impl Motion {
                 if let Some(integral) = layout.drives[i].integral {
                     wanted[integral] += 1.0;
                 }
-                for (input, feed) in self.feeds(i) {
+                for (input, feed) in self.assembly.feeds_of(i) {
                     add(&mut wanted, feed.gain(servo), &self.command_row(input));
                 }
                 wanted
@@ -69,12 +69,6 @@ impl Motion {
         let lag = layout.drives[i].lags.last().filter(|_| servo.is_some());
         let force = lag.map_or_else(|| given.clone(), |&lag| layout.unit(lag));
         Path { error, acting, wanted, limited, given, force }
-    }
-
-    /// The inputs of servo `i` besides its target, by their drives.
-    fn feeds(&self, i: usize) -> impl Iterator<Item = (usize, Feed)> + '_ {
-        let drives = self.assembly.drives.iter().enumerate();
-        drives.filter_map(move |(input, drive)| Some((input, drive.feeds.filter(|feed| feed.servo == i)?)))
     }
 
     /// `gain u - damping v`.

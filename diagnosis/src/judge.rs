@@ -69,9 +69,14 @@ impl Asked {
         if frees { Self::FIRST } else { Self::beside(accepted) }
     }
 
-    /// Whether a cause adds to a believed value that ends at the limit of its tolerance.
+    /// Whether a cause adds to a believed value that ends at the limit of its tolerance, or to the instants of
+    /// commands that act as late as they may.
     fn frees(accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;
+        let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
+        if is_late && dossier(cause.definition.kind).is_late() {
+            return true;
+        }
         let excess =
             dossier(cause.definition.kind).adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
         excess.is_some_and(|(_, is_at_limit)| is_at_limit)

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::budget::Stage;
+use crate::fit::balanced;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
@@ -55,6 +56,7 @@ impl Judge<'_> {
                 });
             let mut start = model.start();
             start[..calibrated.theta.len()].copy_from_slice(&calibrated.theta);
+            let start = balanced::better(task, &model, start, &pair);
             score(task, pair.to_vec(), task.fit(&model, &start, STEPS))
         };
         let mut fitted: Vec<Scored> = proposed.into_par_iter().map(fit).collect();
@@ -145,6 +147,7 @@ impl Judge<'_> {
         let mut causes = scored.causes.clone();
         causes.remove(i);
         causes.push(other);
+        let start = balanced::better(task, &model, start, &causes);
         score(task, causes, task.fit(&model, &start, STEPS))
     }
 }

@@ -45,6 +45,8 @@ pub(crate) fn assess(
     let shares = balance::missing(judge, accepted);
     let is_balanced = balance::is_small(shares, &criteria);
     let missing = shares.map_or(missing, |shares| shares.map(|share| share * residual.drive_force_n));
+    let is_noise = !is_found && residual.is_noise(&criteria) && horizons::are_fair(&horizons, &criteria);
+    let missing = if is_noise { [0.0; 2] } else { missing };
     short(
         Condition::Left,
         horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
@@ -60,9 +62,11 @@ pub(crate) fn assess(
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
     short(Condition::Rivals, balance::named(balanced));
-    short(Condition::Tolerance, tolerance::limits(accepted));
+    short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
     if is_found {
-        short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
+        for (condition, what) in horizons::worsened(&horizons, &criteria) {
+            short(condition, vec![what]);
+        }
         let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
         let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));
         short(Condition::Horizons, strayed.into_iter().collect());
@@ -77,5 +81,6 @@ pub(crate) fn assess(
         shortfalls,
         smooth: smooth.map(|smooth| smooth.place),
         is_balanced,
+        is_noise,
     }
 }

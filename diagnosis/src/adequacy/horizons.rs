@@ -3,6 +3,7 @@
 
 use serde::Serialize;
 
+use super::Condition;
 use super::criteria::Criteria;
 
 /// Lengths of free windows, s. The first is the horizon of the gap.
@@ -71,6 +72,27 @@ pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
     ahead.peek().is_some() && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
 }
 
+/// Whether the last machine's errors are fair against noise and signal at every horizon of up to a second.
+pub(super) fn are_fair(horizons: &[Horizon], criteria: &Criteria) -> bool {
+    let is_fair = |horizon: &Horizon| {
+        let near = horizon.seconds <= Some(WINDOWS_S[0]);
+        horizon.after.is_some_and(|after| {
+            after < criteria.most_left && (!near || after < criteria.most_floors * horizon.floor)
+        })
+    };
+    horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_fair)
+}
+
+/// Whether a repaired machine is off by less than half of what the calibrated one is, at every horizon of up
+/// to a second.
+pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
+    let is_better = |horizon: &Horizon| {
+        let errors = horizon.after.zip(horizon.refit);
+        errors.is_some_and(|(after, refit)| after < criteria.most_of_missing_force * refit)
+    };
+    horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_better)
+}
+
 /// Says at which horizon of up to a second predictions lose the motion, the shortest of these.
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
@@ -89,8 +111,9 @@ pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     })
 }
 
-/// Horizons at which the repaired machine predicts worse than the calibrated one.
-pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String> {
+/// Horizons at which the repaired machine predicts worse than the calibrated one, in words. Where it is off
+/// by little all the same, that leaves a doubt and no more.
+pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(Condition, String)> {
     let is_worse = |horizon: &&Horizon| match (horizon.refit, horizon.after) {
         (None, _) => false,
         (Some(_), None) => true,
@@ -103,12 +126,14 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String>
     };
     let say = |horizon: &Horizon| {
         let of = |error: Option<f64>| error.map_or_else(|| "no finite error".into(), share);
-        format!(
+        let is_little = horizon.after.is_some_and(|after| after < criteria.most_left);
+        let what = format!(
             "over {} the repaired machine is off by {}, the calibrated one by {}",
             horizon.name(),
             of(horizon.after),
             of(horizon.refit)
-        )
+        );
+        (if is_little { Condition::Far } else { Condition::Horizons }, what)
     };
     horizons.iter().filter(is_worse).map(say).collect()
 }
@@ -149,6 +174,19 @@ mod tests {
         assert!(worsened(&[horizon(0.008, 0.0105)], &criteria).is_empty());
         let lost = Horizon { after: None, ..horizon(0.5, 0.1) };
         assert_eq!(worsened(&[lost], &criteria).len(), 1);
+        let of = |refit, after| worsened(&[horizon(refit, after)], &criteria)[0].0;
+        assert_eq!([of(0.02, 0.04), of(0.04, 0.08)], [Condition::Far, Condition::Horizons]);
+    }
+
+    #[test]
+    fn truth_a_machine_is_better_or_fair_where_it_is_so_up_to_a_second() {
+        let criteria = Criteria::default();
+        let free = Horizon { seconds: None, ..horizon(0.5, 3.0) };
+        assert!(are_better(&[horizon(0.2, 0.09), free], &criteria));
+        assert!(!are_better(&[horizon(0.2, 0.09), horizon(0.2, 0.11)], &criteria));
+        let near = |after| Horizon { seconds: Some(WINDOWS_S[0]), ..horizon(after, after) };
+        assert!(are_fair(&[near(0.03), horizon(0.049, 0.049), free], &criteria));
+        assert!(!are_fair(&[near(0.045)], &criteria) && !are_fair(&[horizon(0.1, 0.1)], &criteria));
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub enum Condition {
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
+    /// Nothing became worse by little, nor does a free run of a machine that predicts better over a second.
+    Far,
     /// The remaining error depends on nothing that could explain it.
     Residual,
     /// Every fitted value can be meant.
@@ -45,9 +47,9 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Whether it is about what else there may be, and not about the answer itself.
+    /// Whether it leaves the answer in doubt, and does not speak against it.
     fn is_of_others(self) -> bool {
-        matches!(self, Self::Tolerance | Self::Rivals | Self::Tried)
+        matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried)
     }
 }
 
@@ -79,6 +81,9 @@ pub struct Adequacy {
     /// Whether a balance of forces leaves next to nothing.
     #[serde(skip)]
     pub(crate) is_balanced: bool,
+    /// Whether a calibrated machine is nearly right, and what it leaves depends on nothing.
+    #[serde(skip)]
+    pub(crate) is_noise: bool,
 }
 
 impl Adequacy {
@@ -135,7 +140,10 @@ impl Adequacy {
             "run freely over the check experiments the repaired machine is off by {own}, the believed one by \
              {believed}: the change is not proposed"
         );
-        self.shortfalls.push(Shortfall { condition: Condition::Horizons, what });
+        // A motion that falls or runs away makes any free run leave the records.
+        let is_better = horizons::are_better(&self.horizons, &self.criteria);
+        let condition = if is_better { Condition::Far } else { Condition::Horizons };
+        self.shortfalls.push(Shortfall { condition, what });
     }
 
     /// Tells that the time did not suffice for some causes, any of which may do as well.

@@ -73,7 +73,8 @@ impl Judge<'_> {
             if model.is_believed(i, theta) {
                 return Some(AttemptOutcome::WithinTolerance);
             }
-            let is_trivial = |element: &Element<'_>| (known.is_trivial)(&values, element, self.search.seen);
+            let seen = self.search.seen.beside(model.leeway(theta).late_rows);
+            let is_trivial = |element: &Element<'_>| (known.is_trivial)(&values, element, seen);
             if !is_trivial(&element) {
                 return is_rest.then_some(AttemptOutcome::NoEffect);
             }

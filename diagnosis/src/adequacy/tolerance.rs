@@ -1,10 +1,12 @@
 //! Believed values at the limits of their tolerances: their true values may lie beyond, and values fitted
 //! beside them are then off as well.
 
+use crate::dataset::Dataset;
 use crate::fit::scored::Scored;
 
-/// The believed values at the limits of their tolerances, in words.
-pub(super) fn limits(accepted: &Scored) -> Vec<String> {
+/// The believed values at the limits of their tolerances, and commands that act as late or early as they may,
+/// in words.
+pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let say = |(key, [believed, fitted]): (String, [f64; 2])| {
         let off = if believed == 0.0 {
@@ -17,5 +19,14 @@ pub(super) fn limits(accepted: &Scored) -> Vec<String> {
              the values of the causes are off too (state a wider tolerance, or correct the believed value)"
         )
     };
-    model.at_limits(theta).into_iter().map(say).collect()
+    let values = model.at_limits(theta).into_iter().map(say);
+    let column = dataset.first_sampled().filter(|_| model.is_timing_at_limit(theta));
+    let shifted = column.map(|column| {
+        let rows = model.leeway(theta).late_rows;
+        format!(
+            "commands of `{column}` act {rows:+.2} rows after theirs, the most that is possible: something \
+             else may shift them, such as a delay (state `hold`)"
+        )
+    });
+    values.chain(shifted).collect()
 }

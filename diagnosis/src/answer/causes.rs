@@ -102,16 +102,17 @@ impl Judge<'_> {
     }
 
     /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among
-    /// all of these. `tried` is all that was fitted. `is_rough` says that residuals are more than noise.
+    /// all of these. `tried` is all that was fitted. `is_early` says that time is left to measure how long
+    /// residuals last.
     pub(super) fn causes(
         &self,
         accepted: &Scored,
         field: &Field,
-        (known, is_rough): (f64, bool),
+        (known, is_early): (f64, bool),
         tried: &[Scored],
     ) -> Vec<Cause> {
-        // Residuals that are more than noise last: the fit's own deviations are a lower bound.
-        let lasting = is_rough.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
+        // What is more than noise lasts: the fit's own deviations are a lower bound.
+        let lasting = is_early.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
         let fitted = &accepted.fitted.sigma;
         let sigma: Vec<f64> = match &lasting {
             Some(lasting) => fitted.iter().zip(lasting).map(|(a, b)| a.max(*b)).collect(),

@@ -66,6 +66,14 @@ impl Model {
         [-STIFFER, 0.0, STIFFER].map(at).to_vec()
     }
 
+    /// Whether commands act as early or late as they may.
+    pub(crate) fn is_timing_at_limit(&self, theta: &[f64]) -> bool {
+        let is_it = |(unknown, theta): (&Unknown, &f64)| {
+            unknown.target == Target::CommandTiming && unknown.is_at_limit(*theta)
+        };
+        self.unknowns.iter().zip(theta).any(is_it)
+    }
+
     /// What is free beyond the machine's values, at `theta`.
     pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
         let mut found = Leeway::default();

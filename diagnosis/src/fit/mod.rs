@@ -1,5 +1,6 @@
 //! Fits of a machine with unknowns to records, and the search among candidate effects.
 
+pub(crate) mod balanced;
 pub(crate) mod bounded;
 pub(crate) mod candidates;
 pub(crate) mod curvature;

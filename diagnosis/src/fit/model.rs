@@ -161,8 +161,8 @@ impl Model {
             .collect()
     }
 
-    /// The start with some parts of the believed machine scaled by these factors.
-    pub(crate) fn start_at(&self, factors: &[(Part, f64)]) -> Vec<f64> {
+    /// A point with some parts of the believed machine moved to these factors of what is believed.
+    pub(crate) fn scaled(&self, theta: &[f64], factors: &[(Part, f64)]) -> Vec<f64> {
         let part_of = |target: Target| match target {
             Target::Value(site, index) => match self.believed_at(site, index)?.dimension() {
                 Dimension::MASS => Some(Part::Mass),
@@ -176,12 +176,26 @@ impl Model {
             }
             _ => None,
         };
-        let moved = |(unknown, start): (&Unknown, f64)| {
+        let moved = |((unknown, start), theta): ((&Unknown, f64), &f64)| {
             let part = part_of(unknown.target);
-            let factor = factors.iter().find(|(other, _)| Some(*other) == part).map_or(1.0, |(_, f)| *f);
-            unknown.theta(factor * unknown.value(start)).clamp(unknown.bounds.0, unknown.bounds.1)
+            let factor = factors.iter().find(|(other, _)| Some(*other) == part);
+            factor.map_or(*theta, |(_, factor)| {
+                unknown.theta(factor * unknown.value(start)).clamp(unknown.bounds.0, unknown.bounds.1)
+            })
         };
-        self.unknowns.iter().zip(self.start()).map(moved).collect()
+        self.unknowns.iter().zip(self.start()).zip(theta).map(moved).collect()
+    }
+
+    /// A point with the parameters of trial effects moved to those of these values that are
+    /// within their bounds.
+    pub(crate) fn with_values(&self, theta: &[f64], values: &[Vec<f64>]) -> Vec<f64> {
+        let moved = |(unknown, theta): (&Unknown, &f64)| {
+            let Target::Effect(e, p) = unknown.target else { return *theta };
+            let value = values.get(e).and_then(|values| values.get(p)).map(|value| unknown.theta(*value));
+            let (low, high) = unknown.bounds;
+            value.filter(|value| (low..=high).contains(value)).unwrap_or(*theta)
+        };
+        self.unknowns.iter().zip(theta).map(moved).collect()
     }
 
     fn has_dry_friction(&self) -> bool {

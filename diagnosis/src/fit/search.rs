@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::budget::{Budget, Stage};
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
+use crate::fit::balanced;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::glance::glance;
 use crate::fit::least_squares::{Fitted, Task, Weights};
@@ -132,7 +133,7 @@ fn finest_step(dataset: &Dataset) -> f64 {
 /// valleys between them.
 fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     let believed = model.start();
-    let balanced = task.inverse.as_ref().map(|inverse| model.start_at(&inverse.believed()));
+    let balanced = task.inverse.as_ref().map(|inverse| model.scaled(&believed, &inverse.believed()));
     let starts: Vec<Vec<f64>> =
         std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start)).collect();
     // Leaving causes untried costs more than a slightly worse calibration.
@@ -214,7 +215,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
             && !is_late()
     };
     let go_on = |(candidate, begun): (Candidate, Screened)| {
-        let fitted = if goes_on(&begun) {
+        let further = if goes_on(&begun) {
             let mut start = begun.fitted.theta.clone();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
             let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
@@ -222,7 +223,11 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         } else {
             None
         };
-        (candidate, fitted.unwrap_or(begun.fitted))
+        let fitted = further.unwrap_or(begun.fitted);
+        let causes: Vec<Candidate> = base.causes.iter().copied().chain([candidate]).collect();
+        let is_early = !task.budget.is_over(Stage::Fit);
+        let better = if is_early { balanced::lower(task, &fitted, &causes) } else { None };
+        (candidate, better.unwrap_or(fitted))
     };
     let mut screened: Vec<(Candidate, Fitted)> = begun.into_par_iter().map(go_on).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));

@@ -60,6 +60,8 @@ pub(crate) struct Balanced {
     pub(crate) nats: f64,
     /// Parameters of each cause.
     pub(crate) values: Vec<Vec<f64>>,
+    /// Factors for mass, damping and effects of the believed machine beside these causes.
+    pub(crate) believed: Vec<(Part, f64)>,
 }
 
 /// Causes with their shapes.
@@ -67,6 +69,14 @@ struct Shaped<'a> {
     causes: &'a [Candidate],
     shown: Vec<Shown>,
     shapes: Vec<f64>,
+}
+
+impl Shaped<'_> {
+    /// The force over the command.
+    fn gain(&self) -> f64 {
+        let gains = self.shown.iter().zip(&self.shapes);
+        gains.filter(|(shown, _)| matches!(shown.form, Form::Gain)).map(|(_, gain)| *gain).product()
+    }
 }
 
 impl Inverse {
@@ -147,8 +157,13 @@ impl Inverse {
     pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
         let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
         let (terms, target) = self.balance(&self.fitted, &nothing, None);
-        let Some(found) = solve(&terms, &target) else { return Vec::new() };
-        self.base.sides(&[]).zip(found).map(|(side, found)| side.over(found)).collect()
+        solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&nothing, &found))
+    }
+
+    /// The same beside causes, from all coefficients.
+    fn factors(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<(Part, f64)> {
+        let sides = self.base.sides(shaped.causes).zip(coefficients);
+        sides.map(|(side, found)| side.over(found * shaped.gain())).collect()
     }
 
     /// Root mean square of the missing force over the drive force on the check experiments: with the believed
@@ -168,6 +183,7 @@ impl Inverse {
         Some(Balanced {
             nats: self.nats(self.alone, left) - PER_UNKNOWN * unknowns as f64,
             values: self.values(&shaped, &coefficients),
+            believed: self.factors(&shaped, &coefficients),
         })
     }
 
@@ -291,9 +307,7 @@ impl Inverse {
 
     /// Extracts the parameters of the causes from all coefficients.
     fn values(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<Vec<f64>> {
-        let gains = shaped.shown.iter().zip(&shaped.shapes);
-        let gain =
-            gains.filter(|(shown, _)| matches!(shown.form, Form::Gain)).map(|(_, g)| *g).product::<f64>();
+        let gain = shaped.gain();
         let mut next = self.base.sides(shaped.causes).count();
         // The terms of the command come last.
         let mut last = coefficients.len()

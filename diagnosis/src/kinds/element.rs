@@ -76,6 +76,9 @@ impl<'a> Element<'a> {
     }
 }
 
+/// Rows by which a held command may act late, with a margin.
+pub(crate) const HELD_ROWS: f64 = 0.75;
+
 /// What the records cover.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
@@ -90,6 +93,12 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
+    /// The same beside commands that act this many rows after theirs. Those that are held act half a row
+    /// late; what all together is later by [`HELD_ROWS`] or more was not held.
+    pub(crate) fn beside(self, late_rows: f64) -> Self {
+        Self { instant_s: self.instant_s * (HELD_ROWS - late_rows), ..self }
+    }
+
     /// Whether a command that is late by so much acts when others may act as well.
     pub(crate) fn is_in_time(&self, late_s: f64) -> bool {
         late_s < self.instant_s

@@ -12,7 +12,7 @@ use feeler_catalogue::Key;
 use feeler_plant::effects::{Kind, Parameters, Trait};
 
 pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
-pub(crate) use element::{Element, Glance, Seen, host_of};
+pub(crate) use element::{Element, Glance, HELD_ROWS, Seen, host_of};
 pub(crate) use force_ripple::ripples;
 
 /// Largest change of a step that was read from the values, as a logarithm.
@@ -104,6 +104,13 @@ pub(crate) struct Dossier {
     nearest: fn(Kind, &[f64]) -> Vec<Vec<f64>>,
     contains: fn(Kind) -> bool,
     apart: &'static [(Kind, &'static str)],
+}
+
+impl Dossier {
+    /// Whether commands act later by it.
+    pub(crate) fn is_late(&self) -> bool {
+        matches!(self.balance, Some(Shown { form: Form::Lag | Form::Delay, .. }))
+    }
 }
 
 /// [`Balance`] for values in the order of the definition.

@@ -5,10 +5,13 @@
 
 use std::f64::consts::TAU;
 
+use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
+use feeler_diagnosis::diagnose;
 use feeler_diagnosis::predict::Predictor;
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
+use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 0.01;
 const ROWS: usize = 400;
@@ -41,16 +44,21 @@ fn command(t_s: f64) -> f64 {
     55.0 * (TAU * 1.8 * t_s).sin() + 30.0 * (TAU * 4.1 * t_s + 1.0).sin()
 }
 
-/// Commands and exact positions at every row, from rest. Between rows the command goes in straight lines.
-fn motion() -> [Vec<f64>; 2] {
+/// Commands and exact positions at every row, from rest. Between rows the command goes in straight lines; the
+/// drive pushes `late_rows` later.
+fn motion(late_rows: f64) -> [Vec<f64>; 2] {
     let (mut x, mut v) = (0.0_f64, 0.0_f64);
     let dt = SPACING_S / FINE as f64;
     let commands: Vec<f64> = (0..=ROWS).map(|k| command(k as f64 * SPACING_S)).collect();
     let mut positions = Vec::new();
-    for pair in commands.windows(2) {
+    let at = |rows: f64| {
+        let (row, part) = (rows.max(0.0) as usize, rows.max(0.0).fract());
+        commands[row] + (commands[row + 1] - commands[row]) * part
+    };
+    for row in 0..ROWS {
         positions.push(x);
         for step in 0..FINE {
-            let u = pair[0] + (pair[1] - pair[0]) * (step as f64 + 0.5) / FINE as f64;
+            let u = at(row as f64 + (step as f64 + 0.5) / FINE as f64 - late_rows);
             // Friction turns with the direction within a tenth of a millimetre per second.
             let friction = FRICTION_N * (v / 1e-4).tanh();
             v += dt * (u - DAMPING_N_S_PER_M * v - friction) / MASS_KG;
@@ -62,7 +70,10 @@ fn motion() -> [Vec<f64>; 2] {
 
 /// The rows from `first` on, as an encoder counts them.
 fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
-    let [commands, positions] = motion();
+    moved(motion(0.0), first, hold_s)
+}
+
+fn moved([commands, positions]: [Vec<f64>; 2], first: usize, hold_s: Option<f64>) -> Dataset {
     let counted = positions[first..].iter().map(|x| (x / STEP_M).round() * STEP_M).collect();
     let machine = Document::parse(MACHINE, "axis.toml").expect("the text is a machine").scenario.machine;
     let drives = vec![Driven { drive: 0, column: "command".into(), hold_s }];
@@ -101,4 +112,32 @@ fn truth_a_command_that_goes_on_between_rows_is_half_a_row_earlier_than_a_held_o
     // Half a row at 2 to 4 Hz is 0.06 to 0.13 rad. A mean over a row loses (omega T)^2 / 12 of a wave, which
     // is 0.6 % of the faster one.
     assert!(straight < 0.01 && held > 0.03, "{straight} {held}");
+}
+
+/// The answer where the drive pushes later than the rows say, and no hold is stated.
+fn answer(late_rows: f64) -> feeler_diagnosis::report::Diagnosis {
+    let mut dataset = moved(motion(late_rows), 0, None);
+    let fitted = Record { is_check: false, name: "fit.csv".into(), ..dataset.records[0].clone() };
+    dataset.records.push(fitted);
+    diagnose(&dataset, &|_| ()).expect("the machine moves")
+}
+
+#[test]
+fn truth_commands_that_act_as_late_as_held_ones_may_leave_a_doubt() {
+    let told = |late_rows: f64| {
+        let answer = answer(late_rows);
+        answer.adequacy.shortfalls.iter().any(|short| {
+            short.condition == Condition::Tolerance && short.what.contains("commands of `command` act +0.50")
+        })
+    };
+    assert!(!told(0.2) && told(0.65));
+}
+
+#[test]
+fn truth_a_delay_beyond_what_a_held_command_may_be_late_is_found() {
+    let answer = answer(1.8);
+    let found = answer.effects.iter().find(|cause| cause.kind == Kind::CommandDelay);
+    let delay = found.expect("the delay is among the causes").parameters["delay"].value;
+    // The instants at which commands act take half a row of it either way.
+    assert!((delay / SPACING_S - 1.8).abs() < 0.55, "{delay}");
 }

@@ -231,6 +231,15 @@ mod tests {
     }
 
     #[test]
+    fn truth_what_is_later_than_a_held_command_departs_however_it_is_split() {
+        let seen = Seen { stroke_m: 1.0, command_n: 1.0, step_m: 0.0, instant_s: 0.01 };
+        for late_rows in [-0.5, -0.1, 0.0, 0.3, 0.5] {
+            let is_held = |rows: f64| seen.beside(late_rows).is_in_time(0.01 * (rows - late_rows));
+            assert!(is_held(0.74) && !is_held(0.76), "{late_rows}");
+        }
+    }
+
+    #[test]
     fn truth_a_value_within_tolerance_departs_from_one_that_is_known_exactly() {
         let mut machine = Machine::default();
         machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 0.0));

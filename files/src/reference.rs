@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
+use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
 use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{self, LIBRARY};
@@ -21,7 +21,7 @@ pub fn reference_markdown() -> String {
         2,
         "Machine and scenario",
         "One file may hold both.",
-        &Shape { keys: TOP, choice: None },
+        &Keys { keys: TOP, choice: None },
     );
     for element in ELEMENTS {
         section(&mut text, 3, &format!("`[{}.NAME]`", element.table), element.text, &element.shape);
@@ -275,7 +275,7 @@ a workpiece in space ([arms.md](arms.md)). It has the tables below, and these of
 Lengths and speeds of the tables below are in m and m/s: units in parentheses do not apply. A height
 field rises along its own -x and turns with the workpiece.";
 
-fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
+fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Keys) {
     let _ = write!(text, "\n{} {title}\n\n{about}\n", "#".repeat(level));
     if !shape.keys.is_empty() {
         table(text, shape.keys);
@@ -305,7 +305,7 @@ fn variants(text: &mut String, choice: &Choice) {
 }
 
 /// Tables within the tables of an element.
-fn nested(text: &mut String, shape: &Shape) {
+fn nested(text: &mut String, shape: &Keys) {
     let mut seen = Vec::new();
     for key in shape.all_keys() {
         let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) =
@@ -324,8 +324,8 @@ fn nested(text: &mut String, shape: &Shape) {
 fn inner_table(
     text: &mut String,
     name: &str,
-    shape: &'static Shape,
-    described: &mut Vec<(*const Shape, String)>,
+    shape: &'static Keys,
+    described: &mut Vec<(*const Keys, String)>,
 ) {
     if let Some((_, before)) = described.iter().find(|(known, _)| std::ptr::eq(*known, shape)) {
         let _ = write!(text, "\n`{name}` as a table: as `{before}`.\n");

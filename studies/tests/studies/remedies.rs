@@ -4,7 +4,7 @@
 
 use feeler_analysis::{ControlLoop, View};
 use feeler_files::{Document, with_settings};
-use feeler_studies::why::{Cause, Change, Explanation, explain};
+use feeler_studies::why::{Cause, Counterfactual, Explanation, explain};
 
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
 const APPROACH: &str = r#"
@@ -86,9 +86,10 @@ fn explained(text: &str) -> Explanation {
 fn truth_the_approach_is_slowed_down_as_far_as_it_takes() {
     let found = explained(APPROACH);
     assert_eq!(found.causes, [Cause::LossOfContact], "{}", found.verdict);
-    let slower = found.singles.iter().find(|trial| trial.changes == [Change::SlowerApproach]).unwrap();
+    let slower =
+        found.singles.iter().find(|trial| trial.changes == [Counterfactual::SlowerApproach]).unwrap();
     assert!(slower.cured);
-    let size = found.sizes.iter().find(|size| size.of == Change::SlowerApproach).unwrap();
+    let size = found.sizes.iter().find(|size| size.of == Counterfactual::SlowerApproach).unwrap();
     assert!((1.5..16.1).contains(&size.times), "{size:?}");
     let speed = size.settings.iter().find_map(|set| set.strip_prefix("controllers.f.approach.speed="));
     let speed: f64 = speed.unwrap().parse().unwrap();
@@ -100,8 +101,8 @@ fn truth_the_approach_is_slowed_down_as_far_as_it_takes() {
 #[test]
 fn truth_what_lifts_the_limit_twentyfold_stands_beside_the_verdict() {
     let found = explained(&with_sensor("low_pass = 8.0", 0.0002, 0.6));
-    let named = found.smallest[0] == [Change::NoDelay];
-    let lift = found.lift.as_ref().filter(|lift| lift.change == Change::NoDelay);
+    let named = found.smallest[0] == [Counterfactual::NoDelay];
+    let lift = found.lift.as_ref().filter(|lift| lift.change == Counterfactual::NoDelay);
     assert!(named || lift.is_some_and(|lift| lift.to.is_none_or(|to| to > 20.0 * lift.from)), "{found:?}");
     assert!(found.verdict.contains("no delay"), "{}", found.verdict);
 }

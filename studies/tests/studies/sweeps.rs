@@ -8,20 +8,20 @@ use feeler_analysis::ControlLoop;
 use feeler_files::Setting;
 use feeler_studies::operating_point::contact_view;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{Column, DrawnAxis, Options, Sweep, Table, merge};
+use feeler_studies::sweep::{Column, DrawnAxis, Options, Sweep, SweepTable, merge};
 
 fn file(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join("sweeps").join(name)
 }
 
-fn results(sweep: &Sweep) -> Table {
+fn results(sweep: &Sweep) -> SweepTable {
     let folder = tempfile::tempdir().unwrap();
     let result = sweep.run(folder.path(), Options::default(), &|_| {}).unwrap();
-    Table::read(&result.table.unwrap()).unwrap()
+    SweepTable::read(&result.table.unwrap()).unwrap()
 }
 
 /// Whether a variant comes to rest, or still decays.
-fn rests(table: &Table, row: usize) -> bool {
+fn rests(table: &SweepTable, row: usize) -> bool {
     let text = |column: &str| table.texts(column).unwrap()[row].clone().unwrap_or_default();
     let outcome = text("outcome");
     Outcome::ALL.iter().any(|(known, name)| *name == outcome && known.is_stable())
@@ -30,7 +30,7 @@ fn rests(table: &Table, row: usize) -> bool {
 
 /// For each value of the first axis: the index of the first gain that does not come to rest. With it the
 /// first limit of linear theory, on the scale of this index.
-fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
+fn edges(sweep: &Sweep, table: &SweepTable, rows: &[usize]) -> Vec<(f64, f64)> {
     let axes = DrawnAxis::of(&sweep.file);
     let [across, gain] = &axes[..] else { panic!("two axes") };
     let (sections, gains) = (across.points.unwrap() as usize, gain.points.unwrap() as usize);
@@ -136,7 +136,7 @@ fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
     assert_eq!(refined.runs_of_the_grid(), Some(all.rows as u64));
     assert!(few.rows < all.rows * 2 / 3, "{} of {}", few.rows, all.rows);
     // If two neighbours on the fine grid differ, the refined sweep has both with the same outcomes.
-    let number = |table: &Table, key: &str, row: usize| table.reals(key).unwrap()[row].unwrap();
+    let number = |table: &SweepTable, key: &str, row: usize| table.reals(key).unwrap()[row].unwrap();
     let known = |kp: f64, stiffness: f64| {
         (0..few.rows).find(|&row| {
             (number(&few, "controllers.force.kp", row) / kp - 1.0).abs() < 1e-9

@@ -186,7 +186,7 @@ fn regress_noise_is_told_from_what_it_excites() {
     let slower = found
         .singles
         .iter()
-        .find(|trial| trial.changes == [feeler_studies::why::Change::SlowerApproach])
+        .find(|trial| trial.changes == [feeler_studies::why::Counterfactual::SlowerApproach])
         .unwrap();
     assert!(!slower.cured);
 }

@@ -85,7 +85,6 @@ pub(crate) struct LoopPlant {
 pub(crate) enum Probe {
     /// The controller's output, negated by the convention of negative feedback.
     Law,
-    /// Its reading.
     Reading,
 }
 

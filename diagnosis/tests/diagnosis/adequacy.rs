@@ -11,6 +11,8 @@ use feeler_files::Document;
 use feeler_plant::assembly::Source;
 use feeler_plant::effects::Kind;
 
+use crate::Noise;
+
 const RATE_HZ: f64 = 200.0;
 const DURATION_S: f64 = 20.0;
 /// Steps per row of the machine's own integration.
@@ -34,16 +36,6 @@ kind = "force"
 reads = "carriage.position"
 resolution = 2.0e-5
 "#;
-
-/// Uniform noise of unit deviation, the same on every run.
-struct Noise(u64);
-
-impl Noise {
-    fn draw(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-    }
-}
 
 /// Commands and readings of a carriage that a controller moves along two slow sines against `force(x, v)`,
 /// which is what resists beside damping.

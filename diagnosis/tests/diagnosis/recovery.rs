@@ -13,6 +13,8 @@ use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::description::Engagement;
 use feeler_plant::effects::Kind;
 
+use crate::Noise;
+
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 1200;
 const ENCODER_NOISE_M: f64 = 2e-7;
@@ -66,16 +68,6 @@ noise = 2.0e-7
 
 fn machine(text: &str) -> feeler_plant::description::Machine {
     Document::parse(text, "bench.toml").expect("the text is a machine").scenario.machine
-}
-
-/// Uniform noise of unit deviation, the same on every run.
-struct Noise(u64);
-
-impl Noise {
-    fn draw(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-    }
 }
 
 fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {

@@ -9,7 +9,7 @@ use feeler_files::{
     Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile, followed_by,
 };
 
-const COMPLETE: &str = include_str!("../data/complete.toml");
+use crate::COMPLETE;
 
 #[expect(clippy::unwrap_used, reason = "without its files the test has failed")]
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {

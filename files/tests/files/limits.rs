@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use feeler_files::{DatasetFile, Document, Draft, SweepFile, TEMPLATES};
 use proptest::prelude::*;
 
-const COMPLETE: &str = include_str!("../data/complete.toml");
+use crate::COMPLETE;
 
 /// Largest time of a report. It is a thousand times the usual time, so only a hang fails.
 const HANG: Duration = Duration::from_secs(20);

@@ -7,7 +7,7 @@ use feeler_control::{Law, ReferenceSpec};
 use feeler_files::{Document, Draft};
 use feeler_plant::description::Quantity;
 
-const COMPLETE: &str = include_str!("../data/complete.toml");
+use crate::COMPLETE;
 
 /// Units are powers of ten and their products: a value has an error of a few roundings at most.
 const ROUNDING: f64 = 1e-15;

@@ -7,3 +7,6 @@ mod mistakes;
 mod reports;
 mod schema;
 mod written;
+
+/// A machine with every kind of element.
+const COMPLETE: &str = include_str!("../data/complete.toml");

@@ -5,7 +5,7 @@
 use feeler_engine::{EngineError, Program};
 use feeler_files::{DatasetFile, Document, Draft, FormatError, Located};
 
-const COMPLETE: &str = include_str!("../data/complete.toml");
+use crate::COMPLETE;
 
 fn mistakes(settings: &[&str]) -> Vec<Located> {
     let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();

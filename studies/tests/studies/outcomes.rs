@@ -7,6 +7,8 @@ use std::path::Path;
 use feeler_files::{CellFile, Document, Draft};
 use feeler_studies::run::{Candidate, Outcome, Summary, run_cell};
 
+use crate::why::PLAY;
+
 /// Summary of an axis of 20 kg on a wall of 100 kN/m.
 fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration_s: f64) -> Summary {
     let text = format!(
@@ -199,42 +201,6 @@ anti_windup = "off"
 [run]
 duration = 10.0
 "#;
-    let play = r#"
-[bodies.m]
-mass = 2.0
-[bodies.t]
-mass = 2.0
-[springs.g]
-between = ["ground", "m"]
-damping = 30.0
-[springs.gt]
-between = ["ground", "t"]
-damping = 5.0
-[springs.s]
-between = ["m", "t"]
-stiffness = 200000.0
-damping = 40.0
-[springs.s.effects.backlash]
-width = 0.001
-[actuators.drive]
-on = "m"
-[sensors.p]
-reads = "t.position"
-[sensors.vm]
-reads = "m.velocity"
-[controllers.c]
-law = "position"
-reads = "p"
-motion = "vm"
-drives = "drive"
-period = 0.001
-kp = 1500.0
-ki = 3000.0
-damping = 60.0
-reference = 0.01
-[run]
-duration = 8.0
-"#;
     let outcome = |text: &str| {
         let document = Document::parse(text, "loop.toml").unwrap();
         let summary = feeler_studies::run::run(&document.scenario, &mut |_| {}).unwrap().summary;
@@ -242,9 +208,9 @@ duration = 8.0
         summary.outcome
     };
     assert_eq!(outcome(windup), Outcome::Unstable);
-    assert_eq!(outcome(play), Outcome::LimitCycle);
+    assert_eq!(outcome(PLAY), Outcome::LimitCycle);
     // The second loop settles without free play.
-    assert_eq!(outcome(&play.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
+    assert_eq!(outcome(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
 }
 
 /// Every scenario of an axis has a decided outcome within its own duration.

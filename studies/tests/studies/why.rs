@@ -269,7 +269,7 @@ fn regress_a_sampled_servo_is_explained_as_the_same_loop_of_a_controller() {
 
 /// A load behind 1 mm of free play, positioned by an integrator: it hunts across the play, and without play
 /// it comes to rest. A rigid transmission would cure too, but has no mode that linear theory blames.
-const PLAY: &str = r#"
+pub(crate) const PLAY: &str = r#"
 [bodies.m]
 mass = 2.0
 [bodies.t]

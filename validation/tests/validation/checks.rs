@@ -1,34 +1,25 @@
 //! The checks of the table in the forms that take seconds.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use feeler_validation::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
-use feeler_validation::{Row, ValidationError, claims, closed_forms, convergence, random_machines};
+use feeler_validation::{claims, closed_forms, convergence, random_machines};
 
-fn scenarios() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
-}
-
-fn all_pass(rows: Result<Vec<Row>, ValidationError>) {
-    let rows = rows.unwrap_or_else(|error| panic!("{error}"));
-    assert!(!rows.is_empty());
-    let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
-    assert!(failures.is_empty(), "{failures:#?}");
-}
+use crate::{all_pass, scenarios};
 
 #[test]
 fn truth_closed_forms() {
-    all_pass(closed_forms::closed_form_rows());
+    all_pass(closed_forms::closed_form_rows(), 1);
 }
 
 #[test]
 fn truth_transfer_functions_by_hand() {
-    all_pass(two_route_rows());
+    all_pass(two_route_rows(), 1);
 }
 
 #[test]
 fn reference_claims_of_the_paper() {
-    all_pass(claims::claim_rows());
+    all_pass(claims::claim_rows(), 1);
 }
 
 /// With `FEELER_UPDATE_DOCS=1` the page is written instead.
@@ -42,22 +33,22 @@ fn order_integrators_through_an_impact_and_the_page_that_shows_it() {
     }
     let committed = std::fs::read_to_string(&path).unwrap();
     assert!(committed == text, "docs/convergence.md is stale; run this test with FEELER_UPDATE_DOCS=1");
-    all_pass(Ok(convergence::study_rows(&study)));
+    all_pass(Ok(convergence::study_rows(&study)), 1);
 }
 
 #[test]
 fn prop_random_machines() {
-    all_pass(random_machines::random_machine_rows(500));
+    all_pass(random_machines::random_machine_rows(500), 1);
 }
 
 #[test]
 fn truth_measured_response_of_the_rigid_axis() {
     let (name, axis) = &paper_axes()[1];
-    all_pass(response_rows(name, axis, ResponseEffort::QUICK));
+    all_pass(response_rows(name, axis, ResponseEffort::QUICK), 1);
 }
 
 #[test]
 fn truth_onset_of_instability_of_the_rigid_axis() {
     let (name, axis) = &paper_axes()[0];
-    all_pass([0.0, 0.37, 1.0, 2.5].iter().map(|&delay| onset_row(name, axis, delay, 10.0)).collect());
+    all_pass([0.0, 0.37, 1.0, 2.5].iter().map(|&delay| onset_row(name, axis, delay, 10.0)).collect(), 1);
 }

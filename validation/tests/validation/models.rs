@@ -4,14 +4,8 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use feeler_validation::models::{critical_gain_rows, model_rows};
-use feeler_validation::{Row, ValidationError};
 
-fn all_pass(rows: Result<Vec<Row>, ValidationError>, at_least: usize) {
-    let rows = rows.unwrap_or_else(|error| panic!("{error}"));
-    assert!(rows.len() >= at_least);
-    let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
-    assert!(failures.is_empty(), "{failures:#?}");
-}
+use crate::all_pass;
 
 #[test]
 fn reference_table_of_models() {

@@ -18,11 +18,12 @@ use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowP
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY, Place};
 use proptest::prelude::*;
 
+use crate::COMPLETE;
+
 /// Scenarios that together have every element.
 #[expect(clippy::unwrap_used, reason = "the templates have a test of their own")]
 fn originals() -> Vec<Scenario> {
-    let complete = include_str!("../../data/complete.toml");
-    let texts = TEMPLATES.iter().map(|template| template.text).chain([complete]);
+    let texts = TEMPLATES.iter().map(|template| template.text).chain([COMPLETE]);
     let scenarios = texts.map(|text| Document::parse(text, "original.toml").unwrap().scenario);
     scenarios.filter(|scenario| !scenario.machine.contacts.is_empty()).collect()
 }
@@ -266,8 +267,7 @@ fn prop_every_effect_is_read_as_it_was_written() {
 #[test]
 fn truth_tolerances_are_written_with_the_document() {
     let text = format!(
-        "{}\n[tolerance]\n\"bodies.motor.mass\" = 0.05\n\"springs.guide.stiffness\" = \"10 %\"\n",
-        include_str!("../../data/complete.toml")
+        "{COMPLETE}\n[tolerance]\n\"bodies.motor.mass\" = 0.05\n\"springs.guide.stiffness\" = \"10 %\"\n"
     );
     let document = Document::parse(&text, "document.toml").unwrap();
     let again = Document::parse(&document.to_toml(), "again.toml").unwrap();
@@ -314,7 +314,7 @@ fn truth_every_kind_of_actuator_is_read_as_it_was_written() {
 
 #[test]
 fn truth_a_moving_gap_is_written_out() {
-    let text = include_str!("../../data/complete.toml").replacen(
+    let text = COMPLETE.replacen(
         "[contacts.tool]",
         "[contacts.tool.profile]\noffset = [[0.0, 0.0], [0.25, 1e-3], [0.7, \"0.3 mm\"]]\n[contacts.tool]",
         1,

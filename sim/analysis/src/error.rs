@@ -11,7 +11,7 @@ use thiserror::Error;
 /// The reason why an analysis has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum AnalysisError {
     /// The machine or its wiring has mistakes.
     #[error(transparent)]

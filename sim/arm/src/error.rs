@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ArmError {
     /// The text is no XML.
     #[error("the URDF is not XML: {what}")]

@@ -8,7 +8,7 @@ use feeler_problem::{Remedy, short};
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ControlError {
     /// The number of specs is not the number of lanes.
     #[error("{lanes} lanes need {lanes} controllers, not {given}")]

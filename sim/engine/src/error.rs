@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Why a scenario cannot be prepared.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EngineError {
     /// The machine or its wiring has mistakes.
     #[error("{}", in_lines(.problems))]

@@ -8,7 +8,7 @@ use thiserror::Error;
 /// Why a contact's geometry cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum GeometryError {
     /// A length, radius or other number of a shape is out of range.
     #[error("{what} is {value}")]

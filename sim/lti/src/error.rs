@@ -7,7 +7,7 @@ use feeler_problem::Remedy;
 /// The error of every fallible function of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum LtiError {
     /// A matrix has the wrong number of rows or columns.
     #[error("{matrix} is {found_rows} x {found_columns}, but {expected_rows} x {expected_columns} is needed")]

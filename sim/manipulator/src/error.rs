@@ -12,7 +12,7 @@ use thiserror::Error;
 /// Why a cell cannot be simulated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ManipulatorError {
     /// The arm or its pose.
     #[error(transparent)]

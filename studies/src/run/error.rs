@@ -14,7 +14,7 @@ use crate::unwritable::unwritable;
 /// Why a run, or writing it, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum RunError {
     /// The scenario cannot be run.
     #[error(transparent)]

@@ -14,7 +14,7 @@ use feeler_files::FormatError;
 /// Why a sweep, or the assembly of its results, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum SweepError {
     /// The sweep file or its scenario has mistakes.
     #[error(transparent)]

@@ -10,7 +10,7 @@ use super::{HostKind, Kind};
 /// Why an effect cannot be applied to its element.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(missing_docs, reason = "the message of an error says what its fields are")]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EffectError {
     /// The element has the wrong kind for the effect.
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]

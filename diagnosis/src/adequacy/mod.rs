@@ -54,7 +54,7 @@ impl Condition {
 /// One reason why an answer is not called explained.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shortfall {
-    /// The condition.
+    /// Which condition is not met.
     pub condition: Condition,
     /// What was found, in words.
     pub what: String,

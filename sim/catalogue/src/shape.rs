@@ -225,7 +225,7 @@ pub struct Choice {
 /// One word of a [`Choice`].
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
-    /// The word.
+    /// Its word in files.
     pub name: &'static str,
     /// What it means.
     pub text: &'static str,

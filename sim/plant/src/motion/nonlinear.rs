@@ -69,7 +69,7 @@ pub enum NonlinearLaw {
 /// A nonlinear term of the machine. Its arguments are rows of the [`super::Equations`] in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearTerm {
-    /// The law.
+    /// What it computes from its arguments.
     pub law: NonlinearLaw,
 }
 

@@ -15,7 +15,7 @@
 use std::path::Path;
 
 use feeler_sim::analysis::{ControlLoop, View};
-use feeler_sim::studies::sweep::{Options, Sweep, Table};
+use feeler_sim::studies::sweep::{Options, Sweep, SweepTable};
 
 const GAIN: &str = "controllers.force.kp";
 
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // file, the same to the last bit however many threads there are.
     let folder = std::env::temp_dir().join(format!("feeler-sweep-{}", std::process::id()));
     let result = sweep.run(&folder, Options::default(), &|_| {})?;
-    let table = Table::read(result.table.as_deref().ok_or("no table was written")?)?;
+    let table = SweepTable::read(result.table.as_deref().ok_or("no table was written")?)?;
     std::fs::remove_dir_all(&folder)?;
 
     // Where outcomes change from one gain to the next.

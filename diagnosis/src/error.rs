@@ -14,6 +14,7 @@ use crate::dataset::fault::Fault;
 /// The reason why a diagnosis is impossible.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum DiagnosisError {
     /// The dataset file, or the machine file that it names, has mistakes.
     #[error(transparent)]
@@ -23,14 +24,7 @@ pub enum DiagnosisError {
     Log(LogError),
     /// A file that cannot be an experiment of a dataset.
     #[error("{}: {reason}", .file.display())]
-    Unreadable {
-        /// The file.
-        file: PathBuf,
-        /// The problem.
-        reason: String,
-        /// The remedy.
-        remedy: &'static str,
-    },
+    Unreadable { file: PathBuf, reason: String, remedy: &'static str },
     /// The log has no such joint.
     #[error("no joint `{joint}` has both a target and a position; {known} have")]
     NoJoint {
@@ -54,13 +48,10 @@ pub enum DiagnosisError {
     /// A column names a signal that the replayed machine does not have.
     #[error("column `{column}` is `{signal}`, which this machine lacks: {reason}")]
     Signal {
-        /// The column.
         column: String,
-        /// Its signal.
         signal: String,
         /// Why the signal does not exist.
         reason: String,
-        /// The remedy.
         remedy: String,
     },
     /// No experiments are left to fit, or to check.

@@ -212,7 +212,7 @@ pub struct Cell {
 pub struct PortraitPoint {
     /// Position of the first drive's body relative to the body that it reacts on.
     pub position_m: f64,
-    /// Its speed.
+    /// Speed there, m/s.
     pub velocity_m_per_s: f64,
     /// Drive force.
     pub drive_n: f64,

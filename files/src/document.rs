@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_catalogue::Shape;
+use feeler_catalogue::Keys;
 use feeler_engine::Scenario;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{Machine, Site};
@@ -187,7 +187,7 @@ fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
 
 /// Keys at the top; element tables, `[run]` and `[tolerance]` are read elsewhere.
 fn top_fields(draft: &Draft, problems: &mut Problems) -> feeler_catalogue::Contents {
-    static SHAPE: Shape = Shape { keys: TOP, choice: None };
+    static SHAPE: Keys = Keys { keys: TOP, choice: None };
     let mut tables: Vec<&str> = ELEMENTS.iter().map(|element| element.table).collect();
     tables.extend(["run", TOLERANCE]);
     let at = Origin { source: draft.main, span: 0..0 };

@@ -2,9 +2,7 @@
 
 mod values;
 
-use feeler_catalogue::{
-    Absent, Bound, Choice, Content, Contents, Dimension, Key, Kind, Shape, Unit, Variant,
-};
+use feeler_catalogue::{Absent, Bound, Choice, Content, Contents, Dimension, Key, Keys, Kind, Unit, Variant};
 use feeler_plant::names::{did_you_mean, list, nearest};
 
 use super::problem::Problems;
@@ -52,7 +50,7 @@ impl Reader<'_> {
     /// The fields of `table`, which is at `at` under `path`. Keys in `besides` are ignored.
     pub(crate) fn fields(
         &mut self,
-        shape: &'static Shape,
+        shape: &'static Keys,
         besides: &[&str],
         table: &Table,
         at: &Origin,
@@ -137,7 +135,7 @@ impl Reader<'_> {
     /// Records the keys that do not exist, and returns those that they may stand for.
     fn unknown(
         &mut self,
-        shape: &'static Shape,
+        shape: &'static Keys,
         keys: &[&'static Key],
         besides: &[&str],
         table: &Table,

@@ -1,8 +1,10 @@
 //! The manual of the file formats, generated from the declarations.
 
+mod prose;
+
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
+use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
 use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{self, LIBRARY};
@@ -12,6 +14,7 @@ use super::keys::{
     ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SWEEP,
     TOLERANCE_TEXT, TOP,
 };
+use prose::{CELL_TEXT, DISCRETE, EFFECTS_INTRODUCTION, INTRODUCTION};
 
 /// The reference as Markdown; `docs/format.md` is this text.
 pub fn reference_markdown() -> String {
@@ -21,7 +24,7 @@ pub fn reference_markdown() -> String {
         2,
         "Machine and scenario",
         "One file may hold both.",
-        &Shape { keys: TOP, choice: None },
+        &Keys { keys: TOP, choice: None },
     );
     for element in ELEMENTS {
         section(&mut text, 3, &format!("`[{}.NAME]`", element.table), element.text, &element.shape);
@@ -112,23 +115,6 @@ pub fn effects_markdown() -> String {
     wrapped(&text)
 }
 
-const EFFECTS_INTRODUCTION: &str = "\
-# Effects
-
-```console
-feeler effects
-feeler effects EXAMPLE
-feeler run scenarios/effects/EXAMPLE.toml --out out/friction
-```
-
-An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
-is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
-and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
-
-Each drawing shows the law of an effect in outline, without numbers. The solid line is the machine
-with the effect, the dashed line the machine without it.
-";
-
 /// The text with its paragraphs and lists wrapped at `COLUMNS`.
 fn wrapped(text: &str) -> String {
     let mut all = String::new();
@@ -181,101 +167,7 @@ fn fill(all: &mut String, paragraph: &mut String) {
 /// Width of the page outside tables.
 const COLUMNS: usize = 98;
 
-const INTRODUCTION: &str = "\
-# File keys and effects
-
-```console
-feeler check scenarios/chatter/sustained.toml
-feeler run scenarios/chatter/sustained.toml --out out/sustained
-```
-
-![What a file of these keys makes](images/sustained.png)
-
-This page is generated from the declarations that the parser reads; a test compares both. A machine
-file in full is in the [tutorial](tutorials/tune.md#the-machine). Words: [glossary](glossary.md).
-
-Files are TOML. A plain number is SI. A text has a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`,
-`\"12 N s/m\"`, `\"1 kHz\"`, `\"2 deg\"`, `\"10 %\"`.
-
-- Units are products of g, m, s, min, Hz, N, J, W, A, V, ohm, H, rad, deg, rpm with the
-  prefixes n, u, m, c, k, M, G.
-- Factors are separated by a space, `*` or `·`. Powers are written `m2` or `m^2`.
-- There is at most one `/`. A denominator of several factors stands in parentheses.
-- If two units are given below, the one in parentheses is for a rotational axis.
-
-In the tables, the bounds of a number stand beside its unit. A dash in the column `default` means:
-absent unless given.
-
-## Signals
-
-A signal is named `element.quantity`, as in `motor.position`.
-
-| element | quantities |
-|---|---|
-| body | `position`, `velocity`, `acceleration` |
-| contact | `force` (in total), `spring_force` (its elastic part), `compression`, `contact` (1 or 0) |
-| contact | `gap` (distance along the axis, negative under compression), `gap_rate` |
-| its `surface` | `point_x`, `point_y`, `point_z`: where the tip meets the workpiece along the axis |
-| its `surface` | `normal_x`, `normal_y`, `normal_z`: unit vector there, from tip into workpiece |
-| spring | `force`, `spring_force` |
-| actuator | `command`, `force` |
-| sensor | `reading` |
-| controller | `output`, `reference` |
-
-Points and normals are in the frame in which `surface` places the shapes.
-";
-
-/// The discrete PID, motion signals and filters of `sim/control/src`.
-const DISCRETE: &str = "
-### How a controller is discretised
-
-A controller runs once per `period` T. Its output is held until the next sample. `[n]` is the value
-at sample n.
-
-| part | on paper | as it runs |
-|---|---|---|
-| integral | `ki / s` | `i[n] = i[n-1] + ki T e[n]`: the error of this sample is part of it |
-| derivative | `kd s / (tau s + 1)`, tau = `derivative_filter` \
-| `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`, times `kd` (backward Euler) |
-| velocity of a position sensor | `s / (tau s + 1)`, tau = `velocity_filter` \
-| `v[n] = (tau v[n-1] + x[n] - x[n-1]) / (tau + T)`; 0 at the first sample |
-| position of a velocity sensor | `1 / s` | `x[n] = x[n-1] + T (v[n] + v[n-1]) / 2`; 0 at the first sample |
-| `low_pass` of a controller, first order | `1 / (1 + s / w)` \
-| bilinear transform, prewarped at the corner: -3 dB exactly there |
-| `low_pass` of a controller, second order | `w^2 / (s^2 + 2 zeta w s + w^2)` \
-| bilinear transform, prewarped at the natural frequency |
-| `notch` | `(s^2 + 2 d zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)`, `d` its depth \
-| bilinear transform, prewarped at its frequency: its depth exactly there |
-| `lead` | `(1 + s / w_z) / (1 + s / w_p)` \
-| bilinear transform `s = (2 / T) (1 - z^-1) / (1 + z^-1)`, not prewarped: \
-the gain at half the sampling rate is exactly pole over zero |
-
-The `low_pass` of a sensor is analogue: it is part of the machine and integrated with it. The
-integral and the derivative begin at zero, at the first sample and at the first one after an
-approach. A filter begins at its steady state for the present input.
-";
-
-/// The words in capitals stand for lists of effects.
-const CELL_TEXT: &str = "\
-With `arm = ...` in a machine file, `feeler run` simulates the whole arm, with flexible joints, against
-a workpiece in space ([arms.md](arms.md)). It has the tables below, and these of an axis:
-
-- `[contacts.NAME]`, exactly one: the law between tip and workpiece, which only pushes. It takes no
-  `between`, `engagement`, `surface` or `profile`. `gap` moves the surface farther away. Effects:
-  CONTACT-EFFECTS.
-- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a wrist sensor measures
-  against the normal. It may have every effect of a force sensor except SENSOR-EXCEPTIONS.
-- `[sensors.NAME]` that read `motor.position` or `motor.velocity`: the tool's travel along the normal
-  from its start, or its rate, from the joints' encoders. One of these, `encoder`, always exists.
-- `[controllers.NAME]`, exactly one, without `drives`. Its output is a force along the normal, which
-  the transposed Jacobian turns into joint torques.
-- `[run]`: `duration`, `step` (the longest step; by default from the fastest mode), `seed`, and
-  `record_rate` (1 kHz by default).
-
-Lengths and speeds of the tables below are in m and m/s: units in parentheses do not apply. A height
-field rises along its own -x and turns with the workpiece.";
-
-fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
+fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Keys) {
     let _ = write!(text, "\n{} {title}\n\n{about}\n", "#".repeat(level));
     if !shape.keys.is_empty() {
         table(text, shape.keys);
@@ -305,7 +197,7 @@ fn variants(text: &mut String, choice: &Choice) {
 }
 
 /// Tables within the tables of an element.
-fn nested(text: &mut String, shape: &Shape) {
+fn nested(text: &mut String, shape: &Keys) {
     let mut seen = Vec::new();
     for key in shape.all_keys() {
         let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) =
@@ -324,8 +216,8 @@ fn nested(text: &mut String, shape: &Shape) {
 fn inner_table(
     text: &mut String,
     name: &str,
-    shape: &'static Shape,
-    described: &mut Vec<(*const Shape, String)>,
+    shape: &'static Keys,
+    described: &mut Vec<(*const Keys, String)>,
 ) {
     if let Some((_, before)) = described.iter().find(|(known, _)| std::ptr::eq(*known, shape)) {
         let _ = write!(text, "\n`{name}` as a table: as `{before}`.\n");

@@ -3,7 +3,7 @@
 mod shared;
 
 use crate::keys::Element;
-use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
+use feeler_catalogue::{Absent, Bound, Key, Keys, Kind, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{self, Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
@@ -178,7 +178,7 @@ fn of_element(element: &Element, part: Part) -> Value {
 
 /// Any keys of a table. Their content depends on the variant, which may be in the other file. The content of
 /// any variant is therefore valid.
-fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
+fn changes_of(shape: &Keys, besides: Map<String, Value>) -> Value {
     let mut admitted = besides;
     for key in shape.all_keys() {
         if admitted.contains_key(key.name) {
@@ -211,7 +211,7 @@ fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
 }
 
 /// The meaning of a key in each variant that has it.
-fn texts(shape: &Shape, name: &str) -> String {
+fn texts(shape: &Keys, name: &str) -> String {
     let mut texts: Vec<&str> = Vec::new();
     for key in shape.all_keys().filter(|key| key.name == name) {
         if !texts.contains(&key.text) {
@@ -244,7 +244,7 @@ fn of_effect(definition: &Definition, part: Part) -> Value {
 }
 
 /// A table: one object, or one for each variant.
-fn of_shape(shape: &Shape, besides: &Map<String, Value>) -> Value {
+fn of_shape(shape: &Keys, besides: &Map<String, Value>) -> Value {
     let object = |variant: Option<(&str, &Variant, bool)>| {
         let mut properties = properties(shape.keys);
         let mut required = required(shape.keys);
@@ -315,7 +315,7 @@ fn of_key(key: &Key) -> Value {
 }
 
 fn of_kind(kind: Kind) -> Value {
-    let nested = |shape: &Shape| of_shape(shape, &Map::new());
+    let nested = |shape: &Keys| of_shape(shape, &Map::new());
     let signal = json!({ "type": "string", "pattern": "^.+\\.[a-z_]+$" });
     match kind {
         Kind::Quantity(unit, bound) => of_quantity(unit, bound),

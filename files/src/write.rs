@@ -6,7 +6,7 @@ mod machine;
 
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Content, Contents, Record, Shape};
+use feeler_catalogue::{Content, Contents, Keys, Record};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_plant::description::{Axis, Machine};
 use feeler_plant::effects::EffectUse;
@@ -88,7 +88,7 @@ fn inline(content: &Content) -> String {
 }
 
 /// A table of a shape on one line: the key of its form comes first.
-fn inline_of(shape: &Shape, table: &Contents) -> String {
+fn inline_of(shape: &Keys, table: &Contents) -> String {
     let form = shape.choice.as_ref().map(|choice| choice.key).zip(table.variant);
     inline_table(form, table)
 }

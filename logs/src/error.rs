@@ -48,11 +48,11 @@ impl fmt::Display for LogPlace {
 /// Why a log cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum LogError {
     /// The file cannot be opened.
     #[error("{}: {source}", .file.display())]
     Open {
-        /// The file.
         file: PathBuf,
         /// The answer of the system.
         source: std::io::Error,
@@ -60,9 +60,7 @@ pub enum LogError {
     /// The file is not a log, or a log of an unsupported kind.
     #[error("{}: {what}", .file.display())]
     OtherSort {
-        /// The file.
         file: PathBuf,
-        /// What it is.
         what: String,
         /// What to do.
         remedy: Cow<'static, str>,
@@ -70,11 +68,9 @@ pub enum LogError {
     /// The file ends early, or its bytes violate its format.
     #[error("{}: {place}: {what}", .file.display())]
     Damaged {
-        /// The file.
         file: PathBuf,
         /// Where.
         place: LogPlace,
-        /// What is wrong.
         what: String,
         /// What to do.
         remedy: &'static str,
@@ -82,9 +78,7 @@ pub enum LogError {
     /// A requested column does not exist.
     #[error("{}: there is no column `{name}`", .file.display())]
     NoColumn {
-        /// The file.
         file: PathBuf,
-        /// The name.
         name: String,
         /// A similar column, or the columns of the file.
         remedy: String,

@@ -20,7 +20,7 @@ pub struct Run {
 pub struct Table {
     /// Topic, or name of the file without its suffix; empty if the run has one table without a name.
     pub name: String,
-    /// The file.
+    /// The file that holds it.
     pub file: PathBuf,
     /// The source of the times; `None` if the table has no clock.
     pub clock: Option<Clock>,

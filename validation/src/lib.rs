@@ -1,10 +1,10 @@
 //! The simulation compared with closed forms, independent numbers, and the paper's claims.
 //!
-//! [`validate`] makes every check and returns a [`Table`]. The modules contain the checks: [`truths`] the
-//! closed forms, [`paper`] the paper's machines and the independent table of their numbers. [`files`] has
-//! those machines from their scenario files, [`experiments`] measured responses and onsets. [`engines`] has
-//! both engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the paper's
-//! measured landmarks. [`figures`] draws the paper's figures.
+//! [`validate`] makes every check and returns a [`CheckTable`]. The modules contain the checks: [`truths`]
+//! the closed forms, [`paper`] the paper's machines and the independent table of their numbers. [`files`]
+//! has those machines from their scenario files, [`experiments`] measured responses and onsets. [`engines`]
+//! has both engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the
+//! paper's measured landmarks. [`figures`] draws the paper's figures.
 
 pub mod claims;
 pub mod closed_forms;
@@ -25,5 +25,5 @@ pub mod truths;
 mod validate;
 
 pub use error::ValidationError;
-pub use table::{Row, RowKind, Table};
+pub use table::{CheckTable, Row, RowKind};
 pub use validate::{ONSET_DELAYS, Options, validate};

@@ -108,12 +108,12 @@ impl Row {
 
 /// All rows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Table {
+pub struct CheckTable {
     /// The rows, in the order in which they were checked.
     pub rows: Vec<Row>,
 }
 
-impl Table {
+impl CheckTable {
     /// Whether every row passed.
     pub fn passed(&self) -> bool {
         self.rows.iter().all(|row| row.pass)

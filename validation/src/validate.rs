@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::ValidationError;
 use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
-use crate::table::{Row, Table};
+use crate::table::{CheckTable, Row};
 use crate::{claims, closed_forms, convergence, engines, files, landmarks, models, random_machines};
 
 /// Delays of the simulated onsets of instability, in samples.
@@ -26,8 +26,8 @@ pub struct Options {
 ///
 /// # Errors
 /// [`ValidationError`] if a check cannot be made.
-pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Table, ValidationError> {
-    let mut table = Table::default();
+pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<CheckTable, ValidationError> {
+    let mut table = CheckTable::default();
     let mut group =
         |name: &str, rows: &dyn Fn() -> Result<Vec<Row>, ValidationError>| -> Result<(), ValidationError> {
             progress(name);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_problem::Remedy;
 use feeler_validation::convergence::{convergence, default_steps_s, markdown};
-use feeler_validation::{Options, Row, RowKind, Table, ValidationError, validate};
+use feeler_validation::{CheckTable, Options, Row, RowKind, ValidationError, validate};
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::numbers::{count, plain, to_tolerance};
@@ -70,7 +70,7 @@ fn all(arguments: &Validate) -> crate::Result<()> {
     if found.passed() { Ok(()) } else { Err(Failure::CheckFailed) }
 }
 
-fn text(found: &Table) -> String {
+fn text(found: &CheckTable) -> String {
     let row = |row: &Row| {
         let verdict = if row.pass { "pass" } else { "FAIL" };
         let [expected, got, difference, tolerance] = words(row);

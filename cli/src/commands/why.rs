@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use feeler_files::{Document, Draft, with_settings};
-use feeler_studies::why::{Change, Explanation, explain};
+use feeler_studies::why::{Counterfactual, Explanation, explain};
 
 use crate::arguments::Why;
 use crate::pages::why::{others, remedy_rows, setting_rows, trial_rows, untried};
@@ -22,7 +22,7 @@ const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
-    let expected = (Change::ALL.len() + 1) as f64;
+    let expected = (Counterfactual::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {
         if let Ok(mut progress) = progress.lock() {
             // Pairs and triples, if needed, are additional.

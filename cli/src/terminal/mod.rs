@@ -72,9 +72,12 @@ pub(crate) fn write_all(folder: &Path, files: &[(impl AsRef<str>, String)]) -> c
 /// Writes a file completely or not at all, so that several processes may write the same one. An existing
 /// `path` is replaced.
 pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
-    let told = |error| BadInput::unwritable(path, &error);
-    write_whole(path, &told, |mut file| {
-        file.write_all(content).map_err(told)?;
+    replace(path, content).map_err(|error| BadInput::unwritable(path, &error))
+}
+
+fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    write_whole(path, &|error| error, |mut file| {
+        file.write_all(content)?;
         Ok(file)
     })
 }
@@ -97,10 +100,7 @@ pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
     };
     copy.write_all(&fs::read(path)?)?;
     copy.sync_all()?;
-    write_whole(path, &|error| error, |mut file| {
-        file.write_all(text.as_bytes())?;
-        Ok(file)
-    })?;
+    replace(path, text.as_bytes())?;
     Ok(name(number))
 }
 

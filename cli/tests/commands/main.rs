@@ -1,33 +1,20 @@
-//! The binary as its users see it: its output, its files, and its exit codes.
+//! The binary as its users see it: its output, its files, its exit codes, and its book.
+#![cfg(test)]
 
-#[cfg(test)]
 mod arm;
-#[cfg(test)]
 mod bench;
-#[cfg(test)]
+mod book;
 mod check;
-#[cfg(test)]
 mod diagnose;
-#[cfg(test)]
 mod frf;
-#[cfg(test)]
 mod live;
-#[cfg(test)]
 mod print;
-#[cfg(test)]
 mod records;
-#[cfg(test)]
 mod reduce;
-#[cfg(test)]
 mod run;
-#[cfg(test)]
 #[cfg(target_os = "linux")]
 mod slurm;
-#[cfg(test)]
 mod sweep;
-#[cfg(test)]
 mod theory;
-#[cfg(test)]
 mod tune;
-#[cfg(test)]
 mod why;

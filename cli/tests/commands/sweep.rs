@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::cargo::cargo_bin;
-use feeler_studies::sweep::Table;
+use feeler_studies::sweep::SweepTable;
 
 use crate::bench::{Bench, DONE, exists};
 
@@ -178,7 +178,7 @@ fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_g
         .feeler(&[&["run", "chatter.toml", "--as-sweep", "--json", "--out", "run"], &settings[..]].concat());
     assert_eq!(said.code, DONE, "{}", said.err);
     let summary: serde_json::Value = serde_json::from_str(&said.out).unwrap();
-    let table = Table::read(&bench.path("one/sweep.parquet")).unwrap();
+    let table = SweepTable::read(&bench.path("one/sweep.parquet")).unwrap();
     let of_row = |column: &str| table.reals(column).unwrap()[1];
     assert_eq!(summary["outcome"], "chatter");
     assert_eq!(summary["peak_force_n"].as_f64(), of_row("peak_force_n"));

@@ -19,7 +19,7 @@ pub(crate) use assess::{Sizes, assess};
 pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;
 pub use horizons::Horizon;
-pub use residual::Trace;
+pub use residual::ResidualTrace;
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -56,7 +56,7 @@ impl Condition {
 /// One reason why an answer is not called explained.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shortfall {
-    /// The condition.
+    /// Which condition is not met.
     pub condition: Condition,
     /// What was found, in words.
     pub what: String,
@@ -72,7 +72,7 @@ pub struct Adequacy {
     /// Root mean square of the drive's force on the check experiments, N (or N m).
     pub drive_force_n: f64,
     /// The quantities on which the force depends that is still missing on the check experiments.
-    pub residual: Vec<Trace>,
+    pub residual: Vec<ResidualTrace>,
     /// Why the answer is not better; empty where all conditions hold.
     pub shortfalls: Vec<Shortfall>,
     /// Where a smooth force that no cause makes acts, if one would balance clearly more.

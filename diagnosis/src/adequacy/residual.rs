@@ -37,7 +37,7 @@ const STANDARD_ERRORS: f64 = 3.0;
 
 /// The part of the missing force that correlates with one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Trace {
+pub struct ResidualTrace {
     /// `command`, `position`, `direction`, `speed`, `time`, `one frequency` or `reversals`. A load, friction,
     /// damping or gain that drifts correlates with `time`.
     pub goes_with: &'static str,
@@ -52,7 +52,7 @@ pub struct Trace {
 /// Structure of the missing force, with the size of the drive force.
 pub(super) struct Residual {
     pub(super) drive_force_n: f64,
-    pub(super) traces: Vec<Trace>,
+    pub(super) traces: Vec<ResidualTrace>,
 }
 
 /// Averages over a short span of one record.
@@ -91,13 +91,13 @@ impl Residual {
 
     /// Describes structure that matters. `refitted` is the force missing after calibration.
     pub(super) fn shortfalls(&self, refitted: f64, criteria: &Criteria) -> Vec<String> {
-        let matters = |trace: &&Trace| {
+        let matters = |trace: &&ResidualTrace| {
             let over_drive = trace.rms_n / self.drive_force_n;
             let is_most = trace.rms_n > criteria.most_of_missing_force * refitted;
             trace.share > trace.chance
                 && (over_drive > criteria.most_structure || (over_drive > criteria.some_structure && is_most))
         };
-        let say = |trace: &Trace| {
+        let say = |trace: &ResidualTrace| {
             format!(
                 "a force of {} of the drive's that correlates with {} remains",
                 share(trace.rms_n / self.drive_force_n),
@@ -133,7 +133,7 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
 type Group<'a> = (&'static str, Vec<Vec<f64>>, &'a [Vec<f64>]);
 
 /// Regressions of the missing force, against the same regressions with the force shifted within records.
-fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<Trace> {
+fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<ResidualTrace> {
     let column = |of: &dyn Fn(&Point) -> f64| all.iter().map(of).collect::<Vec<f64>>();
     let fast = all.iter().map(|p| p.speed.abs()).fold(1e-300, f64::max);
     let at = scaled(all, |p| p.position);
@@ -171,7 +171,7 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
             let by_chance: Vec<f64> = shifted.iter().map(|missing| explained(&columns, missing)).collect();
             let chance = by_chance.iter().copied().fold(0.0, f64::max);
             let usual = by_chance.iter().sum::<f64>() / by_chance.len().max(1) as f64;
-            Trace { goes_with, rms_n: rms * (share - usual).max(0.0).sqrt(), share, chance }
+            ResidualTrace { goes_with, rms_n: rms * (share - usual).max(0.0).sqrt(), share, chance }
         })
         .collect()
 }
@@ -186,8 +186,8 @@ fn scaled(all: &[Point], of: fn(&Point) -> f64) -> impl Fn(&Point) -> f64 {
 
 /// The strongest line in the spectra of the records, relative to the level of its neighbours. Chance is the
 /// strongest of as many lines of noise (Fisher's test at one in a hundred).
-fn frequency(records: &[Vec<Point>], rms: f64) -> Trace {
-    let mut best = Trace { goes_with: "one frequency", rms_n: 0.0, share: 0.0, chance: 1.0 };
+fn frequency(records: &[Vec<Point>], rms: f64) -> ResidualTrace {
+    let mut best = ResidualTrace { goes_with: "one frequency", rms_n: 0.0, share: 0.0, chance: 1.0 };
     let energy: f64 = records.iter().flatten().map(|p| p.missing.powi(2)).sum();
     for points in records.iter().filter(|points| points.len() >= FEWEST_POINTS) {
         let series: Vec<f64> = points.iter().take(MOST_LINES).map(|p| p.missing).collect();
@@ -208,7 +208,7 @@ fn frequency(records: &[Vec<Point>], rms: f64) -> Trace {
             let share = own * line / total.max(f64::MIN_POSITIVE);
             if beyond > 0.0 && share > best.share {
                 let rms_n = rms * (own * beyond / total).sqrt();
-                best = Trace { rms_n, share, chance: own * critical, ..best };
+                best = ResidualTrace { rms_n, share, chance: own * critical, ..best };
             }
         }
     }
@@ -234,7 +234,7 @@ fn periodogram(series: &[f64]) -> Vec<f64> {
 }
 
 /// Mean jump of the missing force over all reversals of the motion.
-fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
+fn reversals(records: &[Vec<Point>], rms: f64) -> Option<ResidualTrace> {
     let jump = |window: &[Point]| {
         let (before, after) = window.split_at(BESIDE);
         let keeps = |side: &[Point]| side.iter().all(|p| p.speed.signum() == side[0].speed.signum());
@@ -254,7 +254,7 @@ fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
     let by_chance = STANDARD_ERRORS * deviation / n.sqrt();
     // A jump between opposite levels has a root mean square of half its height.
     let over = |jump: f64| (0.5 * jump / rms.max(f64::MIN_POSITIVE)).powi(2);
-    Some(Trace {
+    Some(ResidualTrace {
         goes_with: "reversals",
         rms_n: 0.5 * (mean.abs() - by_chance).max(0.0),
         share: over(mean),

@@ -193,7 +193,7 @@ pub struct Dataset {
     pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
-    /// The experiments.
+    /// One for each experiment.
     pub records: Vec<Record>,
     /// Assumptions and remarks from reading.
     pub warnings: Vec<Fault>,

@@ -25,7 +25,6 @@ const LESS_DAMPING: f64 = 8.0;
 /// A trial effect under an element.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tried {
-    /// The element.
     pub site: Site,
     /// The effect with its start values.
     pub effect: EffectUse,

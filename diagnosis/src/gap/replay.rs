@@ -15,7 +15,7 @@ pub const WINDOW_S: f64 = 0.05;
 /// Error of a prediction of one column.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnError {
-    /// The column.
+    /// Its name in the dataset.
     pub column: String,
     /// Root mean square of its variation over the experiment, signal units.
     pub scale: f64,

@@ -6,7 +6,7 @@ mod axis;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
-use feeler_catalogue::{Contents, Record};
+use feeler_catalogue::{Contents, Keys, Record};
 use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use feeler_problem::Remedy;
@@ -25,7 +25,6 @@ use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value, locate};
 use arm_parts::ArmParts;
-use feeler_catalogue::Shape as Keys;
 
 /// Default rate of the record, Hz.
 const RECORD_RATE_HZ: f64 = 1e3;

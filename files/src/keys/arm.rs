@@ -1,7 +1,7 @@
 //! Arm files.
 
 use feeler_arm::JointDrive;
-use feeler_catalogue::{Key, Kind, Record, Shape, keys, optional, required};
+use feeler_catalogue::{Key, Keys, Kind, Record, keys, optional, required};
 
 pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the URDF's if absent");
 pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is");
@@ -10,7 +10,7 @@ pub(crate) const TOOL: Key =
     optional("tool", Kind::Text, "link whose frame is the tool's; if absent, the last link without a child");
 
 /// The top of an arm file; `[joints.*]` are tables of their own.
-pub(crate) static ARM: Shape = Shape { keys: &[NAME, ABOUT, URDF, TOOL], choice: None };
+pub(crate) static ARM: Keys = Keys { keys: &[NAME, ABOUT, URDF, TOOL], choice: None };
 
 /// `[joints.*]`
-pub(crate) static JOINT: Shape = Shape { keys: keys!(JointDrive::FIELDS), choice: None };
+pub(crate) static JOINT: Keys = Keys { keys: keys!(JointDrive::FIELDS), choice: None };

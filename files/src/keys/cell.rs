@@ -1,6 +1,6 @@
 //! Scenarios of a whole arm.
 
-use feeler_catalogue::{Bound, Dimension, Key, Kind, Record, Shape, Unit, keys, number, optional, required};
+use feeler_catalogue::{Bound, Dimension, Key, Keys, Kind, Record, Unit, keys, number, optional, required};
 use feeler_geometry::Placement;
 use feeler_manipulator::Hold;
 
@@ -22,7 +22,7 @@ const BUILDS_ON: Key =
     Key { text: "a base file of this kind, relative to this one; keys here replace its keys", ..BASE };
 
 /// The top of such a file.
-pub(crate) static CELL: Shape = Shape { keys: &[NAME, ABOUT, ARM_FILE, TOOL, BUILDS_ON], choice: None };
+pub(crate) static CELL: Keys = Keys { keys: &[NAME, ABOUT, ARM_FILE, TOOL, BUILDS_ON], choice: None };
 
 pub(crate) const POSE: Key = optional(
     "pose",
@@ -45,16 +45,16 @@ pub(crate) const SPEED: Key =
     number("speed", Unit::Of(Dimension::VELOCITY), Bound::Any, 0.0, "of the tool along the normal");
 
 /// `[start]`
-pub(crate) static START: Shape = Shape { keys: &[POSE, PLACE, NORMAL, SPEED], choice: None };
+pub(crate) static START: Keys = Keys { keys: &[POSE, PLACE, NORMAL, SPEED], choice: None };
 
 /// `[hold]`
-pub(crate) static HOLD: Shape = Shape { keys: keys!(Hold::FIELDS), choice: None };
+pub(crate) static HOLD: Keys = Keys { keys: keys!(Hold::FIELDS), choice: None };
 
 /// `[tip]`, `[workpiece]`
-pub(crate) static PLACED: Shape = Shape { keys: keys!(Placement::FIELDS), choice: Some(SHAPES) };
+pub(crate) static PLACED: Keys = Keys { keys: keys!(Placement::FIELDS), choice: Some(SHAPES) };
 
 /// Tables of such a file that an axis does not have, and their meaning.
-pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
+pub(crate) static CELL_TABLES: [(&str, &Keys, &str); 4] = [
     ("start", &START, "Initial state of the arm: at rest except for `speed`, with relaxed gears."),
     (
         "tip",

@@ -1,6 +1,6 @@
 //! Controllers: the keys of their wiring, those of every controller, and those of each law.
 
-use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Keys, Record, Variant, joined, keys, variants};
 use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::ControllerUse;
@@ -16,7 +16,7 @@ pub(crate) static CONTROLLERS: Element = Element {
     singular: "controller",
     text: "Sampled-data controllers. Every `period` one reads its sensors, computes, and after `delay` its \
            output is applied and held. Outputs on the same actuator add up.",
-    shape: Shape {
+    shape: Keys {
         keys: joined!(joined!(keys!(ControllerUse::FIELDS), keys!(ControllerSpec::FIELDS)), &[FOLLOWED]),
         choice: Some(Choice { key: "law", default: None, text: "the control law", variants: &LAWS }),
     },

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use feeler_catalogue::{
-    Bound, Dimension, Field, Key, Kind, Record, Shape, Unit, field, joined, keys, number, optional, required,
+    Bound, Dimension, Field, Key, Keys, Kind, Record, Unit, field, joined, keys, number, optional, required,
     words,
 };
 use feeler_plant::description::{Engagement, SignalName};
@@ -14,7 +14,7 @@ pub(crate) const MACHINE: Key =
     required("machine", Kind::Text, "the file of the believed machine, relative to this one");
 
 /// The top of a dataset file; `[columns.*]` and `[[experiments]]` are tables of their own.
-pub(crate) static DATASET: Shape = Shape { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
+pub(crate) static DATASET: Keys = Keys { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
 
 /// The key of the unit of all clocks.
 pub(crate) const CLOCK: Key = optional(
@@ -169,8 +169,8 @@ impl Record for Column {
 }
 
 /// `[columns.*]`
-pub(crate) static COLUMN: Shape =
-    Shape { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(Column::FIELDS)), choice: None };
+pub(crate) static COLUMN: Keys =
+    Keys { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(Column::FIELDS)), choice: None };
 
 /// The key of an experiment's file.
 pub(crate) const FILE: Key =
@@ -199,5 +199,5 @@ impl Record for Experiment {
 }
 
 /// `[[experiments]]`
-pub(crate) static EXPERIMENT: Shape =
-    Shape { keys: joined!(&[FILE] as &[Key], keys!(Experiment::FIELDS)), choice: None };
+pub(crate) static EXPERIMENT: Keys =
+    Keys { keys: joined!(&[FILE] as &[Key], keys!(Experiment::FIELDS)), choice: None };

@@ -1,6 +1,6 @@
 //! Bodies, springs, contacts, actuators, sensors: their texts, and keys that fill no struct.
 
-use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Keys, Record, Variant, joined, keys, variants};
 use feeler_plant::description::{Actuator, Body, Contact, Sensor, Spring};
 use feeler_plant::effects::HostKind;
 
@@ -13,7 +13,7 @@ pub(crate) static BODIES: Element = Element {
     singular: "body",
     text: "Lumped masses. `ground` is the fixed body and needs no entry. All springs are relaxed where \
            every position is zero.",
-    shape: Shape { keys: keys!(Body::FIELDS), choice: None },
+    shape: Keys { keys: keys!(Body::FIELDS), choice: None },
     hosts: &[HostKind::Body],
 };
 
@@ -23,7 +23,7 @@ pub(crate) static SPRINGS: Element = Element {
     singular: "spring",
     text: "Springs and dampers between two bodies. Without stiffness: a viscous guide. With `rigid`: \
            a joint.",
-    shape: Shape { keys: keys!(Spring::FIELDS), choice: None },
+    shape: Keys { keys: keys!(Spring::FIELDS), choice: None },
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
 };
 
@@ -35,7 +35,7 @@ pub(crate) static CONTACTS: Element = Element {
     singular: "contact",
     text: "Contact of tool and workpiece. The force sensor is this spring, compressed by d = x_tip - \
            x_work - gap.",
-    shape: Shape {
+    shape: Keys {
         keys: joined!(keys!(Contact::FIELDS), &[SURFACE, PROFILE]),
         choice: Some(Choice {
             key: "law",
@@ -54,7 +54,7 @@ pub(crate) static ACTUATORS: Element = Element {
     table: "actuators",
     singular: "actuator",
     text: "Drives: a force on one body and its reaction on another.",
-    shape: Shape {
+    shape: Keys {
         keys: keys!(Actuator::FIELDS),
         choice: Some(Choice {
             key: "kind",
@@ -72,6 +72,6 @@ pub(crate) static SENSORS: Element = Element {
     singular: "sensor",
     text: "A reading is `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to \
            `resolution`.",
-    shape: Shape { keys: keys!(Sensor::FIELDS), choice: None },
+    shape: Keys { keys: keys!(Sensor::FIELDS), choice: None },
     hosts: &[HostKind::ForceSensor, HostKind::MotionSensor],
 };

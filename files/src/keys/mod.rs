@@ -1,5 +1,5 @@
 //! Every key of every file, one line each.
-use feeler_catalogue::{Absent, Key, Kind, Record, Shape, keys, optional};
+use feeler_catalogue::{Absent, Key, Keys, Kind, Record, keys, optional};
 use feeler_engine::RunSettings;
 use feeler_plant::description::Axis;
 use feeler_plant::effects::HostKind;
@@ -27,13 +27,13 @@ pub(crate) struct Element {
     /// One of them.
     pub(crate) singular: &'static str,
     pub(crate) text: &'static str,
-    pub(crate) shape: Shape,
+    pub(crate) shape: Keys,
     /// Its kinds in the effects library; some depend on the element's own keys.
     pub(crate) hosts: &'static [HostKind],
 }
 
 /// `[run]`
-pub(crate) static RUN: Shape = Shape { keys: keys!(RunSettings::FIELDS), choice: None };
+pub(crate) static RUN: Keys = Keys { keys: keys!(RunSettings::FIELDS), choice: None };
 
 /// Tables of named elements, in the order of the manual.
 pub(crate) static ELEMENTS: [&Element; 6] =

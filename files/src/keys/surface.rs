@@ -1,10 +1,10 @@
 //! `surface` and `profile` of a contact.
 
 use feeler_catalogue::{
-    Bound, Choice, Dimension, Field, Form, Key, Kind, Record, Shape, Unit, Variant, chained, field, form,
+    Bound, Choice, Dimension, Field, Form, Key, Keys, Kind, Record, Unit, Variant, chained, field, form,
     keys, number, optional, required, variants,
 };
-use feeler_geometry::{Material, Placement, Shape as Solid};
+use feeler_geometry::{Material, Placement, Shape};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
@@ -80,7 +80,7 @@ impl ShapeFile {
     }
 }
 
-const NUMBERED: [Variant; Solid::FORMS.len()] = variants(Solid::FORMS);
+const NUMBERED: [Variant; Shape::FORMS.len()] = variants(Shape::FORMS);
 const FILED: [Variant; ShapeFile::FORMS.len()] = variants(ShapeFile::FORMS);
 const ALL: [Variant; NUMBERED.len() + FILED.len()] = chained(&NUMBERED, &FILED);
 
@@ -88,7 +88,7 @@ const ALL: [Variant; NUMBERED.len() + FILED.len()] = chained(&NUMBERED, &FILED);
 pub(crate) const SHAPES: Choice =
     Choice { key: "shape", default: None, text: "the shape, centred on its position", variants: &ALL };
 
-static MATERIAL_KEYS: Shape = Shape { keys: keys!(Material::FIELDS), choice: None };
+static MATERIAL_KEYS: Keys = Keys { keys: keys!(Material::FIELDS), choice: None };
 pub(crate) const MATERIAL: Key =
     optional("material", Kind::Table(&MATERIAL_KEYS), "material, for the stiffness of a `hertz` law");
 
@@ -96,7 +96,7 @@ const PLACE: &[Key] = keys!(Placement::FIELDS);
 const SIDEWAYS: &str = "position sideways";
 
 /// Position and orientation, and a shape.
-static BODY: Shape = Shape {
+static BODY: Keys = Keys {
     keys: &[
         Key { text: "position along the axis of motion; of a tip, ahead of its body", ..PLACE[0] },
         Key { text: SIDEWAYS, ..PLACE[1] },
@@ -164,7 +164,7 @@ impl Record for FeedKeys {
 }
 
 const FEEDS: [Variant; FeedKeys::FORMS.len()] = variants(FeedKeys::FORMS);
-static FEED_KEYS: Shape = Shape {
+static FEED_KEYS: Keys = Keys {
     keys: &[],
     choice: Some(Choice {
         key: "kind",
@@ -180,7 +180,7 @@ pub(crate) const WORKPIECE: Key =
 pub(crate) const FEED: Key = required("feed", Kind::Table(&FEED_KEYS), "how the tip travels sideways");
 pub(crate) const ERROR: Key =
     number("error", LENGTH, Bound::Above(0.0, 1.0), 1e-8, "largest error of the gap along the feed");
-static SURFACE_KEYS: Shape = Shape { keys: &[TIP, WORKPIECE, FEED, ERROR], choice: None };
+static SURFACE_KEYS: Keys = Keys { keys: &[TIP, WORKPIECE, FEED, ERROR], choice: None };
 
 pub(crate) const OFFSET: Key = required("offset", Kind::Points(LENGTH), "[[time, offset], ...]");
 pub(crate) const RATE: Key = optional(
@@ -188,7 +188,7 @@ pub(crate) const RATE: Key = optional(
     Kind::Points(VELOCITY),
     "[[time, rate], ...] at the same times; if absent, that of a smooth curve at rest at both ends",
 );
-static PROFILE_KEYS: Shape = Shape { keys: &[OFFSET, RATE], choice: None };
+static PROFILE_KEYS: Keys = Keys { keys: &[OFFSET, RATE], choice: None };
 
 pub(crate) const SURFACE: Key = optional(
     "surface",

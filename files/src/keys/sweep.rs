@@ -1,7 +1,7 @@
 //! Sweep files.
 
 use feeler_catalogue::{
-    Absent, Bound, Choice, Dimension, Field, Key, Kind, Record, Shape, Unit, Variant, field, keys, optional,
+    Absent, Bound, Choice, Dimension, Field, Key, Keys, Kind, Record, Unit, Variant, field, keys, optional,
     required, word, words,
 };
 
@@ -22,8 +22,8 @@ pub(crate) const SEED: Key =
     Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" };
 
 /// The top of a sweep file; `[axes]` and `[keep]` are tables of their own.
-pub(crate) static SWEEP: Shape =
-    Shape { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
+pub(crate) static SWEEP: Keys =
+    Keys { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
 
 /// The sampling method of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub(crate) const AXIS_TOLERANCE: Key = optional(
 );
 
 /// The table form of an axis; the present key decides the variant.
-pub(crate) static AXIS: Shape = Shape {
+pub(crate) static AXIS: Keys = Keys {
     keys: &[],
     choice: Some(Choice {
         key: "",
@@ -149,7 +149,7 @@ impl Record for Keep {
 }
 
 /// `[keep]`
-pub(crate) static KEEP: Shape = Shape { keys: keys!(Keep::FIELDS), choice: None };
+pub(crate) static KEEP: Keys = Keys { keys: keys!(Keep::FIELDS), choice: None };
 
 pub(crate) const TOLERANCE: Key = optional(
     "tolerance",
@@ -175,4 +175,4 @@ pub(crate) const BY: Key = Key {
 };
 
 /// `[refine]`
-pub(crate) static REFINE: Shape = Shape { keys: &[TOLERANCE, LEVELS, BY], choice: None };
+pub(crate) static REFINE: Keys = Keys { keys: &[TOLERANCE, LEVELS, BY], choice: None };

@@ -1,6 +1,6 @@
 //! The unit of a key, for axes of drawings.
 
-use feeler_catalogue::{Dimension, Kind, Shape, Unit};
+use feeler_catalogue::{Dimension, Keys, Kind, Unit};
 use feeler_engine::Scenario;
 use feeler_plant::description::Axis;
 use feeler_plant::effects;
@@ -48,7 +48,7 @@ fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<String> {
 
 /// The unit of a key in a shape, or in a table within it. Of several variants, that of the one with this
 /// name, if any.
-fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
+fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
     let (name, rest) = path.split_first()?;
     let chosen =
         shape.choice.iter().flat_map(|choice| choice.variants).find(|known| Some(known.name) == variant);

@@ -11,6 +11,7 @@ use thiserror::Error;
 /// The reason why an analysis has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum AnalysisError {
     /// The machine or its wiring has mistakes.
     #[error(transparent)]
@@ -29,16 +30,10 @@ pub enum AnalysisError {
     },
     /// The signal is not a linear function of the state: for example, whether a contact touches.
     #[error("`{name}` is not a linear function of the machine's state")]
-    NotLinear {
-        /// The signal.
-        name: String,
-    },
+    NotLinear { name: String },
     /// The input of a linear analysis must be the command of an actuator or the force on a body.
     #[error("`{name}` is not an input")]
-    NotAnInput {
-        /// The signal.
-        name: String,
-    },
+    NotAnInput { name: String },
     /// No state of rest was found about which to linearise.
     #[error("no equilibrium was found: the remaining forces give {residual_m_per_s2:.3e} m/s²")]
     NoEquilibrium {
@@ -58,13 +53,11 @@ pub enum AnalysisError {
     Cascade {
         /// The outer controller.
         name: String,
-        /// The servo.
         servo: String,
     },
     /// The control law has no such gain.
     #[error("a controller of law `{law}` has no gain `{key}`")]
     NoGain {
-        /// The law.
         law: &'static str,
         /// The requested gain.
         key: String,
@@ -93,25 +86,17 @@ pub enum AnalysisError {
     /// A loop broken at one controller is time-invariant only if no other controller repeats more slowly.
     #[error("`{name}` samples every {period_s} s, but the loop repeats only every {common_s} s")]
     SlowerThanLoop {
-        /// The controller.
         name: String,
-        /// Its period.
         period_s: f64,
         /// The common period of all controllers.
         common_s: f64,
     },
     /// The continuous form of a law differentiates a signal that jumps with the command.
     #[error("the continuous form of `{name}` differentiates a signal that follows the command at once")]
-    Improper {
-        /// The controller.
-        name: String,
-    },
+    Improper { name: String },
     /// An output follows derivatives of an imposed position.
     #[error("this output follows derivatives of the position that `{name}` imposes")]
-    ImposedOutput {
-        /// The actuator.
-        name: String,
-    },
+    ImposedOutput { name: String },
     /// Describing functions do not cover this machine.
     #[error("limit cycles cannot be predicted: {reason}")]
     NoLimitCycle {

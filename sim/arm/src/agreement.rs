@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::ArmError;
 use crate::flexible::{Arm, LinearArm, Others};
-use crate::linear_system::{LinearSystem, VibrationMode};
+use crate::linear_system::{ArmMode, LinearSystem};
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Lag, Law, SampledPlant};
 
@@ -164,7 +164,7 @@ impl Reduction {
 
     /// Modes of the axis with the tool on a spring, slowest first; with zero stiffness those of the axis in
     /// the air.
-    pub fn modes_in_contact(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
+    pub fn modes_in_contact(&self, contact_n_per_m: f64) -> Vec<ArmMode> {
         self.system().modes(contact_n_per_m)
     }
 

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// spring joins the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
-    /// Its mass.
+    /// Of the body, kg.
     pub mass_kg: f64,
     /// Its spring to the motor.
     pub stiffness_n_per_m: f64,

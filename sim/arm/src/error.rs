@@ -8,6 +8,7 @@ use thiserror::Error;
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ArmError {
     /// The text is no XML.
     #[error("the URDF is not XML: {what}")]
@@ -20,9 +21,7 @@ pub enum ArmError {
     Urdf {
         /// The line, from 1.
         line: u32,
-        /// What is wrong.
         what: String,
-        /// What to do about it.
         remedy: Cow<'static, str>,
     },
     /// A link or joint that does not exist.
@@ -41,7 +40,6 @@ pub enum ArmError {
          massless about its axis"
     )]
     Massless {
-        /// The joint.
         joint: String,
         /// The link it moves.
         link: String,
@@ -54,18 +52,10 @@ pub enum ArmError {
     },
     /// The number of joint positions.
     #[error("{given} joint positions for {needed} joints ({names})")]
-    Pose {
-        /// How many were given.
-        given: usize,
-        /// How many are needed.
-        needed: usize,
-        /// The joints.
-        names: String,
-    },
+    Pose { given: usize, needed: usize, names: String },
     /// A joint beyond its limits.
     #[error("joint `{joint}` at {position} is outside its limits, {lower} to {upper}")]
     Limit {
-        /// The joint.
         joint: String,
         /// The requested position, rad or m.
         position: f64,
@@ -76,10 +66,7 @@ pub enum ArmError {
     },
     /// A direction that is none.
     #[error("the normal [{}, {}, {}] has no direction", .normal[0], .normal[1], .normal[2])]
-    Normal {
-        /// What was given.
-        normal: [f64; 3],
-    },
+    Normal { normal: [f64; 3] },
     /// The arm cannot move along the normal at a pose.
     #[error(
         "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit \
@@ -94,11 +81,9 @@ pub enum ArmError {
     /// A joint lacks data for the reduction.
     #[error("joint `{joint}`: {what} is {value}")]
     Drive {
-        /// The joint.
         joint: String,
         /// Which number.
         what: &'static str,
-        /// What was given.
         value: f64,
         /// What it must be.
         rule: &'static str,

@@ -54,7 +54,7 @@ pub use collision::{Collision, CollisionShape};
 pub use error::ArmError;
 pub use flexible::{Arm, JointDrive, Others};
 pub use inverse_kinematics::{Target, inverse_kinematics, usual_starts};
-pub use linear_system::VibrationMode;
+pub use linear_system::ArmMode;
 pub use measure::Measured;
 pub use mjcf::{JointBelief, Mjcf};
 pub use posture::Posture;

@@ -13,7 +13,7 @@ const WHOLE_ARM: f64 = 0.3;
 
 /// A mode of the arm that bends its joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VibrationMode {
+pub struct ArmMode {
     /// Undamped frequency with the tool free, Hz.
     pub frequency_hz: f64,
     /// Damping ratio from the dampings of joints and motors; coupling to other modes is neglected.
@@ -57,16 +57,16 @@ impl LinearSystem {
     }
 
     /// Modes that bend something, slowest first; with `contact_n_per_m` on the tip, all modes.
-    pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
+    pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<ArmMode> {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
         let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return Vec::new() };
         let largest = self.largest_square();
-        let mut modes: Vec<VibrationMode> = (squares.iter().zip(shapes.column_iter()))
+        let mut modes: Vec<ArmMode> = (squares.iter().zip(shapes.column_iter()))
             .filter(|(square, _)| **square > BENDS_NOTHING * largest)
             .map(|(square, shape)| {
                 let omega = square.sqrt();
                 let (t, d) = (self.tip.dot(&shape), self.drive.dot(&shape));
-                VibrationMode {
+                ArmMode {
                     frequency_hz: omega / TAU,
                     damping_ratio: (&self.damping * shape).dot(&shape) / (2.0 * omega),
                     drive_share: t * d * self.mass_kg,

@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use crate::branch::Branch;
 use crate::error::ArmError;
 use crate::flexible::{Arm, LinearArm, Others};
-use crate::linear_system::VibrationMode;
+use crate::linear_system::ArmMode;
 
 /// The axis that represents an arm along a contact normal: the paper's flexible machine, with the arm's
 /// numbers.
@@ -39,7 +39,7 @@ pub struct Reduction {
     /// Joint motion per metre of the tool along the normal.
     pub direction: Vec<f64>,
     /// Modes that bend joints, with the tool free, slowest first.
-    pub modes: Vec<VibrationMode>,
+    pub modes: Vec<ArmMode>,
 }
 
 impl Arm {
@@ -65,7 +65,7 @@ impl Arm {
         let singular = ArmError::Singular { held: "", share: 0.0 };
         // Bending per force, over modes: tool by drive (noncolocated, so negative), tool by tool.
         let tau = std::f64::consts::TAU;
-        let over = |number: &dyn Fn(&VibrationMode) -> f64| {
+        let over = |number: &dyn Fn(&ArmMode) -> f64| {
             modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(2)).sum::<f64>()
         };
         let by_drive = -over(&|mode| mode.drive_share);
@@ -121,7 +121,7 @@ impl Arm {
         normal: [f64; 3],
         others: Others,
         contact_n_per_m: f64,
-    ) -> Result<Vec<VibrationMode>, ArmError> {
+    ) -> Result<Vec<ArmMode>, ArmError> {
         Ok(self.linear(q, normal, others)?.system.modes(contact_n_per_m))
     }
 

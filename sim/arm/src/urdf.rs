@@ -48,7 +48,7 @@ impl Link {
 /// An inertia of which products are absent. They count as zero here, but the format asks for all six numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShortInertia {
-    /// The link.
+    /// Link that states it.
     pub link: String,
     /// The first that is absent.
     pub lacks: &'static str,
@@ -59,7 +59,7 @@ pub struct ShortInertia {
 /// A mesh named by a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshFile {
-    /// The link.
+    /// Link that names it.
     pub link: String,
     /// The file as written, with its scheme if it has one.
     pub file: String,

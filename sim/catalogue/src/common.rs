@@ -1,7 +1,7 @@
 //! Declarations shared by keys of several crates.
 
 use crate::dimension::Dimension;
-use crate::shape::{Bound, Key, Kind, Shape, Unit, optional, required};
+use crate::shape::{Bound, Key, Keys, Kind, Unit, optional, required};
 
 /// A longer delay is a mistaken unit, since a delay stores past values.
 pub const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
@@ -22,6 +22,6 @@ pub const DAMPING_RATIO: Key = optional(
 
 /// A key that holds a low-pass: a corner frequency, or a table.
 pub const fn low_pass(text: &'static str) -> Key {
-    static LOW_PASS: Shape = Shape { keys: &[CORNER, DAMPING_RATIO], choice: None };
+    static LOW_PASS: Keys = Keys { keys: &[CORNER, DAMPING_RATIO], choice: None };
     optional("low_pass", Kind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &LOW_PASS), text)
 }

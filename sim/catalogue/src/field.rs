@@ -6,7 +6,7 @@ use crate::shape::{Absent, Bound, Key, Kind, Unit, Variant};
 /// A key of the struct `T`: its declaration, and how its content is read from and written to a `T`.
 #[derive(Debug)]
 pub struct Field<T> {
-    /// Its declaration.
+    /// Name, kind, default and text.
     pub key: Key,
     /// Its role in the study of a machine.
     pub role: Role,
@@ -147,7 +147,7 @@ fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
 pub struct Form<T: 'static> {
     /// Its word in files.
     pub name: &'static str,
-    /// What it is.
+    /// For the schema and the manual.
     pub text: &'static str,
     /// Before its keys are read.
     pub start: fn() -> T,

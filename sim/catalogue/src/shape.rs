@@ -38,11 +38,11 @@ pub enum Kind {
     /// One of several words.
     Word(&'static [Word]),
     /// A table.
-    Table(&'static Shape),
+    Table(&'static Keys),
     /// A table, or a quantity that is short for the key of this name.
-    QuantityOrTable(&'static str, Unit, &'static Shape),
+    QuantityOrTable(&'static str, Unit, &'static Keys),
     /// A word, or a table.
-    WordOrTable(&'static [Word], &'static Shape),
+    WordOrTable(&'static [Word], &'static Keys),
     /// Two quantities, low and high.
     Range(Unit),
     /// A list of this many quantities; of any number if this is zero.
@@ -50,7 +50,7 @@ pub enum Kind {
     /// `[[time, value], ...]`.
     Points(Unit),
     /// A number, points (steps), or a table of the shape.
-    Reference(&'static Shape),
+    Reference(&'static Keys),
 }
 
 /// A possible value of a key, and its meaning.
@@ -202,7 +202,7 @@ impl Absent {
 
 /// The keys of a table; in some tables the value of one key adds others.
 #[derive(Debug)]
-pub struct Shape {
+pub struct Keys {
     /// Keys that it always has.
     pub keys: &'static [Key],
     /// The key that adds others.
@@ -225,7 +225,7 @@ pub struct Choice {
 /// One word of a [`Choice`].
 #[derive(Clone, Copy, Debug)]
 pub struct Variant {
-    /// The word.
+    /// Its word in files.
     pub name: &'static str,
     /// What it means.
     pub text: &'static str,
@@ -233,7 +233,7 @@ pub struct Variant {
     pub keys: &'static [Key],
 }
 
-impl Shape {
+impl Keys {
     /// Keys of the table itself and of every variant.
     pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
         let variants = self.choice.iter().flat_map(|choice| choice.variants).flat_map(|variant| variant.keys);

@@ -8,6 +8,7 @@ use feeler_problem::{Remedy, short};
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ControlError {
     /// The number of specs is not the number of lanes.
     #[error("{lanes} lanes need {lanes} controllers, not {given}")]
@@ -68,7 +69,6 @@ pub enum ControlError {
     TimesNotIncreasing {
         /// Index of the first point out of order.
         index: usize,
-        /// Its time.
         time_s: f64,
         /// The time of the previous point.
         previous_s: f64,

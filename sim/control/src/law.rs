@@ -1,7 +1,7 @@
 //! Control laws: their gains, and the keys of these in files.
 
 use feeler_catalogue::{
-    Absent, Bound, Content, Contents, Dimension, Field, Form, GainPart, Key, Kind, Record, Role, Shape, Slot,
+    Absent, Bound, Content, Contents, Dimension, Field, Form, GainPart, Key, Keys, Kind, Record, Role, Slot,
     Unit, Word, field, form, keys, number, optional, required, word,
 };
 
@@ -308,7 +308,7 @@ impl Record for Law {
     ];
 }
 
-static LEAD: Shape = Shape { keys: keys!(LeadSpec::FIELDS), choice: None };
+static LEAD: Keys = Keys { keys: keys!(LeadSpec::FIELDS), choice: None };
 
 impl Record for LeadSpec {
     const FIELDS: &'static [Field<Self>] = &[
@@ -344,7 +344,7 @@ const ANTI_WINDUP: Key = Key {
 };
 const ANTI_WINDUPS: &[Word] =
     &[word(CONDITIONAL, "it stops while the error would drive the output further"), word(OFF, "it winds up")];
-static TRACKING: Shape = Shape {
+static TRACKING: Keys = Keys {
     keys: &[required(TRACKING_TIME, Kind::Quantity(TIME, Bound::Positive), "tracking time constant")],
     choice: None,
 };

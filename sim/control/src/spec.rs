@@ -1,7 +1,7 @@
 //! The specification of one controller in a file.
 
 use feeler_catalogue::{
-    Bound, CORNER, DAMPING_RATIO, Dimension, Field, Kind, LONGEST_DELAY, Record, Shape, Unit, field, keys,
+    Bound, CORNER, DAMPING_RATIO, Dimension, Field, Keys, Kind, LONGEST_DELAY, Record, Unit, field, keys,
     low_pass, number, optional, required,
 };
 
@@ -271,7 +271,7 @@ impl Record for LowPassSpec {
     }
 }
 
-static NOTCH: Shape = Shape { keys: keys!(NotchSpec::FIELDS), choice: None };
+static NOTCH: Keys = Keys { keys: keys!(NotchSpec::FIELDS), choice: None };
 
 impl Record for NotchSpec {
     const FIELDS: &'static [Field<Self>] = &[
@@ -310,7 +310,7 @@ impl Record for NotchSpec {
     }
 }
 
-static APPROACH: Shape = Shape { keys: keys!(Approach::FIELDS), choice: None };
+static APPROACH: Keys = Keys { keys: keys!(Approach::FIELDS), choice: None };
 
 /// Values that come from the machine are not keys.
 impl Record for Approach {

@@ -10,6 +10,7 @@ use thiserror::Error;
 /// Why a scenario cannot be prepared.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EngineError {
     /// The machine or its wiring has mistakes.
     #[error("{}", in_lines(.problems))]
@@ -19,12 +20,7 @@ pub enum EngineError {
     },
     /// A controller's numbers are out of range.
     #[error("controllers.{name}: {source}")]
-    Control {
-        /// The controller.
-        name: String,
-        /// What is wrong.
-        source: ControlError,
-    },
+    Control { name: String, source: ControlError },
     /// The matrix exponential of a mode failed.
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
@@ -49,16 +45,10 @@ pub enum EngineError {
     },
     /// A run with an external body engine needs one engine per lane; any other run needs none.
     #[error("{given} engines that move bodies for {needed} variants that need one")]
-    BodyEngines {
-        /// How many were given.
-        given: usize,
-        /// How many are needed.
-        needed: usize,
-    },
+    BodyEngines { given: usize, needed: usize },
     /// A batch needs one scenario per lane.
     #[error("{given} scenarios for {lanes} lanes")]
     Lanes {
-        /// How many were given.
         given: usize,
         /// How many lanes there are.
         lanes: usize,

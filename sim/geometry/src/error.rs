@@ -8,37 +8,23 @@ use thiserror::Error;
 /// Why a contact's geometry cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum GeometryError {
     /// A length, radius or other number of a shape is out of range.
     #[error("{what} is {value}")]
-    Size {
-        /// What it is.
-        what: &'static str,
-        /// What was given.
-        value: f64,
-    },
+    Size { what: &'static str, value: f64 },
     /// Points that span no body.
     #[error("{points} points have no convex hull with a volume")]
-    Hull {
-        /// How many were given.
-        points: usize,
-    },
+    Hull { points: usize },
     /// A mesh without triangles, or with corners that do not exist; a height field without a surface.
     #[error("{what}")]
-    Mesh {
-        /// What is wrong.
-        what: String,
-        /// What to do about it.
-        remedy: &'static str,
-    },
+    Mesh { what: String, remedy: &'static str },
     /// A line of a file with a syntax error.
     #[error("line {line}: {what}")]
     Line {
         /// The line, from 1.
         line: usize,
-        /// What is wrong.
         what: String,
-        /// What to do about it.
         remedy: &'static str,
     },
     /// Invalid times of a feed's path.
@@ -105,7 +91,6 @@ pub enum GeometryError {
     /// More knots than the limit of a run.
     #[error("more than {most} knots are needed for an error of {error_m} m")]
     Knots {
-        /// The limit.
         most: usize,
         /// The error asked for, m.
         error_m: f64,

@@ -37,7 +37,7 @@ pub enum Shape {
     },
     /// The convex hull of points.
     Hull {
-        /// The points.
+        /// The shape is the convex hull of these, m.
         points_m: Vec<[f64; 3]>,
     },
     /// A triangle mesh: a surface without an inside.

@@ -7,6 +7,7 @@ use feeler_problem::Remedy;
 /// The error of every fallible function of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum LtiError {
     /// A matrix has the wrong number of rows or columns.
     #[error("{matrix} is {found_rows} x {found_columns}, but {expected_rows} x {expected_columns} is needed")]
@@ -33,7 +34,6 @@ pub enum LtiError {
     OutOfRange {
         /// Name of the number, with its unit.
         quantity: &'static str,
-        /// Its value.
         value: f64,
         /// The permitted range in words.
         range: &'static str,
@@ -45,7 +45,6 @@ pub enum LtiError {
         kind: &'static str,
         /// The index asked for, from zero.
         index: usize,
-        /// How many there are.
         count: usize,
     },
     /// Two discrete systems with different sample times were connected.

@@ -21,7 +21,7 @@ const ON_AN_ARC: f64 = 0.1;
 /// A shape where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// The shape.
+    /// Centred on its own origin.
     pub shape: Shape,
     /// Its place: for a tip in the tool's frame, for a workpiece in the base's.
     pub place: Placement,

@@ -12,6 +12,7 @@ use thiserror::Error;
 /// Why a cell cannot be simulated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ManipulatorError {
     /// The arm or its pose.
     #[error(transparent)]
@@ -27,12 +28,7 @@ pub enum ManipulatorError {
     Control(#[from] ControlError),
     /// An element that the axis along the normal must have exactly once.
     #[error("there must be one {what}, not {count}")]
-    Count {
-        /// What it is.
-        what: &'static str,
-        /// How many there are.
-        count: usize,
-    },
+    Count { what: &'static str, count: usize },
     /// The tip starts inside the workpiece.
     #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
     Penetrates {
@@ -61,7 +57,6 @@ pub enum ManipulatorError {
     SelfIntersects {
         /// The first link, or `base`.
         a: String,
-        /// The other.
         b: String,
         /// How deep.
         depth_m: f64,
@@ -88,7 +83,6 @@ pub enum ManipulatorError {
         key: String,
         /// The step it asks for.
         step_s: f64,
-        /// The run.
         duration_s: f64,
         /// How many steps.
         steps: f64,

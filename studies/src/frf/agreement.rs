@@ -15,7 +15,7 @@ pub const INCOHERENT: f64 = 0.8;
 
 /// Comparison of the estimate with the linear response.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
+pub struct LinearAgreement {
     /// Smallest coherence of the counted frequencies; `None` if the estimate has none.
     pub coherence: Option<f64>,
     /// Frequencies that count.
@@ -41,7 +41,7 @@ pub struct Incoherent {
 
 impl Response {
     /// Comparison of measured and linear response.
-    pub fn agreement(&self) -> Agreement {
+    pub fn agreement(&self) -> LinearAgreement {
         let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
         let known = self.estimate.coherence.as_ref();
         let bands = self.estimate.confidence(self.confidence);
@@ -59,7 +59,7 @@ impl Response {
             let radius = bands[i].magnitude_high - self.estimate.response[i].norm();
             (self.estimate.response[i] - self.linear[i]).norm() <= radius
         });
-        Agreement {
+        LinearAgreement {
             coherence: known.map(|_| least),
             compared: counts.len(),
             decibels: counts.iter().map(|&i| apart(i)).fold(0.0, f64::max),

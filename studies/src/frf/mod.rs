@@ -15,7 +15,7 @@ mod response;
 mod rows;
 mod simulated;
 
-pub use agreement::{Agreement, COHERENT, INCOHERENT, Incoherent, KNOWN_DEG};
+pub use agreement::{COHERENT, INCOHERENT, Incoherent, KNOWN_DEG, LinearAgreement};
 pub use between::{between, require_path, sensed};
 pub use distortion::{DistortionBand, Separated};
 pub use error::{FrfError, require};

@@ -14,6 +14,7 @@ use crate::unwritable::unwritable;
 /// Why a run, or writing it, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum RunError {
     /// The scenario cannot be run.
     #[error(transparent)]
@@ -23,28 +24,13 @@ pub enum RunError {
     Manipulator(#[from] ManipulatorError),
     /// A file cannot be written.
     #[error("{}", unwritable(path, source).message)]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    Write { path: PathBuf, source: std::io::Error },
     /// A trace cannot be written as Parquet.
     #[error("{}: {source}", path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// What the format's library says.
-        source: ParquetError,
-    },
+    Parquet { path: PathBuf, source: ParquetError },
     /// A trace cannot be written as CSV.
     #[error("{}: {source}", path.display())]
-    Csv {
-        /// The file.
-        path: PathBuf,
-        /// What the format's library says.
-        source: csv::Error,
-    },
+    Csv { path: PathBuf, source: csv::Error },
 }
 
 impl RunError {

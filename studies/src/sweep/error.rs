@@ -14,46 +14,26 @@ use feeler_files::FormatError;
 /// Why a sweep, or the assembly of its results, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum SweepError {
     /// The sweep file or its scenario has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A file cannot be read or written.
     #[error("{}", unwritable(path, source).message)]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    Io { path: PathBuf, source: std::io::Error },
     /// A Parquet file cannot be read or written.
     #[error("{}: {source}", path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// What the format's library says.
-        source: parquet::errors::ParquetError,
-    },
+    Parquet { path: PathBuf, source: parquet::errors::ParquetError },
     /// A file of results does not match its sweep's files.
     #[error("{}: there is no column `{column}` of the expected kind", path.display())]
-    Column {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: String,
-    },
+    Column { path: PathBuf, column: String },
     /// The folder holds results of another sweep.
     #[error("{} holds results of another sweep, or of this one before its files changed", folder.display())]
-    OtherSweep {
-        /// The folder.
-        folder: PathBuf,
-    },
+    OtherSweep { folder: PathBuf },
     /// A folder to be merged holds no sweep.
     #[error("{} holds no sweep", folder.display())]
-    NoSweep {
-        /// The folder.
-        folder: PathBuf,
-    },
+    NoSweep { folder: PathBuf },
     /// Not all shards are there.
     #[error("{missing} of {chunks} chunks are missing, the first of them chunk {first}")]
     Incomplete {

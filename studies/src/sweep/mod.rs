@@ -32,7 +32,7 @@ pub use boundary::{Line, LinearLimits};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub(crate) use sobol::sobol;
-pub use table::{Column, Table};
+pub use table::{Column, SweepTable};
 pub use theory::{CyclesAt, MapTheory, Theory};
 
 use feeler_files::{Document, SweepFile};
@@ -133,7 +133,7 @@ impl Sweep {
         if store.is_complete() {
             // A process that assembled the results may have ended before it removed the chunks.
             store.tidy()?;
-            let found = Table::count_rows(&store.table())? as u64;
+            let found = SweepTable::count_rows(&store.table())? as u64;
             let progress = SweepProgress { done: 0, found, total: found };
             return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
         }

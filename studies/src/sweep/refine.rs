@@ -13,7 +13,7 @@ use std::path::Path;
 use super::error::SweepError;
 use super::points::{Node, Points};
 use super::store::{ChunkId, Store};
-use super::table::Table;
+use super::table::SweepTable;
 use super::{Counters, Sweep};
 use crate::run::{Outcome, nothing_can_touch};
 use feeler_files::Refine;
@@ -92,7 +92,7 @@ fn coarse(counts: &[u64], strides: &[u64]) -> Vec<Node> {
 
 /// Classes of the variants; `None` for a variant that failed or was undecided. `at_rest_away` means that a
 /// variant without contact is at rest.
-fn classes_of(table: &Table, refine: Refine, at_rest_away: bool) -> Vec<Option<String>> {
+fn classes_of(table: &SweepTable, refine: Refine, at_rest_away: bool) -> Vec<Option<String>> {
     let text = |column: &str, row: usize| table.texts(column)?.get(row)?.clone();
     let class = |row: usize| {
         let outcome = text("outcome", row)?;

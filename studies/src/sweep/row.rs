@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::table::{Column, Table};
+use super::table::{Column, SweepTable};
 use crate::run::{Measured, Summary};
 use feeler_files::{Axis, Setting, SweepFile};
 
@@ -44,7 +44,7 @@ const MEASURES: &[Measure] = &[
 ];
 
 /// The rows as a table.
-pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> Table {
+pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     let mut columns = IndexMap::new();
     columns.insert(
         "variant".to_owned(),
@@ -83,7 +83,7 @@ pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> Table {
         "error".to_owned(),
         Column::Text(rows.iter().map(|row| row.result.as_ref().err().cloned()).collect()),
     );
-    Table { columns, rows: rows.len() }
+    SweepTable { columns, rows: rows.len() }
 }
 
 fn axis_column<'a>(axis: &Axis, settings: impl Iterator<Item = &'a Setting>) -> Column {

@@ -9,7 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
-use super::table::{Table, TableWriter};
+use super::table::{SweepTable, TableWriter};
 use crate::whole_file::{remove_unfinished, write_whole};
 
 /// The plan that identifies the results in a folder.
@@ -74,11 +74,11 @@ impl Store {
         self.chunk(id).exists()
     }
 
-    pub(super) fn read(&self, id: ChunkId) -> Result<Table, SweepError> {
-        Table::read(&self.chunk(id))
+    pub(super) fn read(&self, id: ChunkId) -> Result<SweepTable, SweepError> {
+        SweepTable::read(&self.chunk(id))
     }
 
-    pub(super) fn write(&self, id: ChunkId, table: Table) -> Result<(), SweepError> {
+    pub(super) fn write(&self, id: ChunkId, table: SweepTable) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
         match Self::put_table(&self.chunk(id), std::iter::once(Ok(table))) {
@@ -136,7 +136,7 @@ impl Store {
 
     fn put_table(
         path: &Path,
-        mut tables: impl Iterator<Item = Result<Table, SweepError>>,
+        mut tables: impl Iterator<Item = Result<SweepTable, SweepError>>,
     ) -> Result<(), SweepError> {
         let Some(first) = tables.next().transpose()? else { return Ok(()) };
         put(path, |file| {

@@ -91,14 +91,14 @@ impl Column {
 
 /// Columns of equal length under their names.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct SweepTable {
     /// The columns.
     pub columns: IndexMap<String, Column>,
     /// How many rows.
     pub rows: usize,
 }
 
-impl Table {
+impl SweepTable {
     /// The numbers of a column; `None` if there is no such column of numbers.
     pub fn reals(&self, name: &str) -> Option<Vec<Option<f64>>> {
         match self.columns.get(name)? {
@@ -200,14 +200,14 @@ impl Table {
 /// of these tables.
 pub(super) struct TableWriter {
     file: SerializedFileWriter<File>,
-    waiting: Table,
+    waiting: SweepTable,
     /// Number of list entries that wait.
     entries: usize,
 }
 
 impl TableWriter {
     /// A file with the columns of `like`.
-    pub(super) fn new(file: File, like: &Table) -> Result<Self, ParquetError> {
+    pub(super) fn new(file: File, like: &SweepTable) -> Result<Self, ParquetError> {
         let fields = like
             .columns
             .iter()
@@ -219,11 +219,11 @@ impl TableWriter {
             .set_created_by("feeler".into())
             .build();
         let columns = like.columns.iter().map(|(name, column)| (name.clone(), column.empty_like())).collect();
-        let waiting = Table { columns, rows: 0 };
+        let waiting = SweepTable { columns, rows: 0 };
         Ok(Self { file: SerializedFileWriter::new(file, schema, Arc::new(properties))?, waiting, entries: 0 })
     }
 
-    pub(super) fn add(&mut self, table: Table) -> Result<(), ParquetError> {
+    pub(super) fn add(&mut self, table: SweepTable) -> Result<(), ParquetError> {
         self.entries += table.columns.values().map(Column::entries).sum::<usize>();
         self.waiting.append(table);
         if self.waiting.rows >= ROWS_PER_GROUP || self.entries >= ENTRIES_PER_GROUP {
@@ -291,7 +291,7 @@ fn scan(
     path: &Path,
     wanted: &dyn Fn(&str) -> bool,
     row: &dyn Fn(usize) -> bool,
-    visit: &mut dyn FnMut(usize, Table),
+    visit: &mut dyn FnMut(usize, SweepTable),
 ) -> Result<(), SweepError> {
     let file = File::open(path).map_err(SweepError::io(path))?;
     let visit_all = || -> Result<(), ParquetError> {
@@ -310,7 +310,7 @@ fn scan(
                     let values = column(group.get_column_reader(i)?, rows, described.max_rep_level() > 0)?;
                     columns.insert(described.name().to_owned(), values);
                 }
-                visit(first, Table { columns, rows });
+                visit(first, SweepTable { columns, rows });
             }
             first += rows;
         }
@@ -381,7 +381,7 @@ mod tests {
             ("outcome", Column::Text(vec![Some("settled".into()), Some(String::new()), None])),
             ("peaks", Column::List(vec![vec![1.0, 2.0], vec![], vec![3.0]])),
         ];
-        let table = Table {
+        let table = SweepTable {
             columns: columns.into_iter().map(|(name, column)| (name.to_owned(), column)).collect(),
             rows: 3,
         };
@@ -391,15 +391,16 @@ mod tests {
         writer.add(table.clone()).unwrap();
         writer.add(table.clone()).unwrap();
         writer.finish().unwrap();
-        let read = Table::read(&path).unwrap();
+        let read = SweepTable::read(&path).unwrap();
         assert_eq!(read.rows, 6);
         assert_eq!(read.lists("peaks").unwrap()[3..], table.lists("peaks").unwrap()[..]);
         assert_eq!(read.texts("outcome").unwrap()[..3], table.texts("outcome").unwrap()[..]);
         assert_eq!(read.reals("kp").unwrap()[3..], table.reals("kp").unwrap()[..]);
         assert_eq!(read.columns["variant"], Column::Whole(vec![3, 4, 5, 3, 4, 5]));
-        assert_eq!(Table::count_rows(&path).unwrap(), 6);
-        let part = Table::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1)
-            .unwrap();
+        assert_eq!(SweepTable::count_rows(&path).unwrap(), 6);
+        let part =
+            SweepTable::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1)
+                .unwrap();
         assert_eq!((part.rows, part.columns.len()), (3, 2));
         assert_eq!(part.columns["variant"], Column::Whole(vec![4, 3, 5]));
         assert_eq!(part.lists("peaks").unwrap(), [vec![], vec![1.0, 2.0], vec![3.0]]);

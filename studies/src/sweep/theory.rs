@@ -7,7 +7,7 @@ use super::Sweep;
 use super::axes::{DrawnAxis, Panels};
 use super::boundary::{LinearLimits, linear_limits};
 use super::cycles::predicted_cycles;
-use super::table::Table;
+use super::table::SweepTable;
 
 /// Largest number of axis values at which cycles are predicted.
 const MOST_VALUES: usize = 200;
@@ -48,7 +48,7 @@ pub struct CyclesAt {
 
 impl Theory {
     /// For the first `panels` panels of a sweep, with the drawn variants in `table`.
-    pub fn of(sweep: &Sweep, table: &Table, panels: usize) -> Self {
+    pub fn of(sweep: &Sweep, table: &SweepTable, panels: usize) -> Self {
         let settings = Panels::of(&sweep.file);
         let settings = settings.settings().take(panels);
         match DrawnAxis::of(&sweep.file).as_slice() {
@@ -90,7 +90,7 @@ fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
 }
 
 /// Cycles at the variants of a panel, by rising value; every n-th if there are many.
-fn cycles(sweep: &Sweep, table: &Table, axis: &DrawnAxis, panel: &[(String, Setting)]) -> Vec<CyclesAt> {
+fn cycles(sweep: &Sweep, table: &SweepTable, axis: &DrawnAxis, panel: &[(String, Setting)]) -> Vec<CyclesAt> {
     let values = table.reals(&axis.key).unwrap_or_default();
     let mut rows: Vec<(f64, usize)> =
         table.rows_with(panel).into_iter().filter_map(|row| Some(((*values.get(row)?)?, row))).collect();

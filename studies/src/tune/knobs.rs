@@ -29,7 +29,6 @@ const DIGITS: usize = 4;
 enum What {
     /// A factor on all gains on errors.
     Factor,
-    /// A gain.
     Gain(String),
     /// The corner of the low-pass.
     Filter,

@@ -2,7 +2,7 @@
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::{ActuatorKind, Engagement, MotorInput, PositionServo, Quantity};
-use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Kind, Place, Trait};
+use feeler_plant::effects::{Change, Definition, EffectUse, Kind, Place, Trait};
 use serde::Serialize;
 
 use super::roles::Roles;
@@ -22,7 +22,7 @@ const QUICK_DRIVE: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
-pub enum Change {
+pub enum Counterfactual {
     /// Half the fixed step.
     HalveStep,
     /// A fixed step 32 times shorter.
@@ -100,7 +100,7 @@ impl Cause {
     }
 }
 
-impl Change {
+impl Counterfactual {
     /// Every change, in the order of the trials.
     pub const ALL: [Self; 15] = [
         Self::HalveStep,
@@ -276,7 +276,7 @@ fn drop_limits(kind: &mut ActuatorKind) {
 }
 
 fn continuous(scenario: &mut Scenario) {
-    drop_effects(scenario, |effect| matches!(effect.change, EffectChange::SampleJitter(_)));
+    drop_effects(scenario, |effect| matches!(effect.change, Change::SampleJitter(_)));
     let motion: Vec<String> = scenario.controllers.values().filter_map(|used| used.motion.clone()).collect();
     for used in scenario.controllers.values_mut() {
         used.spec.period_s /= CONTINUOUS;

@@ -3,7 +3,7 @@
 use feeler_engine::Scenario;
 use serde::Serialize;
 
-use super::change::{Cause, Change};
+use super::change::{Cause, Counterfactual};
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
 /// What was found.
@@ -26,7 +26,7 @@ pub struct Explanation {
     /// Each change by itself.
     pub singles: Vec<Trial>,
     /// Every smallest set of changes that removes the chatter, the chosen one first.
-    pub smallest: Vec<Vec<Change>>,
+    pub smallest: Vec<Vec<Counterfactual>>,
     /// Outcomes without the chosen set, and with each of its members omitted: the contribution of each.
     pub contributions: Vec<Trial>,
     /// The causes, in order of weight; two or more act together.
@@ -45,7 +45,7 @@ pub struct Explanation {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lift {
     /// The change.
-    pub change: Change,
+    pub change: Counterfactual,
     /// Largest factor on the loop's gain without the change.
     pub from: f64,
     /// The same with the change; `None` if no reasonable gain destabilises the loop.
@@ -56,7 +56,7 @@ pub struct Lift {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
     /// What was changed.
-    pub changes: Vec<Change>,
+    pub changes: Vec<Counterfactual>,
     /// Whether the scenario has the property that the changes remove; if not, they were not run, and the
     /// figures are those of the unchanged scenario.
     pub applies: bool,
@@ -106,7 +106,7 @@ pub(super) fn in_contact(scenario: &Scenario) -> &'static str {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Size {
     /// Of which change.
-    pub of: Change,
+    pub of: Counterfactual,
     /// The required change, in words with its numbers.
     pub what: String,
     /// Factor by which its quantity is smaller or larger than in the scenario.

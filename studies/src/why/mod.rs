@@ -1,8 +1,8 @@
 //! Why a scenario chatters: counterfactual runs decide.
 //!
-//! The scenario is run again without one of its nonideal properties at a time ([`Change`]). If none of these
-//! runs comes to rest, two are removed, then three. The smallest set of changes after which the force settles
-//! is the cause.
+//! The scenario is run again without one of its nonideal properties at a time ([`Counterfactual`]). If none
+//! of these runs comes to rest, two are removed, then three. The smallest set of changes after which the
+//! force settles is the cause.
 //!
 //! A controller cannot be run in continuous time, only at a short period. The force may still grow then, but
 //! by linear theory the less the shorter the period, down to zero. In that case a continuous controller
@@ -33,7 +33,7 @@ mod size;
 
 use feeler_engine::Scenario;
 
-pub use change::{Cause, Change};
+pub use change::{Cause, Counterfactual};
 pub use explanation::{Explanation, Lift, Remedy, Size, Trial};
 pub(crate) use linear::scale_errors;
 

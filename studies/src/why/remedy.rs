@@ -5,7 +5,7 @@ use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
 
-use super::change::{Cause, Change, arriving_later, sample_faster, servos, slow_down};
+use super::change::{Cause, Counterfactual, arriving_later, sample_faster, servos, slow_down};
 use super::explanation::{Explanation, Remedy, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
@@ -34,7 +34,7 @@ struct Way<'a> {
     apply: Apply<'a>,
     sizes: &'static [f64],
     /// The change whose size it gives.
-    of: Option<Change>,
+    of: Option<Counterfactual>,
 }
 
 /// Remedies against these causes that settle in simulation, cheapest in bandwidth first, and the sufficient
@@ -133,7 +133,7 @@ fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured)
 
 impl<'a> Way<'a> {
     fn new(
-        of: Option<Change>,
+        of: Option<Counterfactual>,
         sizes: &'static [f64],
         what: fn(f64) -> String,
         apply: impl Fn(&mut Scenario, f64) + Sync + 'a,
@@ -147,7 +147,7 @@ impl Explanation {
         self.causes.contains(&cause)
     }
 
-    fn lifts_by(&self, change: Change) -> bool {
+    fn lifts_by(&self, change: Counterfactual) -> bool {
         self.lift.as_ref().is_some_and(|lift| lift.change == change)
     }
 }
@@ -164,14 +164,14 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         ways.push(Way::new(None, &[1.0], what, |s, _| s.run.integrator = feeler_engine::Integrator::Exact));
     }
     if found.has(Cause::SamplingAndDelay)
-        || found.lifts_by(Change::NoDelay)
-        || found.lifts_by(Change::ContinuousController)
+        || found.lifts_by(Counterfactual::NoDelay)
+        || found.lifts_by(Counterfactual::ContinuousController)
     {
         let what =
             |times: f64| format!("delays {} times as short, filters as many times as fast", plain(times));
-        ways.push(Way::new(Some(Change::NoDelay), &MANY_TIMES, what, shorten_delays));
+        ways.push(Way::new(Some(Counterfactual::NoDelay), &MANY_TIMES, what, shorten_delays));
         let what = |times: f64| format!("sampling {} times as fast", plain(times));
-        ways.push(Way::new(Some(Change::ContinuousController), &TIMES, what, sample_faster));
+        ways.push(Way::new(Some(Counterfactual::ContinuousController), &TIMES, what, sample_faster));
     }
     ways
 }
@@ -184,7 +184,7 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
         let springs = roles.transmissions.clone();
         let same = springs.clone();
         ways.push(Way::new(
-            Some(Change::RigidTransmission),
+            Some(Counterfactual::RigidTransmission),
             &TIMES,
             |times| format!("a transmission {} times as stiff", plain(times)),
             move |s, times| scale_springs(s, &springs, times, 1.0),
@@ -218,32 +218,32 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
 /// Against limits of drives, sensors and guides, and against the loss of contact.
 fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = Vec::new();
-    if found.has(Cause::ActuatorLag) || found.lifts_by(Change::IdealActuator) {
+    if found.has(Cause::ActuatorLag) || found.lifts_by(Counterfactual::IdealActuator) {
         let what = |times: f64| format!("a drive {} times as fast", plain(times));
-        ways.push(Way::new(Some(Change::IdealActuator), &TIMES, what, quicken_drives));
+        ways.push(Way::new(Some(Counterfactual::IdealActuator), &TIMES, what, quicken_drives));
     }
     if found.has(Cause::Saturation) {
         let what = |times: f64| format!("limits {} times as high", plain(times));
-        ways.push(Way::new(Some(Change::NoSaturation), &TIMES, what, raise_limits));
+        ways.push(Way::new(Some(Counterfactual::NoSaturation), &TIMES, what, raise_limits));
     }
     if found.has(Cause::StictionOrQuantiser) {
         ways.push(Way::new(
-            Some(Change::NoFriction),
+            Some(Counterfactual::NoFriction),
             &MANY_TIMES,
             |times| format!("friction {} times as small, by compensation or another guide", plain(times)),
             |s, times| fade(s, times, |effect| effect.has(Trait::DryFriction)),
         ));
         let what = |times: f64| format!("sensors and outputs {} times as fine", plain(times));
-        ways.push(Way::new(Some(Change::NoQuantiser), &MANY_TIMES, what, refine_steps));
+        ways.push(Way::new(Some(Counterfactual::NoQuantiser), &MANY_TIMES, what, refine_steps));
     }
     if found.has(Cause::FreePlay) {
         let what = |times: f64| format!("free play {} times as small", plain(times));
         let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.kind == Kind::Backlash);
-        ways.push(Way::new(Some(Change::NoFreePlay), &MANY_TIMES, what, apply));
+        ways.push(Way::new(Some(Counterfactual::NoFreePlay), &MANY_TIMES, what, apply));
     }
     if found.has(Cause::SensorNoise) {
         ways.push(Way::new(
-            Some(Change::NoNoise),
+            Some(Counterfactual::NoNoise),
             &TIMES,
             |times| format!("sensors with {} times less noise", plain(times)),
             |s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times),
@@ -255,7 +255,7 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
             *s = arriving_later(s, baseline, times);
         };
         let what = |times: f64| format!("an approach {} times as slow", plain(times));
-        ways.push(Way::new(Some(Change::SlowerApproach), &MANY_TIMES, what, apply));
+        ways.push(Way::new(Some(Counterfactual::SlowerApproach), &MANY_TIMES, what, apply));
     }
     ways
 }

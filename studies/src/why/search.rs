@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use feeler_engine::Scenario;
 use rayon::prelude::*;
 
-use super::change::{Cause, Change, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down};
+use super::change::{
+    Cause, Counterfactual, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down,
+};
 use super::explanation::{Explanation, Lift, Trial, in_contact, is_cured, is_troubled};
 use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError, Summary, nothing_can_touch};
@@ -72,13 +74,15 @@ impl<'a> Search<'a> {
             explanation.verdict = nothing_to_explain(&self.scenario, &self.baseline, explanation.gain_margin);
             return explanation;
         }
-        explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
+        explanation.singles =
+            Counterfactual::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
         let mut smallest = self.smallest(&explanation.singles);
-        let weights: Vec<f64> = Change::ALL.iter().map(|change| weight(*change, &explanation)).collect();
-        let weigh = |change: &Change| {
-            Change::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i])
+        let weights: Vec<f64> =
+            Counterfactual::ALL.iter().map(|change| weight(*change, &explanation)).collect();
+        let weigh = |change: &Counterfactual| {
+            Counterfactual::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i])
         };
-        let mean = |set: &Vec<Change>| set.iter().map(weigh).sum::<f64>() / set.len() as f64;
+        let mean = |set: &Vec<Counterfactual>| set.iter().map(weigh).sum::<f64>() / set.len() as f64;
         smallest.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
         for set in &mut smallest {
             set.sort_by(|a, b| weigh(b).total_cmp(&weigh(a)));
@@ -101,12 +105,12 @@ impl<'a> Search<'a> {
 
     /// All sets of changes that cure, of the smallest size possible. `singles` are the trials of single
     /// changes.
-    fn smallest(&self, singles: &[Trial]) -> Vec<Vec<Change>> {
-        let cures = |trials: Vec<Trial>| -> Vec<Vec<Change>> {
+    fn smallest(&self, singles: &[Trial]) -> Vec<Vec<Counterfactual>> {
+        let cures = |trials: Vec<Trial>| -> Vec<Vec<Counterfactual>> {
             trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect()
         };
         let applied: Vec<Trial> = singles.iter().filter(|trial| trial.applies).cloned().collect();
-        let useful: Vec<Change> = applied.iter().map(|trial| trial.changes[0]).collect();
+        let useful: Vec<Counterfactual> = applied.iter().map(|trial| trial.changes[0]).collect();
         let mut smallest = cures(applied);
         for size in 2..=LARGEST_SET {
             if !smallest.is_empty() {
@@ -119,7 +123,7 @@ impl<'a> Search<'a> {
     }
 
     /// The trial of a set. If it has several changes, also the trials with one of them omitted.
-    fn contributions(&self, chosen: &[Change]) -> Vec<Trial> {
+    fn contributions(&self, chosen: &[Counterfactual]) -> Vec<Trial> {
         let mut sets = vec![chosen.to_vec()];
         if chosen.len() > 1 {
             sets.extend((0..chosen.len()).map(|left_out| {
@@ -131,13 +135,13 @@ impl<'a> Search<'a> {
         sets.par_iter().map(|set| self.trial(set, true)).collect()
     }
 
-    fn trial(&self, changes: &[Change], with_theory: bool) -> Trial {
+    fn trial(&self, changes: &[Counterfactual], with_theory: bool) -> Trial {
         let changed =
             changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
         if changed == self.scenario {
             return trial_of(&self.scenario, changes, false, &Ok(self.baseline.clone()), None);
         }
-        if !changes.contains(&Change::SlowerApproach) {
+        if !changes.contains(&Counterfactual::SlowerApproach) {
             return self.trial_with(changes, &changed, with_theory);
         }
         let first = self.trial_with(changes, &arriving_later(&changed, &self.baseline, SLOWER), with_theory);
@@ -156,9 +160,9 @@ impl<'a> Search<'a> {
         slower.find(|trial| trial.cured).unwrap_or(first)
     }
 
-    fn trial_with(&self, changes: &[Change], changed: &Scenario, with_theory: bool) -> Trial {
+    fn trial_with(&self, changes: &[Counterfactual], changed: &Scenario, with_theory: bool) -> Trial {
         let set_off_otherwise =
-            changes.contains(&Change::SlowerApproach) || changes.contains(&Change::NoNoise);
+            changes.contains(&Counterfactual::SlowerApproach) || changes.contains(&Counterfactual::NoNoise);
         let margin = if with_theory || set_off_otherwise { linear::gain_margin(changed) } else { None };
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
@@ -170,7 +174,7 @@ impl<'a> Search<'a> {
         let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period = grows
-            && changes.contains(&Change::ContinuousController)
+            && changes.contains(&Counterfactual::ContinuousController)
             && linear::grows_only_by_period(&self.scenario, changed);
         let by_chance = is_noisy(changed) && self.swings_in_noise() && self.is_as_large(&result);
         let cured = trial.cured && !only_later && !by_chance;
@@ -227,7 +231,7 @@ fn ended(scenario: &Scenario, summary: &Summary) -> String {
 
 fn trial_of(
     scenario: &Scenario,
-    changes: &[Change],
+    changes: &[Counterfactual],
     applies: bool,
     result: &Result<Measured, RunError>,
     gain_margin: Option<f64>,
@@ -250,7 +254,7 @@ fn trial_of(
     }
 }
 
-fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
+fn combinations(changes: &[Counterfactual], size: usize) -> Vec<Vec<Counterfactual>> {
     let Some((first, rest)) = changes.split_first() else {
         return if size == 0 { vec![Vec::new()] } else { Vec::new() };
     };
@@ -263,7 +267,7 @@ fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
 }
 
 /// Weight of a change as evidence for its cause. The documentation of the module has the rules.
-fn weight(change: Change, found: &Explanation) -> f64 {
+fn weight(change: Counterfactual, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
     let own = |cause: Cause| match cause {
         Cause::NumericalArtefact => 100.0,
@@ -282,7 +286,7 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     let base = own(change.cause());
     if base > 0.0 {
         // A cure by the approach shows only that an impact triggered the chatter.
-        return if change == Change::SlowerApproach { base - 5.0 } else { base };
+        return if change == Counterfactual::SlowerApproach { base - 5.0 } else { base };
     }
     let before = found.gain_margin.unwrap_or(f64::INFINITY);
     let trial = found.singles.iter().find(|trial| trial.changes == [change]);
@@ -302,7 +306,7 @@ fn lift(found: &Explanation) -> Option<Lift> {
     let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
     // An unbounded limit counts as infinite, an unknown one as zero. Only a cure separates them.
     let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
-    let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Change::BilateralContact];
+    let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Counterfactual::BilateralContact];
     let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;
     let is_chosen = found.smallest.first().is_some_and(|chosen| *chosen == best.changes);
     let to = best.gain_margin;
@@ -421,8 +425,8 @@ mod tests {
 
     #[test]
     fn truth_combinations_are_counted() {
-        assert_eq!(combinations(&Change::ALL, 1).len(), 15);
-        assert_eq!(combinations(&Change::ALL, 2).len(), 105);
-        assert_eq!(combinations(&Change::ALL, 3).len(), 455);
+        assert_eq!(combinations(&Counterfactual::ALL, 1).len(), 15);
+        assert_eq!(combinations(&Counterfactual::ALL, 2).len(), 105);
+        assert_eq!(combinations(&Counterfactual::ALL, 3).len(), 455);
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{DrawnAxis, Table};
+use feeler_studies::sweep::{DrawnAxis, SweepTable};
 
 use super::palette::of_outcome;
 use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, swatch, text_at};
@@ -39,7 +39,7 @@ pub(super) struct Diagram<'a> {
 }
 
 impl<'a> Diagram<'a> {
-    pub(super) fn new(axis: &'a DrawnAxis, table: &Table, rows: Vec<usize>) -> Self {
+    pub(super) fn new(axis: &'a DrawnAxis, table: &SweepTable, rows: Vec<usize>) -> Self {
         Self { axis, at: table.reals(&axis.key).unwrap_or_default(), rows }
     }
 

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use feeler_files::Setting;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{DrawnAxis, MapTheory, Sweep, Table, shown};
+use feeler_studies::sweep::{DrawnAxis, MapTheory, Sweep, SweepTable, shown};
 
 use super::drawn::{Drawn, MOST_CELLS};
 use super::nearest::{Tile, tiles};
@@ -66,7 +66,7 @@ pub(super) enum Colouring<'a> {
 impl<'a> Map<'a> {
     pub(super) fn new(
         sweep: &Sweep,
-        table: &Table,
+        table: &SweepTable,
         drawn: &Drawn,
         axes: [&'a DrawnAxis; 2],
         panel: &Panel,

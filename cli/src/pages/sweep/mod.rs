@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_files::Setting;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, Table, Theory};
+use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, SweepTable, Theory};
 
 use bifurcation::{Diagram, Prediction};
 use cycles::Predicted;
@@ -49,7 +49,7 @@ const STROBE: &str = "The force one sample of the controller after each touch-do
 pub(crate) struct Shown {
     drawn: Drawn,
     /// The rows of these variants.
-    pub(crate) table: Table,
+    pub(crate) table: SweepTable,
 }
 
 /// Reads the drawn variants from the results in `path`.
@@ -62,7 +62,7 @@ pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<S
             || sweep.file.axes.contains_key(column)
             || hover::SHOWN.iter().any(|(name, ..)| *name == column)
     };
-    let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
+    let table = SweepTable::read_part(path, &is_shown, &|row| drawn.has(row))?;
     Ok(Shown { drawn, table })
 }
 

@@ -1,6 +1,6 @@
 //! Content of the page of a sweep.
 
-use feeler_studies::sweep::{DrawnAxis, Sweep, Table};
+use feeler_studies::sweep::{DrawnAxis, Sweep, SweepTable};
 
 use super::drawn::Drawn;
 use super::tally::Tally;
@@ -10,7 +10,7 @@ use crate::units::Units;
 pub(super) struct Report<'a> {
     pub(super) sweep: &'a Sweep,
     /// The drawn variants.
-    pub(super) table: &'a Table,
+    pub(super) table: &'a SweepTable,
     /// Figures of all variants.
     pub(super) tally: &'a Tally,
     pub(super) drawn: &'a Drawn,

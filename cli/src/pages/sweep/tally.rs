@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use feeler_studies::sweep::{SweepError, Table};
+use feeler_studies::sweep::{SweepError, SweepTable};
 
 /// What the variants came to.
 #[derive(Debug, Default)]
@@ -20,7 +20,7 @@ impl Tally {
     /// Counts the rows of a table of results.
     pub(crate) fn of(path: &Path) -> Result<Self, SweepError> {
         let mut tally = Self::default();
-        Table::scan(
+        SweepTable::scan(
             path,
             &|name| ["outcome", "error", "peak_force_n"].contains(&name),
             &mut |first, part| tally.add(first, &part),
@@ -28,7 +28,7 @@ impl Tally {
         Ok(tally)
     }
 
-    fn add(&mut self, first: usize, part: &Table) {
+    fn add(&mut self, first: usize, part: &SweepTable) {
         self.rows += part.rows;
         for name in outcomes(part) {
             match self.outcomes.get_mut(name) {
@@ -50,7 +50,7 @@ impl Tally {
 }
 
 /// The outcome of each row by name.
-pub(super) fn outcomes(table: &Table) -> impl Iterator<Item = &str> {
+pub(super) fn outcomes(table: &SweepTable) -> impl Iterator<Item = &str> {
     let (outcomes, errors) =
         (table.texts("outcome").unwrap_or_default(), table.texts("error").unwrap_or_default());
     (0..table.rows).map(move |row| {

@@ -1,7 +1,7 @@
 //! Rows of the tables of an explanation, on its page and in the terminal.
 
 use feeler_studies::run::Outcome;
-use feeler_studies::why::{Change, Explanation, Remedy, Trial};
+use feeler_studies::why::{Counterfactual, Explanation, Remedy, Trial};
 
 use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
@@ -14,7 +14,7 @@ const MOST_OTHERS: usize = 8;
 /// the number of the rest.
 pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     let others = found.smallest.get(1..).unwrap_or_default();
-    let row = |set: &Vec<Change>| {
+    let row = |set: &Vec<Counterfactual>| {
         let changes: Vec<&str> = set.iter().map(|change| change.words()).collect();
         let mut causes: Vec<&str> = set.iter().map(|change| change.cause().words()).collect();
         causes.dedup();

@@ -44,7 +44,7 @@ const NEARLY_STATIC: f64 = 1e-9;
 /// A limit cycle as first harmonics see it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LimitCycle {
-    /// Its frequency.
+    /// Of its first harmonic, Hz.
     pub frequency_hz: f64,
     /// Largest elastic force of the contact.
     pub peak_force_n: f64,

@@ -33,7 +33,7 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 /// An edge of stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Edge {
-    /// The gain.
+    /// Where stability begins or ends.
     pub gain: f64,
     /// Frequency of the motion that begins to grow, Hz. If several rates repeat together, many frequencies
     /// look alike once per common period; this is the one at which the bodies move.
@@ -55,7 +55,7 @@ pub struct Band {
 /// Every interval of stable gains from zero on, rising.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct GainBands {
-    /// The intervals.
+    /// From zero on, rising.
     pub bands: Vec<Band>,
 }
 

@@ -11,7 +11,7 @@ use crate::machine::modes::{ModeInPair, VibrationMode, classify};
 /// The loop of one controller, to which gains, margins and limits refer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct LoopPair {
-    /// The controller.
+    /// Name of the controller that closes it.
     pub controller: String,
     /// The command that it gives.
     pub input: String,

@@ -50,7 +50,6 @@ pub(crate) enum Holding {
     Preload(f64),
     /// One drive has this command, the others zero.
     Drive {
-        /// The drive.
         drive: usize,
         /// Its input, in its unit.
         effort: f64,

@@ -13,7 +13,7 @@ pub enum ContactView {
     Clamped,
     /// All in contact; the first one carries this force (N), and drives hold it.
     Pressed {
-        /// The force.
+        /// On the first contact, N.
         preload_n: f64,
     },
     /// All absent.

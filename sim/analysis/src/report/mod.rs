@@ -115,9 +115,9 @@ impl StateSpaceReport {
 /// The analysis of one scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// The input.
+    /// Signal that excites the machine.
     pub input: String,
-    /// The output.
+    /// Signal that is observed.
     pub output: String,
     /// Force on the first contact at the operating point, N (N m for a rotary machine); `None` without a
     /// contact.

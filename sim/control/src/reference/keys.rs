@@ -1,7 +1,7 @@
 //! The keys of a reference in files.
 
 use feeler_catalogue::{
-    Absent, Bound, Choice, Content, Dimension, Field, Form, Key, Kind, Record, Role, Shape, Slot, Unit,
+    Absent, Bound, Choice, Content, Dimension, Field, Form, Key, Keys, Kind, Record, Role, Slot, Unit,
     Variant, chained, field, form, number, required, variants, words,
 };
 
@@ -261,7 +261,7 @@ pub const SAMPLES_FILE: Variant = Variant {
 };
 
 /// The table form of a `reference`.
-pub static REFERENCE: Shape = Shape {
+pub static REFERENCE: Keys = Keys {
     keys: &[],
     choice: Some(Choice { key: "kind", default: None, text: "its shape", variants: &SHAPES }),
 };

@@ -36,9 +36,9 @@ pub struct Simulation<L: Lane> {
 pub enum Stop {
     /// An event of a lane, which is in the state just after it.
     Event {
-        /// The lane.
+        /// Index of the lane that stopped.
         lane: usize,
-        /// The event.
+        /// What happened in it.
         event: Event,
     },
     /// A controller has sampled at this instant.

@@ -2,7 +2,7 @@
 
 use feeler_control::Controller;
 use feeler_lanes::Lane;
-use feeler_plant::assembly::Drive;
+use feeler_plant::assembly::{Drive, TargetChain};
 
 use crate::error::EngineError;
 use crate::run::program::Program;
@@ -18,11 +18,11 @@ pub(crate) struct ServoLoop<L: Lane> {
     target: L,
     /// The rate-limited target, after the first sample.
     followed: L,
-    /// Largest change of that target between samples, in general and on the present way.
+    /// Its largest change between samples on the way to the present target.
     step: L,
-    pace: L,
-    /// Number of samples on the way from one target to the next; zero without interpolation.
-    samples_apart: L,
+    /// Processing of the target in every lane.
+    chains: Vec<TargetChain>,
+    period_s: f64,
     error_deadband: L,
     /// Its inputs besides the target: their drives, force per unit, and what has arrived.
     fed: Vec<(usize, L, L)>,
@@ -39,25 +39,26 @@ impl<L: Lane> ServoLoop<L> {
             L::from_fn(|l| f(&programs[l].motion.assembly().drives[programs[l].servos[i].drive]))
         };
         let start = L::from_fn(|l| programs[l].servos[i].start_m);
-        let chain = |f: fn(&feeler_plant::assembly::TargetChain) -> f64| {
-            number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
+        let chain = |program: &Program| {
+            let drive = &program.motion.assembly().drives[program.servos[i].drive];
+            drive.sampling().map_or(TargetChain::NONE, |sampling| sampling.target)
         };
+        let chains: Vec<TargetChain> = programs.iter().map(chain).collect();
+        let period_s = wired.spec.period_s;
         let (clock, tapped) = (wired.clock.clone(), [Some(wired.encoder), None]);
         let fed = programs[0].motion.assembly().feeds_of(wired.drive).map(|(input, feed)| {
             let gain = number(&|drive| drive.servo.as_ref().map_or(0.0, |servo| feed.gain(servo)));
             (input, gain, L::zero())
         });
-        let step = chain(|target| target.rate_limit) * L::splat(wired.spec.period_s);
-        let interval = chain(|target| target.interval);
         Ok(Self {
             drive: wired.drive,
             sampler: Sampler::new(controller, clock, wired.spec.delay_s, tapped, false, sensors),
             target: start,
             followed: start,
-            step,
-            pace: step,
-            samples_apart: L::from_fn(|l| interval.lane(l) / wired.spec.period_s),
-            error_deadband: chain(|target| target.error_deadband),
+            step: L::from_fn(|l| chains[l].rate_limit * period_s),
+            period_s,
+            error_deadband: L::from_fn(|l| chains[l].error_deadband),
+            chains,
             fed: fed.collect(),
         })
     }
@@ -66,13 +67,11 @@ impl<L: Lane> ServoLoop<L> {
     /// is.
     pub(super) fn takes(&mut self, i: usize, input: L) -> bool {
         if i == self.drive {
-            self.pace = L::from_fn(|l| {
-                let [apart, step, before] = [self.samples_apart, self.step, self.pace].map(|of| of.lane(l));
+            self.step = L::from_fn(|l| {
                 if input.lane(l).to_bits() == self.target.lane(l).to_bits() {
-                    return before;
+                    return self.step.lane(l);
                 }
-                let left = (input - self.followed).lane(l).abs();
-                if apart > 0.0 { (left / apart).min(step) } else { step }
+                self.chains[l].pace((input - self.followed).lane(l)) * self.period_s
             });
             self.target = input;
             return true;
@@ -84,9 +83,9 @@ impl<L: Lane> ServoLoop<L> {
 
     /// Takes the sample that is due at `t_s`. Returns its output, unless that is delayed.
     pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
-        let Self { sampler, target, followed, pace, error_deadband, fed, .. } = self;
+        let Self { sampler, target, followed, step, error_deadband, fed, .. } = self;
         let sampled = sampler.sample(t_s, signals, sensors, |_, reading| {
-            let reference = follow(followed, *target, reading, *pace, *error_deadband);
+            let reference = follow(followed, *target, reading, *step, *error_deadband);
             [reference, fed.iter().fold(L::zero(), |sum, (_, gain, input)| sum + *gain * *input)]
         });
         sampler.send(sampled.sample_s, sampled.output)

@@ -26,7 +26,7 @@ pub struct Weight {
     pub reacts_on: NodeId,
     /// Whether the earth pulls a body: its reaction stays on ground, whatever the machine stands on.
     pub is_of_earth: bool,
-    /// The force.
+    /// Force over the relative position.
     pub pull: Pull,
 }
 

@@ -10,14 +10,16 @@ mod contact;
 mod motor;
 mod profile;
 mod sensor;
+mod servo;
 mod signal;
 mod site;
 
-pub use actuator::{Actuator, ActuatorKind, PositionServo};
+pub use actuator::{Actuator, ActuatorKind};
 pub use contact::{Contact, ContactLaw, Engagement};
 pub use motor::{DcMotor, MotorInput};
 pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
+pub use servo::PositionServo;
 pub use signal::{ParseSignalError, Quantity, SignalName};
 pub use site::{Believed, Element, ElementKind, Site};
 

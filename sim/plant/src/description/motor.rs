@@ -1,6 +1,10 @@
 //! Motors of direct current.
 
-use feeler_catalogue::{Dimension, words};
+use feeler_catalogue::{
+    Absent, Bound, Dimension, Field, Key, Kind, Role, Unit, field, number, optional, required, words,
+};
+
+use super::{Actuator, ActuatorKind};
 
 /// A DC motor with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,3 +81,92 @@ impl MotorInput {
         }
     }
 }
+
+/// A parameter of a motor.
+macro_rules! motor {
+    ($member:ident, $key:expr) => {
+        motor!($member, $key, Role::Structure)
+    };
+    ($member:ident, $key:expr, $role:expr) => {
+        field!(Actuator: Actuator { kind: ActuatorKind::DcMotor(motor), .. } => motor.$member, $key, $role)
+    };
+}
+
+/// Keys of an actuator of this kind.
+pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
+    motor!(
+        input,
+        Key {
+            name: "input",
+            kind: Kind::Word(MotorInput::WORDS),
+            absent: Absent::Word(MotorInput::Voltage.name()),
+            text: "the quantity that the command sets",
+        }
+    ),
+    motor!(
+        resistance_ohm,
+        required(
+            "resistance",
+            Kind::Quantity(Unit::Of(Dimension::RESISTANCE), Bound::Positive),
+            "of the winding",
+        ),
+        Role::Believed
+    ),
+    motor!(
+        torque_constant,
+        required(
+            "torque_constant",
+            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            "force per current on the motor's side of the gear",
+        ),
+        Role::Believed
+    ),
+    motor!(
+        back_emf_constant,
+        optional(
+            "back_emf_constant",
+            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            "voltage per speed on the motor's side of the gear; by default the torque constant",
+        )
+    ),
+    motor!(
+        gear_ratio,
+        number(
+            "gear_ratio",
+            Unit::Of(Dimension::NONE),
+            Bound::Positive,
+            1.0,
+            "travel of the motor per travel of the driven body",
+        )
+    ),
+    motor!(
+        supply_voltage_v,
+        optional(
+            "supply_voltage",
+            Kind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
+            "largest voltage at the winding; a duty cycle is a share of it",
+        )
+    ),
+    motor!(
+        current_limit_a,
+        optional(
+            "current_limit",
+            Kind::Quantity(Unit::Of(Dimension::CURRENT), Bound::Positive),
+            "largest current",
+        )
+    ),
+    motor!(
+        rotor_inertia,
+        number(
+            "rotor_inertia",
+            Unit::Of(Dimension::MASS),
+            Bound::NotNegative,
+            0.0,
+            "on the motor's side of the gear; times the square of the ratio it adds to the driven body",
+        )
+    ),
+    motor!(
+        inductance_h,
+        number("inductance", Unit::Of(Dimension::INDUCTANCE), Bound::NotNegative, 0.0, "of the winding",)
+    ),
+];

@@ -24,7 +24,7 @@ pub struct Knot {
     pub t_s: f64,
     /// Added to the contact's gap.
     pub offset_m: f64,
-    /// Its rate.
+    /// Rate of change of the offset, m/s.
     pub rate_m_per_s: f64,
 }
 

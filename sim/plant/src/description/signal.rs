@@ -127,9 +127,9 @@ impl Quantity {
 /// The name of a signal: an element and one of its quantities.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SignalName {
-    /// The element.
+    /// Name of the element, as in the machine.
     pub element: String,
-    /// Its quantity.
+    /// What is read or commanded of it.
     pub quantity: Quantity,
 }
 

@@ -36,7 +36,7 @@ impl ElementKind {
 /// Position of an element in its machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Site {
-    /// Its table.
+    /// Kind of the element, which is also its table in files.
     pub table: ElementKind,
     /// Its position there.
     pub index: usize,
@@ -54,7 +54,7 @@ impl Site {
 pub struct Believed {
     /// Its index among the element's keys.
     pub index: usize,
-    /// Its key.
+    /// Its declaration.
     pub key: &'static Key,
     /// The believed value, SI.
     pub value: f64,

@@ -10,11 +10,11 @@ use super::{HostKind, Kind};
 /// Why an effect cannot be applied to its element.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EffectError {
     /// The element has the wrong kind for the effect.
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost {
-        /// The effect.
         kind: Kind,
         /// What it sits under.
         found: HostKind,
@@ -24,7 +24,6 @@ pub enum EffectError {
     /// The element has the right kind, but is in the wrong place.
     #[error("`{kind}` needs {needs}")]
     WrongSite {
-        /// The effect.
         kind: Kind,
         /// What the element must be.
         needs: &'static str,
@@ -32,7 +31,6 @@ pub enum EffectError {
     /// Parameters are missing, or there are too many.
     #[error("`{kind}` has {expected} parameters, not {given}")]
     Count {
-        /// The effect.
         kind: Kind,
         /// As many as it has.
         expected: usize,
@@ -42,9 +40,7 @@ pub enum EffectError {
     /// A value outside the bounds of the parameter.
     #[error("`{parameter}` = {value} is not between {low} and {high}")]
     OutOfBounds {
-        /// The parameter.
         parameter: &'static str,
-        /// Its value.
         value: f64,
         /// Smallest value.
         low: f64,
@@ -54,9 +50,7 @@ pub enum EffectError {
     /// A split would leave no mass on one side.
     #[error("`{parameter}` = {value_kg} kg takes all of the {available_kg} kg available")]
     MassExceeded {
-        /// The parameter.
         parameter: &'static str,
-        /// What was asked.
         value_kg: f64,
         /// What there is.
         available_kg: f64,
@@ -64,13 +58,10 @@ pub enum EffectError {
     /// A value is out of range on this host.
     #[error("`{parameter}` = {value}: {reason}")]
     Value {
-        /// The parameter.
         parameter: &'static str,
-        /// Its value.
         value: f64,
         /// Why not.
         reason: &'static str,
-        /// What to do about it.
         remedy: &'static str,
     },
 }

@@ -6,37 +6,28 @@ use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "fields without a text are what their names say")]
 pub enum NonlinearLaw {
     /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` if the contact is
     /// clamped.
     Contact {
-        /// The contact.
         contact: usize,
-        /// Its law.
         law: ForceLaw,
         /// Whether it pushes only.
         unilateral: bool,
     },
     /// The elastic part of that law: its spring force.
     Elastic {
-        /// The contact.
         contact: usize,
-        /// Its law.
         law: ForceLaw,
         /// Whether it pushes only.
         unilateral: bool,
     },
     /// The sign of that law, for an undamped contact that only pushes: its force over the power of `d` that
     /// vanishes with it.
-    Release {
-        /// The contact.
-        contact: usize,
-        /// Its law.
-        law: ForceLaw,
-    },
+    Release { contact: usize, law: ForceLaw },
     /// `cubic e^3` of a link (or of one side of its play).
     Cubic {
-        /// The link.
         link: usize,
         /// Its side of the link; `None` for a link that acts everywhere.
         side: Option<StopSide>,
@@ -45,7 +36,6 @@ pub enum NonlinearLaw {
     },
     /// `excess exp(-(v / velocity)^2)` of a sliding link.
     Stribeck {
-        /// The link.
         link: usize,
         /// N.
         excess: f64,
@@ -53,34 +43,19 @@ pub enum NonlinearLaw {
         velocity: f64,
     },
     /// `|F|` of a clamped contact that loads a guide.
-    Load {
-        /// The contact.
-        contact: usize,
-    },
+    Load { contact: usize },
     /// `drag v^2` of a link.
     Drag {
-        /// The link.
         link: usize,
         /// N s²/m².
         drag: f64,
     },
     /// The rate at which the bristles of a link that moves forward straighten; see [`Bristle`].
-    Slip {
-        /// The link.
-        link: usize,
-        /// Its bristles.
-        bristle: Bristle,
-    },
+    Slip { link: usize, bristle: Bristle },
     /// A force over position.
-    Weight {
-        /// The weight.
-        weight: usize,
-        /// Its law.
-        pull: Pull,
-    },
+    Weight { weight: usize, pull: Pull },
     /// `amplitude sin(2 pi x / pitch + phase)` of a drive.
     Ripple {
-        /// The drive.
         drive: usize,
         /// N.
         amplitude: f64,
@@ -94,7 +69,7 @@ pub enum NonlinearLaw {
 /// A nonlinear term of the machine. Its arguments are rows of the [`super::Equations`] in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearTerm {
-    /// The law.
+    /// What it computes from its arguments.
     pub law: NonlinearLaw,
 }
 

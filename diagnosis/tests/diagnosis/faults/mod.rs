@@ -1,0 +1,399 @@
+//! Bad records: each fault has its message, and other formats give the same one as CSV.
+
+mod formats;
+
+use std::fmt::Write as _;
+use std::fs;
+
+use feeler_diagnosis::dataset::{Dataset, in_words};
+use feeler_diagnosis::{DiagnosisError, diagnose};
+use feeler_problem::Remedy;
+use tempfile::TempDir;
+
+const MACHINE: &str = r#"
+[bodies.tip]
+mass = 5.0
+[springs.guide]
+between = ["ground", "tip"]
+damping = 60.0
+[actuators.drive]
+on = "tip"
+reacts_on = "ground"
+kind = "force"
+[sensors.encoder]
+reads = "tip.position"
+noise = 1.0e-7
+[sensors.accelerometer]
+reads = "tip.acceleration"
+noise = 0.01
+"#;
+const DATASET: &str = r#"
+machine = "machine.toml"
+[columns.command_n]
+signal = "drive.command"
+[columns.encoder_m]
+signal = "encoder.reading"
+[columns.acceleration_mps2]
+signal = "accelerometer.reading"
+"#;
+const HEADER: [&str; 4] = ["t_s", "command_n", "encoder_m", "acceleration_mps2"];
+const ROWS: usize = 2000;
+const SPACING_S: f64 = 1e-3;
+
+type Rows = Vec<[f64; 4]>;
+
+/// A motion whose acceleration is known: sums of sines, with a little noise.
+fn sound() -> Rows {
+    let mut seed: u64 = 1;
+    let mut noise = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let row = |k: usize| {
+        let t = k as f64 * SPACING_S;
+        let (mut x, mut a) = (0.0, 0.0);
+        for (omega, size) in [(7.0_f64, 4e-3), (31.0, 1.3e-3), (83.0, 4e-4), (140.0, 2e-4)] {
+            x += size * (omega * t + omega).sin();
+            a -= size * omega * omega * (omega * t + omega).sin();
+        }
+        [t, 5.0 * a + 1.0, x + 1e-7 * noise(), a + 0.01 * noise()]
+    };
+    (0..ROWS).map(row).collect()
+}
+
+fn csv(rows: &Rows) -> String {
+    let mut text = HEADER.join(",") + "\n";
+    for row in rows {
+        let _ = writeln!(text, "{}", row.map(|x| x.to_string()).join(","));
+    }
+    text
+}
+
+fn folder(files: &[(&str, &[u8])]) -> TempDir {
+    let folder = TempDir::new().expect("a folder");
+    fs::write(folder.path().join("machine.toml"), MACHINE).expect("it is written");
+    let mut dataset = DATASET.to_owned();
+    for (name, _) in files {
+        let _ = write!(dataset, "\n[[experiments]]\nfile = \"{name}\"\n");
+    }
+    fs::write(folder.path().join("dataset.toml"), dataset).expect("it is written");
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).expect("it is written");
+    }
+    folder
+}
+
+/// What is said of two experiments of which the first is spoilt: the error, or the warnings.
+fn said_of(spoilt: &str) -> Result<String, String> {
+    said_of_both(spoilt, &csv(&sound()))
+}
+
+fn said_of_both(a: &str, b: &str) -> Result<String, String> {
+    let folder = folder(&[("a.csv", a.as_bytes()), ("b.csv", b.as_bytes())]);
+    match Dataset::load(folder.path()) {
+        Ok(dataset) => Ok(dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn spoil(change: impl Fn(usize, &mut [f64; 4])) -> String {
+    let mut rows = sound();
+    rows.iter_mut().enumerate().for_each(|(k, row)| change(k, row));
+    csv(&rows)
+}
+
+fn error_says(spoilt: &str, words: &[&str]) {
+    let said = said_of(spoilt).expect_err("an error");
+    assert!(words.iter().all(|word| said.contains(word)), "{words:?} in: {said}");
+}
+
+fn warning_says(spoilt: &str, words: &[&str]) {
+    let said = said_of(spoilt).expect("a warning");
+    assert!(words.iter().all(|word| said.contains(word)), "{words:?} in: {said}");
+}
+
+#[test]
+fn truth_sound_records_have_no_fault() {
+    assert_eq!(said_of(&csv(&sound())), Ok(String::new()));
+}
+
+#[test]
+fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
+    error_says(
+        &csv(&sound()).replacen("acceleration_mps2", "other", 1),
+        &["a.csv", "`acceleration_mps2`", "missing", "remove it from [columns]"],
+    );
+    error_says(
+        &csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1),
+        &["a.csv: `encoder_m`", "rename `encoder_m [m]` to `encoder_m` in the file"],
+    );
+    error_says(
+        &spoil(|k, row| row[2] = if k % 10 == 0 && k > 99 { f64::NAN } else { row[2] }),
+        &["a.csv:102", "`encoder_m`", "no number", "190 such cells"],
+    );
+    let sound = csv(&sound());
+    let row = sound.lines().nth(101).expect("a row");
+    error_says(
+        &sound.replacen(row, "0.1,1.0,oops,1.0", 1),
+        &["a.csv:102", "`encoder_m`", "no number", "1 such cell"],
+    );
+    error_says(
+        &spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }),
+        &["a.csv:52", "does not advance", "clock"],
+    );
+    error_says(
+        &spoil(|k, row| row[0] += if k >= 500 { 0.3 } else { 0.0 }),
+        &["a.csv:502", "0.3000 s are missing", "split the file"],
+    );
+    error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
+    error_says(&csv(&self::sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
+    error_says("", &["a.csv: it is empty"]);
+    error_says("\u{0}\u{1}not text", &["a.csv: it is not a text"]);
+    error_says(
+        &sound.replacen("encoder_m", "Encoder_m", 1),
+        &["the file has `Encoder_m`", "rename `Encoder_m` to `encoder_m`"],
+    );
+    error_says("t_s,command_n,encoder_m,acceleration_mps2\n", &["no rows below the header", "at least 50"]);
+}
+
+#[test]
+fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
+    warning_says(
+        &spoil(|_, row| row[3] = 0.5),
+        &["`acceleration_mps2`", "never changes", "check the wiring"],
+    );
+    warning_says(
+        &spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)),
+        &["`acceleration_mps2`", "rows sit at", "widen its range"],
+    );
+    warning_says(
+        &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
+        &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],
+    );
+    // A converter's end that a fast motion touches for a few rows at a time.
+    warning_says(
+        &spoil(|k, row| row[3] = if k % 40 < 3 { 9.0 } else { row[3] }),
+        &["`acceleration_mps2`", "7.5 % of rows sit at 9 "],
+    );
+    warning_says(
+        &spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }),
+        &["even spacing", "interpolation"],
+    );
+    warning_says(
+        &spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }),
+        &["a.csv:102: `encoder_m`: one cell is empty", "counts as unknown"],
+    );
+    warning_says(
+        &spoil(|k, row| row[2] = if k % 500 == 100 { f64::NAN } else { row[2] }),
+        &["a.csv:102: `encoder_m`: 4 cells are empty", "up to 1 together"],
+    );
+    warning_says(
+        &spoil(|k, row| row[3] = 0.012 * (k as f64).sin()),
+        &["`acceleration_mps2`", "times its noise", "excite more strongly"],
+    );
+}
+
+/// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of
+/// 8 m/s² and more.
+#[test]
+fn regress_noise_that_is_not_stated_comes_from_the_records() {
+    let text = csv(&sound());
+    let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    fs::write(folder.path().join("machine.toml"), MACHINE.replace("noise = 0.01\n", ""))
+        .expect("it is written");
+    let dataset = Dataset::load(folder.path()).expect("it is sound");
+    let said = dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let [only] = said.as_slice() else { panic!("{said:?}") };
+    assert!(
+        only.contains("`acceleration_mps2`: no noise is stated") && only.contains("state `noise`"),
+        "{only}"
+    );
+    assert!(!dataset.is_noise_stated("acceleration_mps2") && dataset.is_noise_stated("encoder_m"));
+    // Uniform between ±0.005: one sigma is 0.01 / sqrt(12), and a median of 2000 rows holds it within a
+    // tenth.
+    let sigma = 0.01 / 12.0_f64.sqrt();
+    assert!((dataset.channels[1].noise / sigma - 1.0).abs() < 0.1, "{}", dataset.channels[1].noise);
+}
+
+/// Three lost rows, four empty cells of the encoder, and an accelerometer that reads every fourth row only.
+#[test]
+fn truth_rows_without_a_reading_are_unknown_to_the_diagnosis() {
+    let rows = sound();
+    let mut text = HEADER.join(",") + "\n";
+    for (k, [t, u, x, a]) in rows.iter().enumerate().filter(|(k, _)| !(500..503).contains(k)) {
+        let encoder = if (900..904).contains(&k) { String::new() } else { x.to_string() };
+        let acceleration = if k % 4 == 0 { a.to_string() } else { String::new() };
+        let _ = writeln!(text, "{t},{u},{encoder},{acceleration}");
+    }
+    let folder = folder(&[("a.csv", text.as_bytes())]);
+    let dataset = Dataset::load(folder.path()).expect("it loads");
+    let record = &dataset.records[0];
+    assert_eq!(record.len(), ROWS);
+    let unknown = |c: usize| (0..ROWS).filter(|&k| record.bridged[c][k]).collect::<Vec<_>>();
+    assert_eq!(unknown(0), [500, 501, 502, 900, 901, 902, 903]);
+    let between: Vec<usize> = (0..ROWS).filter(|k| k % 4 != 0 || *k == 500).collect();
+    assert_eq!(unknown(1), between);
+    let said = in_words(&dataset.warnings).join(
+        "
+",
+    );
+    assert!(
+        said.contains("`encoder_m` has 1993 readings at 1000 Hz") && said.contains("4 rows bridged"),
+        "{said}"
+    );
+    assert!(said.contains("3 rows (0.0030 s) are missing") && said.contains("count as unknown"), "{said}");
+}
+
+#[test]
+fn truth_a_clock_that_runs_fast_is_outvoted() {
+    let (sound, fast) = (csv(&sound()), spoil(|_, row| row[0] *= 1.01));
+    let folder =
+        folder(&[("a.csv", fast.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let said = Dataset::load(folder.path())
+        .expect("it is loaded")
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>();
+    let named =
+        |line: &String| line.starts_with("a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms");
+    assert!(said.iter().any(named) && !said.iter().any(|line| line.starts_with("b.csv")), "{said:?}");
+    // Of two nobody can tell which clock is right.
+    assert!(said_of(&fast).is_ok_and(|said| !said.contains("apart")));
+}
+
+#[test]
+fn truth_what_experiments_share_is_told_once() {
+    let coarse = spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25);
+    let folder =
+        folder(&[("a.csv", coarse.as_bytes()), ("b.csv", coarse.as_bytes()), ("c.csv", coarse.as_bytes())]);
+    let dataset = Dataset::load(folder.path()).expect("it is loaded");
+    let said = in_words(&dataset.warnings);
+    let [only] = said.as_slice() else { panic!("{said:?}") };
+    assert!(
+        only.starts_with("a.csv: `acceleration_mps2`") && only.contains(", as in 2 other experiments ("),
+        "{only}"
+    );
+}
+
+#[test]
+fn truth_a_coarse_channel_at_rest_is_not_blamed_for_the_noise_that_it_rounds_away() {
+    let coarse = |x: f64| (x / 0.25).round() * 0.25;
+    let moving = spoil(|_, row| row[3] = coarse(row[3]));
+    // At rest within half a step all that is left is zeros of either sign.
+    let at_rest = spoil(|k, row| row[3] = if k % 3 == 0 { -0.0 } else { 0.0 });
+    let said = said_of_both(&moving, &at_rest).expect("a warning");
+    assert!(
+        said.starts_with("a.csv") && said.contains("coarser than believed") && said.lines().count() == 1,
+        "{said}"
+    );
+}
+
+#[test]
+fn truth_units_and_clocks_that_disagree_are_stated() {
+    let metres_as_millimetres = spoil(|_, row| row[3] *= 1e3);
+    warning_says(&metres_as_millimetres, &["`acceleration_mps2`", "`encoder_m`", "about 1000", "SI"]);
+    let rows = sound();
+    let late = spoil(|k, row| row[3] = rows[k.saturating_sub(6)][3]);
+    warning_says(&late, &["`acceleration_mps2`", "behind `encoder_m`", "6.0"]);
+}
+
+/// Counts, another sign, an offset, and a column by its number.
+#[test]
+fn truth_units_scale_and_offset_bring_numbers_to_the_signal() {
+    let text = csv(&sound());
+    let mut raw = "t_s,a,counts,c\n".to_owned();
+    for [t, command, place, acceleration] in sound() {
+        let _ = writeln!(raw, "{t},{},{},{}", -command, place * 1e3 * 4.0 + 8.0, acceleration);
+    }
+    let folder = folder(&[("a.csv", raw.as_bytes()), ("b.csv", raw.as_bytes())]);
+    let file = folder.path().join("dataset.toml");
+    let changed = fs::read_to_string(&file)
+        .expect("it is there")
+        .replace("\"drive.command\"\n", "\"drive.command\"\ncolumn = 2\nscale = -1\n")
+        .replace(
+            "[columns.encoder_m]\n",
+            "[columns.counts]\nunit = \"mm\"\nscale = 0.25\noffset = \"-2 mm\"\n",
+        )
+        .replace("[columns.acceleration_mps2]\n", "[columns.c]\n");
+    fs::write(&file, changed).expect("it is written");
+    let dataset = Dataset::load(folder.path()).expect("it is loaded");
+    let sound_folder = self::folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let plain = Dataset::load(sound_folder.path()).expect("it is loaded");
+    assert_eq!(dataset.records[0].commands, plain.records[0].commands);
+    for (a, b) in dataset.records[0].series.iter().zip(&plain.records[0].series) {
+        // A few roundings of numbers up to 10.
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13));
+    }
+}
+
+#[test]
+fn truth_files_that_are_not_what_they_say_are_named() {
+    for name in ["a.mcap", "a.parquet"] {
+        let folder = folder(&[(name, b"not a log"), ("b.csv", csv(&sound()).as_bytes())]);
+        let said = Dataset::load(folder.path()).unwrap_err().to_string();
+        assert!(said.contains(name), "{said}");
+    }
+}
+
+#[test]
+fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
+    let one = folder(&[("a.csv", csv(&sound()).as_bytes())]);
+    let error = diagnose(&Dataset::load(one.path()).expect("it is sound"), &|_| ())
+        .expect_err("there is nothing to check");
+    assert!(matches!(error, DiagnosisError::Roles { fitted: 1, checked: 0 }), "{error}");
+    assert!(error.remedy().contains("record one more"), "{error}");
+    let text = csv(&sound());
+    let both = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let file = both.path().join("dataset.toml");
+    let checks =
+        fs::read_to_string(&file).expect("it is there").replace(".csv\"\n", ".csv\"\nrole = \"check\"\n");
+    fs::write(&file, checks).expect("it is written");
+    let error = diagnose(&Dataset::load(both.path()).expect("it is sound"), &|_| ())
+        .expect_err("there is nothing to fit");
+    assert!(matches!(error, DiagnosisError::Roles { fitted: 0, checked: 2 }), "{error}");
+}
+
+#[test]
+fn regress_time_in_milliseconds_is_an_error() {
+    let folder =
+        folder(&[("a.csv", spoil(|_, row| row[0] *= 1e3).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    let file = folder.path().join("dataset.toml");
+    let held = fs::read_to_string(&file)
+        .expect("it is there")
+        .replace("\"drive.command\"\n", "\"drive.command\"\nhold = \"1 ms\"\n");
+    fs::write(&file, held).expect("it is written");
+    let said = Dataset::load(folder.path()).expect_err("an error").to_string();
+    assert!(
+        said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"),
+        "{said}"
+    );
+}
+
+/// An accelerometer that hangs in one of the experiments: what it does not say counts neither for nor against
+/// a machine.
+#[test]
+fn regress_a_channel_that_never_changes_does_not_score() {
+    let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 9.0));
+    let folder =
+        folder(&[("a.csv", sound.as_bytes()), ("b.csv", hung.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found =
+        diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    // Half the scored experiments hang: were they scored, they would be off by more than their own variation.
+    assert!(found.gap.refit < 0.5, "{:?}", found.gap);
+}
+
+#[test]
+fn regress_causes_are_tried_beside_a_channel_that_never_changes() {
+    let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 0.0));
+    let folder =
+        folder(&[("a.csv", hung.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found =
+        diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    // The records were made with a load of 1 N and without the believed friction.
+    assert!(
+        found.attempts.iter().any(|attempt| attempt.gain_all.is_some_and(|gain| gain > 0.0)),
+        "{:?}",
+        found.attempts
+    );
+}

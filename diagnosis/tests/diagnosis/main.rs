@@ -1,0 +1,24 @@
+//! From records to causes: datasets, faults, predictions, answers.
+
+mod adequacy;
+mod beginning;
+mod contradictions;
+mod drives;
+mod emps;
+mod faults;
+mod fuzz;
+mod import;
+mod inputs;
+mod one_machine;
+mod recovery;
+mod surface;
+
+/// Uniform noise of unit deviation, the same on every run.
+struct Noise(u64);
+
+impl Noise {
+    fn draw(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    }
+}

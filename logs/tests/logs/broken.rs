@@ -1,0 +1,215 @@
+//! Truncated or modified files: each gives an error with a place, or the complete part.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::Path;
+
+use feeler_logs::{LogError, read_file};
+use proptest::prelude::*;
+
+const CASES: u32 = 200;
+
+/// A log of joint states in CDR and one of JSON numbers.
+fn mcap_log(compression: Option<mcap::Compression>) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(512));
+    let mut writer = options.create(&mut bytes).expect("a writer");
+    let definition = b"float64[] position\nstring[] name\nuint8 mode";
+    let schema = writer.add_schema("demo/msg/State", "ros2msg", definition).expect("a schema");
+    let states = writer.add_channel(schema, "/state", "cdr", &BTreeMap::new()).expect("a channel");
+    let plain = writer.add_channel(0, "/x", "json", &BTreeMap::new()).expect("a channel");
+    for k in 0..40_u32 {
+        let log_time = u64::from(k) * 1_000_000;
+        let header = |channel_id| mcap::records::MessageHeader {
+            channel_id,
+            sequence: k,
+            log_time,
+            publish_time: log_time,
+        };
+        let mut message = vec![0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0];
+        message.extend(f64::from(k).to_le_bytes());
+        message.extend(0.5_f64.to_le_bytes());
+        message.extend([2, 0, 0, 0, 2, 0, 0, 0, b'a', 0, 0, 0, 2, 0, 0, 0, b'b', 0, 3]);
+        writer.write_to_known_channel(&header(states), &message).expect("written");
+        writer.write_to_known_channel(&header(plain), b"{\"data\": 1.5}").expect("written");
+    }
+    writer.finish().expect("finished");
+    drop(writer);
+    bytes.into_inner()
+}
+
+/// An array of numpy, as `numpy.save` writes it.
+fn npy() -> Vec<u8> {
+    let mut header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (60, 2), }".to_vec();
+    header.resize(117, b' ');
+    header.push(b'\n');
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(header);
+    bytes.extend((0..120).flat_map(|k| f64::from(k).to_le_bytes()));
+    bytes
+}
+
+fn parquet_table() -> Vec<u8> {
+    use parquet::data_type::DoubleType;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+
+    let schema =
+        parse_message_type("message rows { required double t_s; optional double x; }").expect("a schema");
+    let mut bytes = Vec::new();
+    let mut writer =
+        SerializedFileWriter::new(&mut bytes, std::sync::Arc::new(schema), std::sync::Arc::default())
+            .expect("a writer");
+    let mut group = writer.next_row_group().expect("a group");
+    let values: Vec<f64> = (0..80).map(f64::from).collect();
+    let mut column = group.next_column().expect("a column").expect("a column");
+    column.typed::<DoubleType>().write_batch(&values, None, None).expect("written");
+    column.close().expect("closed");
+    let mut column = group.next_column().expect("a column").expect("a column");
+    column.typed::<DoubleType>().write_batch(&values, Some(&[1; 80]), None).expect("written");
+    column.close().expect("closed");
+    group.close().expect("closed");
+    writer.close().expect("closed");
+    bytes
+}
+
+fn read(name: &str, bytes: &[u8]) -> Result<usize, LogError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("written");
+    read_file(&path, None)
+        .map(|runs| runs.iter().flat_map(|run| &run.tables).map(feeler_logs::Table::rows).sum())
+}
+
+fn whole() -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("plain.mcap", mcap_log(None)),
+        ("lz4.mcap", mcap_log(Some(mcap::Compression::Lz4))),
+        ("zstd.mcap", mcap_log(Some(mcap::Compression::Zstd))),
+        ("a.npy", npy()),
+        ("a.parquet", parquet_table()),
+        ("a.csv", b"t_s,x\n0.0,1.5\n0.25,-2.5\n0.5,3e-3\n".to_vec()),
+        ("bag.db3", include_bytes!("../bag.db3").to_vec()),
+        // By numpy.savez_compressed: a clock, two columns and whole numbers, 12 rows.
+        ("a.npz", include_bytes!("../arrays.npz").to_vec()),
+    ]
+}
+
+/// Reads a data set of LeRobot of one file.
+fn read_lerobot(info: &[u8], table: &[u8]) -> Result<usize, LogError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [meta, data] = ["meta", "data/chunk-000"].map(|name| folder.path().join(name));
+    for (folder, name, bytes) in [(meta, "info.json", info), (data, "file-000.parquet", table)] {
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join(name), bytes).expect("written");
+    }
+    read_file(folder.path(), None)
+        .map(|runs| runs.iter().flat_map(|run| &run.tables).map(feeler_logs::Table::rows).sum())
+}
+
+const INFO: &[u8] = br#"{"fps": 50, "features": {"action": {"names": ["pan.pos"]}}}"#;
+
+/// Whether an error names the file and a byte, row, message or array, or the kind of the file.
+fn is_clear(error: &LogError, name: &str) -> bool {
+    let said = error.to_string();
+    let has_place =
+        ["byte ", "row ", "first bytes", "this is", "it is", "its table"].iter().any(|p| said.contains(p));
+    said.contains(name) && has_place && !feeler_problem::Remedy::remedy(error).is_empty()
+}
+
+#[test]
+fn truth_whole_files_are_read() {
+    for (name, bytes) in whole() {
+        assert!(read(name, &bytes).is_ok_and(|rows| rows >= 3), "{name}: {:?}", read(name, &bytes));
+    }
+}
+
+#[test]
+fn truth_definitions_and_messages_that_do_not_agree_are_placed() {
+    let log = mcap_log(None);
+    let at = log.windows(9).position(|bytes| bytes == b"float64[]").expect("the definition");
+    let mut other = log.clone();
+    other[at..at + 9].copy_from_slice(b"float64  ");
+    // The checksum of its chunk is wrong now.
+    let error = read("a.mcap", &other).expect_err("refused");
+    assert!(is_clear(&error, "a.mcap"), "{error}");
+}
+
+#[test]
+fn prop_files_that_are_cut_off_say_where() {
+    for (name, bytes) in whole().into_iter().filter(|(name, _)| *name != "a.csv") {
+        for share in 1..40 {
+            let end = bytes.len() * share / 40;
+            let error = read(name, &bytes[..end]).err();
+            assert!(
+                error.as_ref().is_some_and(|error| is_clear(error, name)),
+                "{name} cut at {end}: {error:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn prop_data_sets_of_lerobot_that_are_cut_off_say_where() {
+    let table = parquet_table();
+    assert_eq!(read_lerobot(INFO, &table).expect("it is whole"), 80);
+    for end in 0..INFO.len() {
+        let error = read_lerobot(&INFO[..end], &table).err();
+        assert!(error.as_ref().is_some_and(|error| is_clear(error, "info.json")), "{end}: {error:?}");
+    }
+    for share in 1..10 {
+        let error = read_lerobot(INFO, &table[..table.len() * share / 10]).err();
+        assert!(error.as_ref().is_some_and(|error| is_clear(error, "file-000.parquet")), "{error:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(CASES))]
+
+    #[test]
+    fn prop_changed_bytes_of_lerobot_end_with_a_clear_error_or_with_numbers(
+        in_table: bool,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let (mut info, mut table) = (INFO.to_vec(), parquet_table());
+        let (bytes, name) =
+            if in_table { (&mut table, "file-000.parquet") } else { (&mut info, "info.json") };
+        for (at, byte) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        if let Err(error) = read_lerobot(&info, &table) {
+            prop_assert!(is_clear(&error, name), "{}", error);
+        }
+    }
+
+    #[test]
+    fn prop_changed_bytes_end_with_a_clear_error_or_with_numbers(
+        which in 0_usize..8,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let (name, mut bytes) = whole().swap_remove(which);
+        for (at, byte) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        if let Err(error) = read(name, &bytes) {
+            prop_assert!(is_clear(&error, name), "{}", error);
+        }
+    }
+
+    #[test]
+    fn prop_any_text_is_a_table_or_an_error(text in "[0-9a-z,;\\[\\]\"\n\t .-]{0,200}") {
+        if let Err(error) = read("a.csv", text.as_bytes()) {
+            prop_assert!(is_clear(&error, "a.csv"), "{}", error);
+        }
+    }
+}
+
+#[test]
+fn truth_a_folder_without_logs_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let error = feeler_logs::sources(&[folder.path()]).expect_err("no log");
+    assert!(error.to_string().contains("holds no log"), "{error}");
+    assert!(feeler_logs::sources(&[Path::new("no such file")]).is_err());
+}

@@ -1,0 +1,5 @@
+//! Logs as robots write them, sound and broken.
+
+mod broken;
+mod real_writers;
+mod tables;

@@ -1,0 +1,9 @@
+//! Controllers, filters, references and noise: against closed forms, and on lanes.
+
+mod approach;
+mod filters;
+mod lanes;
+mod laws;
+mod linear;
+mod noise;
+mod references;

@@ -1,0 +1,16 @@
+//! Scenarios and what is done with them: outcomes, sweeps, tuning, reasons, whole arms.
+
+mod arms;
+mod cells;
+mod common;
+mod events;
+mod frf;
+mod limit_cycles;
+mod outcomes;
+mod peaks;
+mod remedies;
+mod scenario_files;
+mod surfaces;
+mod sweeps;
+mod tune;
+mod why;

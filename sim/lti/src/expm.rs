@@ -99,8 +99,8 @@ fn taylor_whole(a: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// The bits of [`taylor_whole`], for more than [`MAX_TERMS`] states with few factors in each column. A row of a
-/// power depends on no other row, so the terms of a few rows at a time fit the cache.
+/// The bits of [`taylor_whole`], for more than [`MAX_TERMS`] states with few factors in each column. A row of
+/// a power depends on no other row, so the terms of a few rows at a time fit the cache.
 fn taylor_by_rows(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
     // Factors that are not zero, column by column.

@@ -192,8 +192,8 @@ fn truth_ripple_is_a_force_of_position() {
     }
 }
 
-/// A rounding of 20 N is 4e-15 N. At 1 kN/s a ramp of it lasts 4e-18 s, which a clock that shows a second does
-/// not tell from nothing.
+/// A rounding of 20 N is 4e-15 N. At 1 kN/s a ramp of it lasts 4e-18 s, less than the rounding of a clock at
+/// one second.
 #[test]
 fn regress_a_command_that_moves_by_a_rounding_starts_no_ramp() {
     let mut scenario = driven(with(&[("slew-limit", &[1e3])]), ReferenceSpec::Constant(20.0), 0.1);

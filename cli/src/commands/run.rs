@@ -75,8 +75,9 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let cost = word_on_cost(&document).unwrap_or_default();
     let reason = words::reason(&document.scenario, summary, &doubts)
         .map_or_else(String::new, |reason| format!("\n{reason}"));
+    let energies = word_on_energies(arguments, summary);
     terminal::print(&format!(
-        "{}: {}{reason}\n\n{}\n{cost}\nwrote\n{files}\n\nnext: {}",
+        "{}: {}{reason}\n\n{}\n{cost}{energies}\nwrote\n{files}\n\nnext: {}",
         summary.name,
         words::outcome(summary, units),
         figures(summary, units),
@@ -116,6 +117,15 @@ fn word_on_cost(document: &Document) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// Reports a motion that was too fast for its energies.
+fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
+    if arguments.as_sweep || summary.energy.is_some() {
+        return "";
+    }
+    "\nThe energies are left out: powers would have to be followed through every swing of the fastest \
+     motion.\n"
 }
 
 fn read(arguments: &Run) -> crate::Result<Draft> {

@@ -115,10 +115,11 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         let first = sample(0)?;
         let mut unstable = first.unstable().cast_signed();
         let mut stable = vec![first.is_stable()];
+        let mut counts = Vec::new();
         for (i, crossing) in crossings.iter().enumerate() {
             unstable += crossing.change;
-            let is_last = i + 1 == crossings.len();
-            if unstable > 0 && !is_last {
+            counts.push(unstable);
+            if unstable > 0 {
                 stable.push(false);
                 continue;
             }
@@ -128,6 +129,16 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
                 return Ok(None);
             }
             stable.push(found.is_stable());
+        }
+        // At the largest gains rounding may carry eigenvalues over the border. The count half way decides
+        // then.
+        let is_counted = |i: usize| Ok::<_, LtiError>(sample(i + 1)?.unstable().cast_signed() == counts[i]);
+        if let Some(last) = counts.len().checked_sub(1)
+            && unstable > 0
+            && !is_counted(last)?
+            && !is_counted(last / 2)?
+        {
+            return Ok(None);
         }
         let mut intervals = Vec::new();
         let mut lower: Option<Option<GainEdge>> = stable[0].then_some(None);

@@ -47,4 +47,24 @@ mod tests {
             assert_eq!(run.trace.names.len(), scenario.run.record.len() - 1, "all but the sensor's reading");
         }
     }
+
+    /// A velocity source that swings at 70 MHz, after the first step of its force. The ledger would take a
+    /// million pieces for two milliseconds.
+    #[test]
+    fn regress_a_motion_too_fast_for_the_ledger_runs_without_it() {
+        let document = Document::load(
+            &std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
+                .join("limits/integral-delay.toml"),
+        )
+        .unwrap();
+        let settings = [
+            ("actuators.drive.damping", Setting::Number(1e13)),
+            ("controllers.force.reference", Setting::Number(20.0)),
+            ("run.duration", Setting::Number(0.012)),
+        ];
+        let scenario = document.with(settings).unwrap().scenario;
+        let kept = crate::run::run(&scenario, &mut |_| {}).unwrap().summary;
+        assert_ne!(kept.verdict.undecided, Some(crate::run::Undecided::EventStorm));
+        assert!(kept.energy.is_none() && (kept.simulated_s - 0.012).abs() < 1e-12);
+    }
 }

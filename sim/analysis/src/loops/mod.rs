@@ -9,4 +9,5 @@ pub(crate) mod late;
 pub(crate) mod loop_pair;
 pub(crate) mod sampled_loop;
 pub(crate) mod schedule;
+mod spans;
 pub(crate) mod step_response;

@@ -9,12 +9,13 @@
 use std::collections::VecDeque;
 
 use feeler_control::{ControllerSpec, LinearLaw};
-use feeler_lti::{C64, Discrete, DiscreteStateSpace, StateSpace, eigenvalues, expm_integrals};
+use feeler_lti::{C64, Discrete, DiscreteStateSpace, StateSpace, eigenvalues};
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::error::AnalysisError;
 use crate::loops::control_loop::{ControlLoop, LoopController, LoopPlant, Probe};
 use crate::loops::schedule::{Action, Schedule, Timing};
+use crate::loops::spans::{self, Span};
 use crate::machine::linearise::OutputRow;
 
 /// Spans that differ by less than this share one exponential, s: the engine's time grid.
@@ -34,9 +35,6 @@ pub struct SampledLoop<'a> {
     /// From the start of the period to the first instant.
     lead_in: Span,
 }
-
-/// Transition and input matrix of the plant over a span of time.
-type Span = (DMatrix<f64>, DMatrix<f64>);
 
 /// Everything over the lifted vector.
 struct Walk {
@@ -75,9 +73,9 @@ impl<'a> SampledLoop<'a> {
             if let Some((_, found)) = known.iter().find(|(t, _)| (t - s).abs() <= SAME_SPAN_S) {
                 return Ok(found.clone());
             }
-            let e = expm_integrals(&plant.reduced.a, &plant.reduced.b, s.max(0.0))?;
-            known.push((s, (e.transition, e.step)));
-            Ok((known[known.len() - 1].1).clone())
+            let found = spans::span(&plant.reduced.a, &plant.reduced.b, s.max(0.0))?;
+            known.push((s, found.clone()));
+            Ok(found)
         };
         let ends = schedule.instants.iter().skip(1).map(|(t, _)| *t).chain([schedule.common_s]);
         let spans = schedule

@@ -20,29 +20,44 @@ const SPANS_KEPT: usize = 32;
 /// if their ends are rounded differently.
 const FEMTOSECONDS: f64 = 1e15;
 
+/// How far a lane has come in a span when it leaves the others.
+#[derive(Clone, Copy, Default)]
+struct Gone {
+    gone_s: f64,
+    /// Whether it has passed the note.
+    has_noted: bool,
+}
+
 /// Carries lanes from instant to instant.
 #[derive(Debug)]
 pub(crate) struct Carrier<L: Lane> {
     transitions: Vec<Transition<L>>,
     /// Index of the transition used last.
     last_transition: usize,
-    seen_spans: VecDeque<u64>,
+    /// Spans that have appeared, each with the time to its note.
+    seen_spans: VecDeque<(u64, Option<u64>)>,
     product: Vec<L>,
     fixed: Option<FixedStep<L>>,
     /// Lanes that finish the interval on their own.
     alone: VecDeque<(usize, Passage)>,
     /// End of the interval, s; `None` between intervals.
     ends_s: Option<f64>,
+    /// The signals that late readings take.
+    noted: Vec<usize>,
+    /// Instant within the interval at which they take them, s; `None` if they do not.
+    note_s: Option<f64>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     steps: u64,
 }
 
 impl<L: Lane> Carrier<L> {
     /// For lanes of these programs; `bodies` are the engines of [`Integrator::External`], one per lane.
+    /// `noted` are the signals that late readings take.
     pub(crate) fn new(
         programs: &[Program],
         bodies: Vec<Box<dyn BodyEngine>>,
         lanes: &Lanes<L>,
+        noted: Vec<usize>,
     ) -> Result<Self, EngineError> {
         let run = &programs[0].run;
         let needed = if run.integrator == Integrator::External { L::WIDTH } else { 0 };
@@ -59,8 +74,22 @@ impl<L: Lane> Carrier<L> {
             fixed,
             alone: VecDeque::new(),
             ends_s: None,
+            noted,
+            note_s: None,
             steps: 0,
         })
+    }
+
+    /// Whether late readings may take signals within an interval. Fixed steps and the ledger stop there.
+    #[inline(always)]
+    pub(crate) fn takes_notes(&self, lanes: &Lanes<L>) -> bool {
+        self.fixed.is_none() && !lanes.keeps_energy()
+    }
+
+    /// The note of the interval that has ended, s. The lanes have the signals.
+    #[inline(always)]
+    pub(crate) fn finished_note_s(&mut self) -> Option<f64> {
+        self.note_s.take()
     }
 
     /// Steps taken: intervals, parts of them, or fixed steps.
@@ -81,9 +110,16 @@ impl<L: Lane> Carrier<L> {
     }
 
     /// Starts every lane on the interval to `ends_s`; [`Self::finish`] completes the lanes that go alone.
+    /// On the way, at `note_s`, the signals of late readings are noted.
     #[inline(always)]
-    pub(crate) fn start(&mut self, lanes: &mut Lanes<L>, ends_s: f64) -> Result<(), EngineError> {
+    pub(crate) fn start(
+        &mut self,
+        lanes: &mut Lanes<L>,
+        ends_s: f64,
+        note_s: Option<f64>,
+    ) -> Result<(), EngineError> {
         self.ends_s = Some(ends_s);
+        self.note_s = note_s;
         let span_s = ends_s - lanes.t_s;
         if self.fixed.is_some() {
             return self.fixed_steps(lanes, span_s);
@@ -93,14 +129,16 @@ impl<L: Lane> Carrier<L> {
             return Ok(());
         }
         // Usually the same span as last time: a comparison is cheaper than rounding.
+        let until_note_s = note_s.map(|note_s| note_s - lanes.t_s);
         if let Some(last) = self.transitions.get(self.last_transition)
-            && last.is_over(span_s)
+            && last.is_over(span_s, until_note_s)
         {
             return self.travel(lanes, self.last_transition);
         }
-        let span_fs = (span_s * FEMTOSECONDS).round() as u64;
-        let known = self.transitions.iter().position(|transition| transition.span_fs == span_fs);
-        if let Some(index) = known.or_else(|| self.learn(lanes, span_fs)) {
+        let (span_fs, note_fs) = (in_femtoseconds(span_s), until_note_s.map(in_femtoseconds));
+        let is_known = |known: &Transition<L>| known.span_fs == span_fs && known.note_fs == note_fs;
+        let known = self.transitions.iter().position(is_known);
+        if let Some(index) = known.or_else(|| self.learn(lanes, span_fs, note_fs)) {
             self.last_transition = index;
             self.travel(lanes, index)
         } else {
@@ -122,18 +160,18 @@ impl<L: Lane> Carrier<L> {
 
     /// Makes a transition for a span that has appeared before, and records a new one.
     #[cold]
-    fn learn(&mut self, lanes: &Lanes<L>, span_fs: u64) -> Option<usize> {
+    fn learn(&mut self, lanes: &Lanes<L>, span_fs: u64, note_fs: Option<u64>) -> Option<usize> {
         if span_fs == 0 || self.transitions.len() == SPANS_KEPT {
             return None;
         }
-        if !self.seen_spans.contains(&span_fs) {
-            self.seen_spans.push_back(span_fs);
+        if !self.seen_spans.contains(&(span_fs, note_fs)) {
+            self.seen_spans.push_back((span_fs, note_fs));
             if self.seen_spans.len() > SPANS_KEPT {
                 self.seen_spans.pop_front();
             }
             return None;
         }
-        self.transitions.push(Transition::new(span_fs, &lanes.cores));
+        self.transitions.push(Transition::new(span_fs, note_fs, &self.noted, &lanes.cores));
         Some(self.transitions.len() - 1)
     }
 
@@ -167,7 +205,11 @@ impl<L: Lane> Carrier<L> {
                     self.look_at_crests(lanes, index, part, crests)?;
                 }
             }
-            self.transitions[index].go(moved, &mut lanes.xi, &mut lanes.signals.values, &self.product);
+            let transition = &self.transitions[index];
+            if transition.note_fs.is_some() {
+                transition.note(moved, part, &self.product, &mut lanes.signals.noted);
+            }
+            transition.go(moved, &mut lanes.xi, &mut lanes.signals.values, &self.product);
             if stopped.any() {
                 self.stop_before(lanes, index, part, stopped);
                 together = together & !stopped;
@@ -213,28 +255,37 @@ impl<L: Lane> Carrier<L> {
     #[cold]
     fn leave_behind(&mut self, lanes: &Lanes<L>, index: usize, behind: L::Mask) {
         let span_s = self.transitions[index].span_fs as f64 / FEMTOSECONDS;
-        self.send_alone(lanes, behind, span_s, |_| 0.0);
+        self.send_alone(lanes, behind, span_s, |_| Gone::default());
     }
 
     /// Lanes that may have met an event in one part of a span go through the rest of it alone.
     #[cold]
     fn stop_before(&mut self, lanes: &Lanes<L>, index: usize, part: u64, stopped: L::Mask) {
-        let span_s = self.transitions[index].span_fs as f64 / FEMTOSECONDS;
-        let parts = self.transitions[index].parts.clone();
-        self.send_alone(lanes, stopped, span_s, |l| span_s * part as f64 / parts[l] as f64);
+        let transition = &self.transitions[index];
+        let span_s = transition.span_fs as f64 / FEMTOSECONDS;
+        let (parts, note_parts) = (transition.parts.clone(), transition.note_parts.clone());
+        self.send_alone(lanes, stopped, span_s, |l| Gone {
+            gone_s: span_s * part as f64 / parts[l] as f64,
+            has_noted: part > note_parts[l],
+        });
     }
 
     #[cold]
     fn go_alone(&mut self, lanes: &mut Lanes<L>, span_s: f64) {
         self.steps += 1;
         lanes.signals.are_fresh = L::Mask::splat(false);
-        self.send_alone(lanes, L::Mask::splat(true), span_s, |_| 0.0);
+        self.send_alone(lanes, L::Mask::splat(true), span_s, |_| Gone::default());
     }
 
-    /// Sends lanes alone to the end of a span, of which `gone_s` has passed.
-    fn send_alone(&mut self, lanes: &Lanes<L>, mask: L::Mask, span_s: f64, gone_s: impl Fn(usize) -> f64) {
+    /// Sends lanes alone to the end of a span, by way of its note if that is still ahead.
+    fn send_alone(&mut self, lanes: &Lanes<L>, mask: L::Mask, span_s: f64, gone: impl Fn(usize) -> Gone) {
         for l in (0..L::WIDTH).filter(|&l| mask.test(l) && !lanes.cores[l].has_ended()) {
-            let gone_s = gone_s(l);
+            let Gone { mut gone_s, has_noted } = gone(l);
+            if let Some(note_s) = self.note_s.filter(|_| !has_noted) {
+                let until_note_s = (note_s - lanes.t_s - gone_s).max(0.0);
+                self.alone.push_back((l, Passage::up_to_note(lanes.t_s + gone_s, until_note_s)));
+                gone_s += until_note_s;
+            }
             self.alone.push_back((l, Passage::new(lanes.t_s + gone_s, span_s - gone_s)));
         }
     }
@@ -252,6 +303,9 @@ impl<L: Lane> Carrier<L> {
             changed |= core.current != mode || core.has_ended();
             put_lane(&mut lanes.xi, *l, &lanes.scratch);
             if passage.is_through() || core.has_ended() {
+                if passage.ends_at_note {
+                    lanes.signals.note(*l, core, &mut lanes.scratch, &self.noted);
+                }
                 self.alone.pop_front();
             }
             is_through = !pauses || core.events.is_empty();
@@ -271,6 +325,10 @@ impl<L: Lane> Carrier<L> {
         }
         Ok(())
     }
+}
+
+fn in_femtoseconds(span_s: f64) -> u64 {
+    (span_s * FEMTOSECONDS).round() as u64
 }
 
 impl<L: Lane> Lanes<L> {

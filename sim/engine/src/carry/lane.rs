@@ -30,11 +30,18 @@ pub(crate) struct Passage {
     span_s: f64,
     elapsed_s: f64,
     has_begun: bool,
+    /// Whether late readings take their signals at its end.
+    pub(crate) ends_at_note: bool,
 }
 
 impl Passage {
     pub(crate) fn new(from_s: f64, span_s: f64) -> Self {
-        Self { from_s, span_s, elapsed_s: 0.0, has_begun: false }
+        Self { from_s, span_s, elapsed_s: 0.0, has_begun: false, ends_at_note: false }
+    }
+
+    /// A span at whose end late readings take their signals.
+    pub(crate) fn up_to_note(from_s: f64, span_s: f64) -> Self {
+        Self { ends_at_note: true, ..Self::new(from_s, span_s) }
     }
 
     pub(crate) fn time_s(&self) -> f64 {

@@ -202,6 +202,12 @@ impl<L: Lane> Lanes<L> {
         &self.signals.values
     }
 
+    /// The signals at the note of the last interval (see [`crate::carry::carrier::Carrier::start`]).
+    #[inline(always)]
+    pub(crate) fn noted(&self) -> &[L] {
+        &self.signals.noted
+    }
+
     #[cold]
     fn refresh_terms(&mut self) {
         for (l, core) in self.cores.iter().enumerate().filter(|(_, core)| !core.flow().linear) {

@@ -1,6 +1,7 @@
 //! Signals of the plant that controllers and recorders read, for all lanes.
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
+use feeler_plant::motion::dot;
 
 use crate::carry::formation::Formation;
 use crate::carry::lane::LaneCore;
@@ -9,6 +10,8 @@ use crate::carry::lane::LaneCore;
 #[derive(Debug)]
 pub(super) struct Signals<L: Lane> {
     pub(super) values: Vec<L>,
+    /// The signals at the note of the last interval, for late readings. Others than these are zero.
+    pub(super) noted: Vec<L>,
     /// Lanes whose signals came with their motion to the present instant.
     pub(super) are_fresh: L::Mask,
     /// What the rows give, padded.
@@ -25,6 +28,7 @@ impl<L: Lane> Signals<L> {
         let rows = Blocks::zeros(count, width);
         Self {
             values: vec![L::zero(); count],
+            noted: vec![L::zero(); count],
             are_fresh: L::Mask::splat(false),
             products: vec![L::zero(); rows.padded_rows()],
             rows,
@@ -51,6 +55,19 @@ impl<L: Lane> Signals<L> {
         self.rows.apply(xi, &mut self.products);
         for (value, &product) in self.values.iter_mut().zip(&self.products) {
             *value = L::select(self.are_fresh, *value, product);
+        }
+    }
+
+    /// Notes some signals of lane `l`, which is alone at its note with the extended vector `xi`.
+    #[cold]
+    pub(super) fn note(&mut self, l: usize, core: &LaneCore, xi: &mut [f64], signals: &[usize]) {
+        let flow = core.flow();
+        if !flow.linear {
+            core.motion.fill_terms(&flow.equations, xi);
+        }
+        for &signal in signals {
+            let value = flow.signals[signal].as_ref().map_or(0.0, |row| dot(row, xi));
+            self.noted[signal].set_lane(l, value);
         }
     }
 

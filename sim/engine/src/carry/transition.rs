@@ -9,12 +9,22 @@ use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 
 /// Spans closer than this are equal on the grid of femtoseconds.
 const SAME_SPAN_S: f64 = 0.49e-15;
+/// In place of the time of a note where there is none.
+const NO_NOTE_S: f64 = -1.0;
 
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct Transition<L: Lane> {
     pub(crate) span_fs: u64,
     span_s: f64,
+    /// Time from the start to the note; `None` if no late reading takes a signal on the way.
+    pub(crate) note_fs: Option<u64>,
+    /// The same, s; negative without a note.
+    note_s: f64,
+    /// Part of the span of each lane that contains the note.
+    pub(crate) note_parts: Vec<u64>,
+    /// The signals to note.
+    noted: Vec<usize>,
     /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last checked.
     filled_at: u64,
     /// Flow of each lane for which the rows were filled in.
@@ -31,8 +41,9 @@ pub(crate) struct Transition<L: Lane> {
     states: usize,
     /// Lines that there is room for.
     lines: usize,
-    /// Where the signals begin.
+    /// Where the signals begin, and those noted.
     signals_from: usize,
+    noted_from: usize,
     /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are
     /// forces.
     guarding: Vec<L::Mask>,
@@ -42,12 +53,17 @@ pub(crate) struct Transition<L: Lane> {
 }
 
 impl<L: Lane> Transition<L> {
-    pub(crate) fn new(span_fs: u64, lanes: &[LaneCore]) -> Self {
+    /// Over a span with a note of some signals, if there is one.
+    pub(crate) fn new(span_fs: u64, note_fs: Option<u64>, signals: &[usize], lanes: &[LaneCore]) -> Self {
         let layout = lanes[0].motion.layout();
         let (states, width) = (layout.states(), layout.linear_width());
         Self {
             span_fs,
             span_s: span_fs as f64 * 1e-15,
+            note_fs,
+            note_s: note_fs.map_or(NO_NOTE_S, |note_fs| note_fs as f64 * 1e-15),
+            note_parts: vec![0; L::WIDTH],
+            noted: if note_fs.is_some() { signals.to_vec() } else { Vec::new() },
             filled_at: 0,
             filled_for: vec![usize::MAX; L::WIDTH],
             parts: vec![1; L::WIDTH],
@@ -58,16 +74,18 @@ impl<L: Lane> Transition<L> {
             states,
             lines: 0,
             signals_from: 0,
+            noted_from: 0,
             guarding: Vec::new(),
             pushing: Vec::new(),
             rough: L::Mask::splat(false),
         }
     }
 
-    /// Whether a span equals this one on the grid of femtoseconds.
+    /// Whether a span and its note equal these on the grid of femtoseconds.
     #[inline(always)]
-    pub(crate) fn is_over(&self, span_s: f64) -> bool {
+    pub(crate) fn is_over(&self, span_s: f64, note_s: Option<f64>) -> bool {
         (span_s - self.span_s).abs() < SAME_SPAN_S
+            && (note_s.unwrap_or(NO_NOTE_S) - self.note_s).abs() < SAME_SPAN_S
     }
 
     /// Rows of the product, padded.
@@ -92,7 +110,8 @@ impl<L: Lane> Transition<L> {
             self.lines = most;
             let flow = lanes[0].flow();
             self.signals_from = self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * flow.pushing.len();
-            self.matrix = Blocks::zeros(self.signals_from + flow.signals.len(), self.width);
+            self.noted_from = self.signals_from + flow.signals.len();
+            self.matrix = Blocks::zeros(self.noted_from + self.noted.len(), self.width);
             self.filled_for.fill(usize::MAX);
         }
         let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
@@ -118,6 +137,15 @@ impl<L: Lane> Transition<L> {
                 flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate()
             {
                 self.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
+            }
+            if let Some(note_fs) = self.note_fs {
+                let part_fs = self.span_fs / self.parts[l];
+                let part = (note_fs / part_fs).min(self.parts[l] - 1);
+                self.note_parts[l] = part;
+                let rows = flow.noted(note_fs - part * part_fs, &self.noted)?;
+                for (i, row) in rows.chunks_exact(self.width).enumerate() {
+                    self.matrix.set_row(l, self.noted_from + i, row);
+                }
             }
             // Lines that this lane does not have read 1 at both ends.
             let mut one = vec![0.0; self.width];
@@ -203,6 +231,19 @@ impl<L: Lane> Transition<L> {
             length_s: self.part_s.lane(l),
             is_rough: self.rough.test(l),
         })
+    }
+
+    /// Notes the signals of the lanes of `moved` whose note lies in part `part`.
+    #[inline(always)]
+    pub(crate) fn note(&self, moved: L::Mask, part: u64, y: &[L], noted: &mut [L]) {
+        let here = if self.most_parts == 1 {
+            moved
+        } else {
+            moved & L::Mask::from_fn(|l| self.note_parts[l] == part)
+        };
+        for (&signal, &y) in self.noted.iter().zip(&y[self.noted_from..]) {
+            noted[signal] = L::select(here, y, noted[signal]);
+        }
     }
 
     /// Moves the lanes of `moved` to their computed states, and returns their signals there.

@@ -45,22 +45,38 @@ impl<L: Lane> Recorder<L> {
         }
     }
 
+    /// When the next record is due, s.
     #[inline(always)]
     pub(crate) fn next_instant_s(&self) -> f64 {
-        if self.any_delayed {
-            let takes = self.readings.iter().flatten().map(Reading::next_s);
-            return takes.fold(self.next_s, earlier);
-        }
         self.next_s
     }
 
-    /// Takes signals that delayed readings will need.
+    /// When the next signal for a delayed reading is due, s.
     #[inline(always)]
-    pub(crate) fn take_delayed(&mut self, lanes: &Lanes<L>) {
+    pub(crate) fn next_take_s(&self) -> f64 {
+        let takes = self.readings.iter().flatten().map(Reading::next_s);
+        if self.any_delayed { takes.fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+    }
+
+    /// When the first of these signals later than `t_s` is due, s; not later if that is not known yet.
+    #[inline(always)]
+    pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
+        let takes = self.readings.iter().flatten().map(|reading| reading.next_after_s(t_s));
+        if self.any_delayed { takes.fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+    }
+
+    /// The signals that delayed readings take.
+    pub(crate) fn delayed_signals(&self) -> impl Iterator<Item = usize> {
+        self.readings.iter().flatten().filter_map(Reading::delayed_signal)
+    }
+
+    /// Takes the signals of `t_s` that delayed readings will need.
+    #[inline(always)]
+    pub(crate) fn take_delayed(&mut self, t_s: f64, signals: &[L]) {
         if self.any_delayed {
             let rate_hz = self.rate_hz;
             for reading in self.readings.iter_mut().flatten() {
-                reading.take(lanes.time_s(), lanes.signals(), |k| k as f64 / rate_hz);
+                reading.take(t_s, signals, |k| k as f64 / rate_hz);
             }
         }
     }

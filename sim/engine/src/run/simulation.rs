@@ -90,9 +90,13 @@ impl<L: Lane> Simulation<L> {
         }
         let lanes = Lanes::new(&programs)?;
         let sampling = Sampling::new(&programs)?;
+        let recorder = Recorder::new(&programs[0], &sampling);
+        let mut late: Vec<usize> = sampling.delayed_signals().chain(recorder.delayed_signals()).collect();
+        late.sort_unstable();
+        late.dedup();
         Ok(Self {
-            carrier: Carrier::new(&programs, bodies, &lanes)?,
-            recorder: Recorder::new(&programs[0], &sampling),
+            carrier: Carrier::new(&programs, bodies, &lanes, late)?,
+            recorder,
             lanes,
             sampling,
             strokes: Vec::new(),
@@ -216,12 +220,12 @@ impl<L: Lane> Simulation<L> {
     /// also stops at an event.
     #[inline(always)]
     fn go_on(&mut self, until_s: f64, pauses: bool) -> Result<Reached, EngineError> {
-        let instant_s = earlier(self.recorder.next_instant_s(), self.sampling.next_instant_s());
+        let (instant_s, note_s) = self.next_instant(until_s);
         // An end that falls on an instant is that instant. A run in slices then has the same spans as one
         // run.
         let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
         if self.carrier.ends_s().is_some() || !due(next_s, self.lanes.time_s()) {
-            let has_come = self.carry(next_s, pauses)?;
+            let has_come = self.carry(next_s, note_s, pauses)?;
             if pauses && (!has_come || self.lanes.has_events()) {
                 return Ok(Reached::Between);
             }
@@ -235,23 +239,45 @@ impl<L: Lane> Simulation<L> {
         Ok(if due(until_s, self.lanes.time_s()) { Reached::End } else { Reached::Between })
     }
 
-    /// Carries every lane to `next_s`, or to the end of the interval that an event interrupted. Returns
-    /// whether all have reached it.
+    /// The next instant, s, and the instant on the way at which late readings take their signals. That is
+    /// one row more of the same product. If there are several, or if the interval ends before, the next of
+    /// them is an instant of its own.
     #[inline(always)]
-    fn carry(&mut self, next_s: f64, pauses: bool) -> Result<bool, EngineError> {
+    fn next_instant(&self, until_s: f64) -> (f64, Option<f64>) {
+        let instant_s = earlier(self.recorder.next_instant_s(), self.sampling.next_instant_s());
+        let take_s = earlier(self.recorder.next_take_s(), self.sampling.next_take_s());
+        if due(instant_s, take_s) {
+            return (earlier(instant_s, take_s), None);
+        }
+        let after_s = earlier(self.recorder.take_after_s(take_s), self.sampling.take_after_s(take_s));
+        let is_on_the_way = self.carrier.takes_notes(&self.lanes)
+            && !due(take_s, self.lanes.time_s())
+            && !due(after_s, instant_s)
+            && due(instant_s, until_s);
+        if is_on_the_way { (instant_s, Some(take_s)) } else { (take_s, None) }
+    }
+
+    /// Carries every lane to `next_s` past a note, or to the end of the interval that an event interrupted.
+    /// Returns whether all have reached it.
+    #[inline(always)]
+    fn carry(&mut self, next_s: f64, note_s: Option<f64>, pauses: bool) -> Result<bool, EngineError> {
         let keeps_energy = self.lanes.keeps_energy();
         let interrupted = self.carrier.ends_s();
         if interrupted.is_none() {
             if keeps_energy {
                 self.strokes = self.lanes.strokes();
             }
-            self.carrier.start(&mut self.lanes, next_s)?;
+            self.carrier.start(&mut self.lanes, next_s, note_s)?;
         }
         if !self.carrier.finish(&mut self.lanes, pauses)? {
             return Ok(false);
         }
         if keeps_energy {
             self.sampling.charge(&self.strokes, &mut self.lanes);
+        }
+        if let Some(note_s) = self.carrier.finished_note_s() {
+            self.sampling.take_delayed(note_s, self.lanes.noted());
+            self.recorder.take_delayed(note_s, self.lanes.noted());
         }
         self.lanes.arrive(interrupted.unwrap_or(next_s));
         Ok(true)
@@ -264,8 +290,8 @@ impl<L: Lane> Simulation<L> {
         let Self { lanes, sampling, recorder, .. } = self;
         sampling.move_gaps(lanes);
         lanes.refresh_signals();
-        sampling.take_delayed(lanes);
-        recorder.take_delayed(lanes);
+        sampling.take_delayed(lanes.time_s(), lanes.signals());
+        recorder.take_delayed(lanes.time_s(), lanes.signals());
         let sampled = sampling.sample(lanes)?;
         let recorded = recorder.is_due(lanes.time_s());
         if recorded {

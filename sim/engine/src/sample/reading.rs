@@ -3,6 +3,7 @@
 use feeler_lanes::Lane;
 
 use crate::run::wanted::Tapped;
+use crate::sample::clock::due;
 use crate::sample::sensing::Sensing;
 use crate::sample::taps::Tap;
 
@@ -26,10 +27,22 @@ impl<L: Lane> Reading<L> {
         self.tap.is_some()
     }
 
+    /// The signal that it takes before it reads; `None` without a delay.
+    pub(crate) fn delayed_signal(&self) -> Option<usize> {
+        self.tap.as_ref().map(|tap| tap.signal)
+    }
+
     /// When the next signal for a later reading is due, s.
     #[inline(always)]
     pub(crate) fn next_s(&self) -> f64 {
         self.tap.as_ref().map_or(f64::INFINITY, |tap| tap.next_s)
+    }
+
+    /// When the first signal later than `t_s` is due, s; not later than `t_s` if that is not known yet.
+    #[inline(always)]
+    pub(crate) fn next_after_s(&self, t_s: f64) -> f64 {
+        let of = |tap: &Tap<L>| if due(tap.next_s, t_s) { tap.after_s } else { tap.next_s };
+        self.tap.as_ref().map_or(f64::INFINITY, of)
     }
 
     /// Takes the signal for every later reading that needs it now; `instant_of(k)` is the time of reading

@@ -134,6 +134,20 @@ impl<L: Lane, O> Sampler<L, O> {
         of(&self.readings[0]).min(of(&self.readings[1]))
     }
 
+    /// When the first of these signals later than `t_s` is due, s (see [`Reading::next_after_s`]).
+    #[inline(always)]
+    pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
+        let of = |reading: &Option<Reading<L>>| {
+            reading.as_ref().map_or(f64::INFINITY, |reading| reading.next_after_s(t_s))
+        };
+        of(&self.readings[0]).min(of(&self.readings[1]))
+    }
+
+    /// The signals that delayed readings take.
+    pub(crate) fn delayed_signals(&self) -> impl Iterator<Item = usize> {
+        self.readings.iter().flatten().filter_map(Reading::delayed_signal)
+    }
+
     /// Whether lane `l` was in its approach at the last sample.
     pub fn is_approaching(&self, l: usize) -> bool {
         self.next_sample > 0 && !self.controller.in_contact_phase().test(l)

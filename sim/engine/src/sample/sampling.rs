@@ -57,6 +57,7 @@ impl<L: Lane> Sampling<L> {
         })
     }
 
+    /// When something is due that changes the motion or reads it, s.
     #[inline(always)]
     pub(crate) fn next_instant_s(&self) -> f64 {
         let mut next = f64::INFINITY;
@@ -72,10 +73,26 @@ impl<L: Lane> Sampling<L> {
                 self.loops.iter().fold(next, |next, control| earlier(next, control.sampler.next_arrival_s()));
             next = self.drives.iter().fold(next, |next, drive| earlier(next, drive.next_arrival_s()));
         }
-        if self.any_delayed {
-            next = self.loops.iter().fold(next, |next, control| earlier(next, control.sampler.next_take_s()));
-        }
         self.gaps.iter().fold(next, |next, gap| earlier(next, gap.next_s()))
+    }
+
+    /// When the next signal for a delayed reading is due, s.
+    #[inline(always)]
+    pub(crate) fn next_take_s(&self) -> f64 {
+        let of = |control: &ControlLoop<L>| control.sampler.next_take_s();
+        if self.any_delayed { self.loops.iter().map(of).fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+    }
+
+    /// When the first of these signals later than `t_s` is due, s; not later if that is not known yet.
+    #[inline(always)]
+    pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
+        let of = |control: &ControlLoop<L>| control.sampler.take_after_s(t_s);
+        if self.any_delayed { self.loops.iter().map(of).fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+    }
+
+    /// The signals that delayed readings take.
+    pub(crate) fn delayed_signals(&self) -> impl Iterator<Item = usize> {
+        self.loops.iter().flat_map(|control| control.sampler.delayed_signals())
     }
 
     /// Gaps whose pieces end now continue with the next.
@@ -90,13 +107,11 @@ impl<L: Lane> Sampling<L> {
         }
     }
 
-    /// Takes signals that delayed readings will need.
+    /// Takes the signals of `t_s` that delayed readings will need.
     #[inline(always)]
-    pub(crate) fn take_delayed(&mut self, lanes: &Lanes<L>) {
+    pub(crate) fn take_delayed(&mut self, t_s: f64, signals: &[L]) {
         if self.any_delayed {
-            self.loops
-                .iter_mut()
-                .for_each(|control| control.sampler.take_delayed(lanes.time_s(), lanes.signals()));
+            self.loops.iter_mut().for_each(|control| control.sampler.take_delayed(t_s, signals));
         }
     }
 

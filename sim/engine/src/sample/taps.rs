@@ -20,6 +20,8 @@ pub struct Tap<L> {
     taken: VecDeque<L>,
     /// Time of the next signal, s.
     pub next_s: f64,
+    /// Time of the signal after it, s; not later than it before the first is taken.
+    pub(crate) after_s: f64,
     /// Readings whose signal has been taken so far.
     count: u64,
 }
@@ -35,6 +37,7 @@ impl<L: Lane> Tap<L> {
             initial_left: 0,
             taken: VecDeque::new(),
             next_s,
+            after_s: next_s,
             count: 0,
         }
     }
@@ -42,6 +45,7 @@ impl<L: Lane> Tap<L> {
     /// Takes the signal for every reading that needs it at `t_s`; `instant_of(k)` is the time of reading `k`.
     /// Before the start the signal has its initial value.
     pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
+        let before = self.count;
         if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {
             self.initial = value;
             self.count = first_after(self.delay_s, &instant_of);
@@ -52,6 +56,9 @@ impl<L: Lane> Tap<L> {
             self.taken.push_back(value);
             self.count += 1;
             self.next_s = instant_of(self.count) - self.delay_s;
+        }
+        if self.count != before {
+            self.after_s = instant_of(self.count + 1) - self.delay_s;
         }
     }
 

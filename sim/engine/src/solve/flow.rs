@@ -77,6 +77,8 @@ pub(crate) struct Flow {
     pub(crate) coupled: Vec<Vec<usize>>,
     /// Transition rows by span.
     transitions: Vec<(u64, Vec<f64>)>,
+    /// Rows of noted signals by span.
+    noted: Vec<(u64, Vec<f64>)>,
 }
 
 impl Flow {
@@ -132,6 +134,7 @@ impl Flow {
             ledger,
             coupled,
             transitions: Vec::new(),
+            noted: Vec::new(),
         })
     }
 
@@ -238,6 +241,22 @@ impl Flow {
         }
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
+    }
+
+    /// The rows that give some signals `span_fs` femtoseconds later. Every call must name the same signals.
+    pub(crate) fn noted(&mut self, span_fs: u64, signals: &[usize]) -> Result<&[f64], EngineError> {
+        if let Some(i) = self.noted.iter().position(|(key, _)| *key == span_fs) {
+            return Ok(&self.noted[i].1);
+        }
+        let n = self.width;
+        let exponential = exponential(&self.derivative, n, span_fs)?;
+        let mut rows = Vec::with_capacity(signals.len() * n);
+        for &signal in signals {
+            let row = self.signals[signal].as_deref().map_or(&[][..], |row| &row[..n]);
+            rows.extend(exponential.column_iter().map(|column| dot(row, column.as_slice())));
+        }
+        self.noted.push((span_fs, rows));
+        Ok(&self.noted[self.noted.len() - 1].1)
     }
 }
 

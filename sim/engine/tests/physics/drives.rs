@@ -1,8 +1,9 @@
 //! The chain from a command to a force.
 
 use feeler_control::ReferenceSpec;
-use feeler_engine::{EventKind, Scenario, Trace};
+use feeler_engine::{EventKind, Program, Scenario, Trace};
 use feeler_plant::description::{Actuator, ActuatorKind, GROUND};
+use feeler_plant::motion::Mode;
 
 use crate::common::{close, command, drive, effect, free_mass, run, scenario, spring};
 
@@ -189,4 +190,21 @@ fn truth_ripple_is_a_force_of_position() {
         let potential = |x: f64| amplitude * pitch / std::f64::consts::TAU * angle(x).cos();
         close(0.5 * MASS_KG * v[i] * v[i] + potential(x[i]), 0.5 * MASS_KG * 0.04 + potential(0.0), EXACT);
     }
+}
+
+/// A rounding of 20 N is 4e-15 N. At 1 kN/s a ramp of it lasts 4e-18 s, less than the rounding of a clock at
+/// one second.
+#[test]
+fn regress_a_command_that_moves_by_a_rounding_starts_no_ramp() {
+    let mut scenario = driven(with(&[("slew-limit", &[1e3])]), ReferenceSpec::Constant(20.0), 0.1);
+    scenario.run.energy = false;
+    let program = Program::new(&scenario).unwrap();
+    let motion = program.motion();
+    let (mut xi, ramp) = (motion.initial_vector(), motion.layout().ramp(0).unwrap());
+    xi[ramp] = 20.0;
+    let at_target = motion.take_input(Mode::default(), 0, 20.0, &mut xi);
+    let above = 20.0_f64.next_up();
+    assert_eq!(motion.take_input(at_target, 0, above, &mut xi), at_target);
+    assert_eq!(xi[ramp].to_bits(), above.to_bits());
+    assert_ne!(motion.take_input(at_target, 0, 20.0 + 1e-12, &mut xi), at_target);
 }

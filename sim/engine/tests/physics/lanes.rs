@@ -136,8 +136,14 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
         sensors.machine.sensors["force"].resolution = Some(0.1);
         sensors.controllers["force"].spec.delay_s = 0.4e-3;
         sensors.controllers["force"].spec.jitter_s = 5e-5;
-        let cases = [friction, play, limits, hertz, hunt_crossley, stribeck, sensors];
-        let names = ["friction", "play", "limits", "hertz", "hunt-crossley", "stribeck", "sensors"];
+        // Signals on the way between samples: in one part of the interval, and in one of several.
+        let mut late = base();
+        late.machine.sensors["force"].delay_s = 0.37e-3;
+        let mut stiff = late.clone();
+        stiff.machine.contacts["tool"].stiffness = 2e8;
+        let cases = [friction, play, limits, hertz, hunt_crossley, stribeck, sensors, late, stiff];
+        let names =
+            ["friction", "play", "limits", "hertz", "hunt-crossley", "stribeck", "sensors", "late", "stiff"];
         for (what, base) in names.iter().zip(cases) {
             let vary = |scenario: &mut Scenario, factor: f64| {
                 kp(scenario, factor);

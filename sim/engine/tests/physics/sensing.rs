@@ -6,7 +6,7 @@ use feeler_control::ReferenceSpec;
 use feeler_engine::Scenario;
 use feeler_plant::description::{LowPass, Quantity, Sensor};
 
-use crate::common::{close, command, drive, effect, free_mass, run, scenario, sensor};
+use crate::common::{axis, close, command, drive, effect, free_mass, run, scenario, sensor};
 
 /// A few exponentials of size one.
 const EXACT: f64 = 1e-12;
@@ -153,6 +153,34 @@ fn truth_a_controller_reads_a_late_sensor_as_it_was() {
         for (t, output) in trace.t_s.iter().zip(trace.column("loop.output").unwrap()) {
             let sampled = (t / period_s + 1e-9).floor() * period_s;
             close(*output, START_M + SPEED_M_PER_S * (sampled - delay_s).max(0.0), EXACT);
+        }
+    }
+}
+
+/// Between two samples a late reading takes its signal as a row of the same product. In a record of ten times
+/// the rate every interval ends at that instant instead. Both differ by roundings, which impacts amplify. A
+/// stiff wall divides the interval into parts.
+#[test]
+fn prop_a_signal_taken_on_the_way_is_that_of_an_instant() {
+    const ROUNDINGS: f64 = 1e-9;
+    for (delay_s, stiffness, duration_s) in [(0.3e-3, 2e5, 0.2), (2.7e-3, 2e5, 0.2), (0.4e-3, 2e7, 0.04)] {
+        let mut scenario = axis(duration_s);
+        scenario.run.energy = false;
+        scenario.machine.contacts["tool"].stiffness = stiffness;
+        scenario.machine.sensors["force"].delay_s = delay_s;
+        let (coarse, simulation) = run(&scenario);
+        scenario.run.record_rate_hz = Some(1e4);
+        let (fine, _) = run(&scenario);
+        // A millisecond is one step, or two parts of one.
+        let milliseconds = (duration_s * 1e3).round() as u64;
+        let most = if stiffness > 1e6 { 2 * milliseconds } else { milliseconds };
+        assert!(coarse.events.len() > 2 && simulation.steps() <= most, "{} steps", simulation.steps());
+        for name in ["tool.force", "tip.position", "motor.velocity", "drive.force", "force.reading"] {
+            let (coarse, fine) = (coarse.column(name).unwrap(), fine.column(name).unwrap());
+            let largest = coarse.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            for (i, value) in coarse.iter().enumerate() {
+                close(*value, fine[10 * i], ROUNDINGS * largest);
+            }
         }
     }
 }

@@ -86,6 +86,8 @@ fn machines() -> Vec<(&'static str, Scenario)> {
     let mut late = axis(0.2);
     late.machine.sensors["force"].effects.push(effect("force-delay", &[1.7e-3]));
     late.machine.actuators["drive"].effects.push(effect("slew-limit", &[2e3]));
+    let mut earlier = axis(0.2);
+    earlier.machine.sensors["force"].delay_s = 0.4e-3;
     let mut hertzian = axis(0.1);
     let tool = hertzian.machine.contacts["tool"].clone();
     let hertz = Contact { law: ContactLaw::Hertz, stiffness: 1e8, ..tool };
@@ -97,6 +99,7 @@ fn machines() -> Vec<(&'static str, Scenario)> {
         ("a late controller", with_run(chattering, |run| run.energy = false)),
         ("friction and play", sticking),
         ("a late sensor and a slow drive", late),
+        ("a signal between samples", with_run(earlier, |run| run.energy = false)),
         ("a Hertzian contact", hertzian),
     ]
 }

@@ -3,6 +3,10 @@
 use super::{FrictionState, GuardValue, Mode, RampState, Switch, SwitchState};
 use crate::motion::{Equations, Motion, dot};
 
+/// A command this close to its target, relative to both, is there: a ramp of a few roundings would end before
+/// the clock moves.
+const AT_TARGET: f64 = 4.0 * f64::EPSILON;
+
 /// The modes that a machine has met, with the means to carry its state through each.
 pub trait ModeTable {
     /// Why a mode cannot be entered.
@@ -40,6 +44,9 @@ impl Motion {
         xi[self.layout.input(i)] = value;
         match (self.layout.ramp(i), self.number_of(Switch::Ramp(i))) {
             (Some(ramp), Some(switch)) => {
+                if (value - xi[ramp]).abs() <= AT_TARGET * value.abs().max(xi[ramp].abs()) {
+                    xi[ramp] = value;
+                }
                 let left = value - xi[ramp];
                 if let Some(pace) = self.layout.pace(i).filter(|_| is_new) {
                     xi[pace] = self.assembly.drives[i].pace(left).copysign(left);

@@ -4,8 +4,14 @@ use std::path::Path;
 
 use feeler_problem::short;
 
+use crate::clock::median_step;
 use crate::error::LogError;
 use crate::table::{Column, Run, Table};
+
+/// Largest share of empty cells that are taken for losses of the recorder.
+const MOST_LOST: f64 = 0.05;
+/// Most empty cells in a row between readings of a column that has more than half of the rows.
+const MOST_TOGETHER: usize = 20;
 
 /// A column that is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +103,6 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
         ));
     };
     let is_one_table = found.iter().all(|(table, _)| std::ptr::eq(*table, base));
-    let is_dense = |column: &Column| 2 * column.present() > column.values.len() || column.bad.is_some();
     let Some(clock) = &base.clock else {
         return Err(LogError::other(
             file,
@@ -107,7 +112,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
         ));
     };
     let bad = |column: &Column| column.bad.as_ref().map(|bad| (bad.first, bad.count));
-    if is_one_table && found.iter().all(|(_, column)| is_dense(column)) {
+    if is_one_table && !found.iter().any(|(_, column)| has_own_rows(column)) {
         return Ok(Series {
             clock: clock.column.clone(),
             times_s: base.times_s.clone(),
@@ -118,8 +123,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
             notes: Vec::new(),
         });
     }
-    let own = base.times_s.iter().zip(&leader.values).filter(|(_, x)| !x.is_nan());
-    let times_s: Vec<f64> = own.map(|(t, _)| *t).collect();
+    let times_s = instants(base, leader);
     let (mut values, mut bridged, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for (pick, (table, column)) in picks.iter().zip(&found) {
         let Some(other) = &table.clock else {
@@ -133,7 +137,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
         let readings = table.times_s.iter().zip(&column.values).filter(|(_, x)| !x.is_nan());
         let (at, given): (Vec<f64>, Vec<f64>) = readings.map(|(t, x)| (t + shift_s, *x)).unzip();
         let between = if pick.is_held { Vec::new() } else { bridged_of(&at, &times_s) };
-        let is_broken = std::ptr::eq(*table, base) && !between.is_empty();
+        let is_broken = std::ptr::eq(*table, base) && at.len() < times_s.len();
         if at.len() < 2 * times_s.len() / 3 || is_broken {
             let rate =
                 table.rate_of_hz(column).map_or_else(String::new, |rate| format!(" at {} Hz", short(rate)));
@@ -151,6 +155,34 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
     let bad = found.iter().map(|(_, column)| bad(column)).collect();
     let (clock, rows_before) = (clock.column.clone(), base.rows_before);
     Ok(Series { clock, times_s, values, bridged, bad, rows_before, notes })
+}
+
+/// Whether the empty cells of a column are rows of other columns: they are more than a recorder loses, and
+/// spread. A single long stretch is a loss.
+fn has_own_rows(column: &Column) -> bool {
+    let rows = column.values.len();
+    let empty = rows - column.present();
+    if column.bad.is_some() || empty as f64 <= MOST_LOST * rows as f64 {
+        return false;
+    }
+    let stretches = column.values.chunk_by(|a, b| a.is_nan() == b.is_nan());
+    let longest = stretches.filter(|cells| cells[0].is_nan()).map(<[f64]>::len).max().unwrap_or(0);
+    2 * empty >= rows || longest <= MOST_TOGETHER
+}
+
+/// The instants of a column's readings; those of all rows of its table if these are more even, since then the
+/// column has lost readings.
+fn instants(table: &Table, column: &Column) -> Vec<f64> {
+    let readings = table.times_s.iter().zip(&column.values).filter(|(_, x)| !x.is_nan());
+    let own: Vec<f64> = readings.map(|(t, _)| *t).collect();
+    let is_whole = own.len() == table.times_s.len();
+    if is_whole || odd_steps(&own) <= odd_steps(&table.times_s) { own } else { table.times_s.clone() }
+}
+
+/// Number of steps that differ from the usual one by more than half of it.
+fn odd_steps(times: &[f64]) -> usize {
+    let Some(usual) = median_step(times) else { return 0 };
+    times.windows(2).filter(|pair| ((pair[1] - pair[0]) / usual - 1.0).abs() > 0.5).count()
 }
 
 /// The instants that are the nearest to none of the readings `at`; empty if there are none.
@@ -187,6 +219,33 @@ fn sampled(at: &[f64], values: &[f64], times: &[f64], is_held: bool) -> Vec<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn table(times_s: Vec<f64>, values: Vec<f64>) -> Table {
+        Table {
+            name: String::new(),
+            file: "a.csv".into(),
+            clock: None,
+            times_s,
+            rows_before: 1,
+            columns: vec![Column { values, ..Column::default() }],
+        }
+    }
+
+    /// A column on every other row has a rate of its own. One without every fifth reading has lost them.
+    #[test]
+    fn truth_instants_are_those_of_readings_unless_the_rows_are_more_even() {
+        let times: Vec<f64> = (0..100).map(f64::from).collect();
+        let without = |is_empty: fn(usize) -> bool| {
+            let values = (0..100).map(|k| if is_empty(k) { f64::NAN } else { 1.0 }).collect();
+            let table = table(times.clone(), values);
+            (has_own_rows(&table.columns[0]), instants(&table, &table.columns[0]).len())
+        };
+        assert_eq!(without(|k| k % 2 == 1), (true, 50));
+        assert_eq!(without(|k| k % 5 == 3), (true, 100));
+        // Few are lost here and there, and many in one stretch.
+        assert_eq!(without(|k| k % 25 == 3), (false, 100));
+        assert_eq!(without(|k| (30..60).contains(&k)), (false, 100));
+    }
 
     #[test]
     fn truth_between_readings_values_are_on_a_line_or_held() {

@@ -335,13 +335,10 @@ fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
     fs::write(path, text).map_err(unwritable(path))
 }
 
-/// Empties the cells between the readings of slow columns: what is interpolated there is no reading.
+/// Empties the cells between the readings of a column: what is interpolated there is no reading.
 fn empty_between_readings(series: &mut Series) {
     for (values, gaps) in series.values.iter_mut().zip(&series.bridged) {
-        let unknown = gaps.iter().filter(|is_gap| **is_gap).count();
-        if 2 * unknown >= values.len() {
-            values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);
-        }
+        values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);
     }
 }
 

@@ -128,7 +128,7 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
         &["a.csv: `encoder_m`", "rename `encoder_m [m]` to `encoder_m` in the file"],
     );
     error_says(
-        &spoil(|k, row| row[2] = if k % 10 == 0 && k > 99 { f64::NAN } else { row[2] }),
+        &spoil(|k, row| row[2] = if (100..290).contains(&k) { f64::NAN } else { row[2] }),
         &["a.csv:102", "`encoder_m`", "no number", "190 such cells"],
     );
     let sound = csv(&sound());
@@ -242,6 +242,24 @@ fn truth_rows_without_a_reading_are_unknown_to_the_diagnosis() {
         "{said}"
     );
     assert!(said.contains("3 rows (0.0030 s) are missing") && said.contains("count as unknown"), "{said}");
+}
+
+/// More cells are empty than a recorder loses, but never many together: they are rows of other channels.
+#[test]
+fn truth_many_single_empty_cells_are_rows_without_a_reading() {
+    let rows = sound();
+    let mut text = HEADER.join(",") + "\n";
+    let is_empty = |k: usize| k % 10 == 5 || k % 7 == 3;
+    for (k, [t, u, x, a]) in rows.iter().enumerate() {
+        let encoder = if is_empty(k) { String::new() } else { x.to_string() };
+        let _ = writeln!(text, "{t},{u},{encoder},{a}");
+    }
+    let folder = folder(&[("a.csv", text.as_bytes())]);
+    let dataset = Dataset::load(folder.path()).expect("it loads");
+    let record = &dataset.records[0];
+    assert_eq!(record.len(), ROWS);
+    assert_eq!(record.bridged[0], (0..ROWS).map(is_empty).collect::<Vec<_>>());
+    assert!(record.bridged[1].is_empty(), "the other channel has every reading");
 }
 
 #[test]

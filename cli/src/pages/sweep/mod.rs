@@ -235,15 +235,18 @@ impl Report<'_> {
         page: &mut Page,
         drawings: &mut Vec<(String, String)>,
     ) {
-        for ((panel, suffix), theory) in self.panels(page).into_iter().zip(theory) {
+        for (number, ((panel, suffix), theory)) in self.panels(page).into_iter().zip(theory).enumerate() {
             let map = Map::new(self.sweep, self.table, self.drawn, axes, &panel, theory);
             let caption = format!(
-                "{} {} Hover to see a variant and the command that runs it; click to copy it.",
+                "{} {} Hover to see a variant and the command that runs it; click to copy it. Draw a box to \
+                 zoom, double-click to see the whole; keys: + − 0.",
                 map.about_cells(),
                 map.about_limits()
             );
             let svg = map.svg(&Colouring::Outcome(&self.outcomes));
-            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, self.hover(&map.places()));
+            let mut hover = self.hover(&map.places());
+            hover["fine"] = self.whole(axes, number);
+            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, hover);
             drawings.push((format!("map{suffix}"), svg));
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
             let oscillates =

@@ -341,5 +341,5 @@ const feeler = (() => {
     u.setData(columns(chart), !zoomed);
     if (zoomed) u.setScale("x", { min, max });
   };
-  return { draw, update, column, palette, dark, linearTicks, tickTexts };
+  return { draw, update, column, palette, dark, linearTicks, logTicks, tickTexts };
 })();

@@ -17,12 +17,22 @@
     const map = maps[Number(holder.dataset.map)], svg = holder.querySelector("svg"),
         told = holder.nextElementSibling;
     if (!map || !svg) return;
+    const centre = (row) => { const [x, y, width, height] = map.places[row];
+      return [x + width / 2, y + height / 2]; };
+    let shown = null;
+    const zoom = feeler.zoom(svg, map.fine, () => typeof shown === "number" ?
+        zoom.shares(centre(shown)) : null);
     const locate = (event) => {
-      const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+      const found = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+      const seen = [found.x, found.y];
+      const variant = zoom?.variant(seen);
+      if (variant) return variant;
+      if (zoom && !zoom.holds(seen)) return null;
+      const [px, py] = zoom ? zoom.back(seen) : seen;
       // Later ones lie on top.
       for (let i = map.places.length - 1; i >= 0; i--) {
         const [x, y, width, height] = map.places[i];
-        if (point.x >= x && point.x < x + width && point.y >= y && point.y < y + height) return i;
+        if (px >= x && px < x + width && py >= y && py < y + height) return i;
       }
       return null;
     };
@@ -31,17 +41,23 @@
     // Twelve digits say all but rounding.
     const written = (value) => typeof value === "number" ? String(Number(value.toPrecision(12))) :
         String(value);
-    const setting = (column, row) =>
-        ` --set '${column[0]}=${written(of(column, row)).replaceAll("'", "'\\''")}'`;
-    const command = (row) => map.commands ? map.commands[row] : map.command + map.columns.slice(0,
-        map.settings).map((column) => setting(column, row)).join("");
-    let shown = null;
+    const set = (key, value) => ` --set '${key}=${written(value).replaceAll("'", "'\\''")}'`;
+    const settings = map.columns.slice(0, map.settings);
+    // On the axes of a thinned map a variant that is not drawn has values of its own.
+    const valueOf = (column, row) => {
+      const axis = typeof row === "number" ? -1 : map.fine.keys.indexOf(column[0]);
+      return axis >= 0 ? row.values[axis] : of(column, typeof row === "number" ? row : 0);
+    };
+    const command = (row) => map.commands ? map.commands[row] :
+        map.command + settings.map((column) => set(column[0], valueOf(column, row))).join("");
     const tell = (row) => {
       if (row === shown) return;
       shown = row;
       if (row === null) { told.textContent = "\u00a0"; return; }
-      const figures = map.columns.filter((column) => of(column, row) !== null)
-        .map((column) => `${column[0]} ${withUnit(of(column, row), column[2])}`);
+      const known = typeof row === "number" ? map.columns.filter((column) => of(column, row) !== null) :
+          settings;
+      const figures = known.map((column) => `${column[0]} ${withUnit(valueOf(column, row), column[2])}`);
+      if (typeof row !== "number") figures.push(row.label);
       told.textContent = `${figures.join(", ")}\n${command(row)}`;
       told.style.whiteSpace = "pre-wrap";
     };
@@ -58,9 +74,10 @@
     holder.addEventListener("keydown", (event) => {
       const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key],
           count = map.places.length;
-      if (by) tell(((shown ?? (by > 0 ? -1 : 0)) + by + count) % count);
+      const last = typeof shown === "number" ? shown : by > 0 ? -1 : 0;
+      if (by) tell((last + by + count) % count);
       else if (event.key === "Enter") copy();
-      else return;
+      else if (!zoom?.key(event)) return;
       event.preventDefault();
     });
   });

@@ -9,6 +9,7 @@ use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
 use super::file;
+use super::gaps::Gaps;
 use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
@@ -32,6 +33,8 @@ pub struct Draft {
     pub(crate) root: Table,
     /// Index of the file itself among the sources.
     pub(crate) main: usize,
+    /// What was computed of its surfaces before.
+    pub(crate) gaps: Gaps,
 }
 
 /// The value of an override.
@@ -59,7 +62,8 @@ impl Draft {
     /// # Errors
     /// As [`Draft::load`].
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut draft = Self { sources: Sources::default(), root: Table::new(), main: 0 };
+        let mut draft =
+            Self { sources: Sources::default(), root: Table::new(), main: 0, gaps: Gaps::default() };
         let table = parse_toml(text, file_name, &mut draft.sources)?;
         refuse_other(&table, FileKind::Scenario, &draft.sources)?;
         draft.root = draft.on_base(table, 1)?;

@@ -29,6 +29,7 @@ mod draft;
 mod edit;
 mod file;
 mod followed;
+mod gaps;
 mod keys;
 mod kind;
 mod located;

@@ -7,7 +7,7 @@ use feeler_plant::assembly::Source;
 use feeler_plant::description::{Axis, ContactLaw, Engagement, Quantity};
 use feeler_problem::Problem;
 
-use crate::numbers::with_unit;
+use crate::numbers::{plain, two_digits, with_unit};
 use crate::operating_point::contact_view;
 use crate::run::ForceLoop;
 
@@ -109,12 +109,15 @@ fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
         Problem::new(
             format!("controllers.{name}.period"),
             format!(
-                "a period of {:.3} ms takes {:.2} samples of each cycle \
-             of the machine's slowest mode, {slowest_hz:.1} Hz",
-                1e3 * used.spec.period_s,
-                1.0 / (used.spec.period_s * slowest_hz)
+                "a period of {} takes {} samples of each cycle of the machine's slowest mode, {}",
+                with_unit(used.spec.period_s, "s"),
+                plain(two_digits(1.0 / (used.spec.period_s * slowest_hz))),
+                with_unit(slowest_hz, "Hz")
             ),
-            format!("a period of {:.3} ms takes ten", 1e2 / slowest_hz),
+            format!(
+                "a period of {} takes ten; a number without a unit is in seconds",
+                with_unit(two_digits(0.1 / slowest_hz), "s")
+            ),
         )
     })
     .collect()

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use feeler_catalogue::{Contents, Key, Record};
-use feeler_geometry::{Feed, GeometryError, Material, Placement, Shape, Touching, hertz_stiffness};
+use feeler_geometry::{Feed, GeometryError, Material, Placement, Shape, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 use feeler_problem::{Problem, Remedy};
 
 use super::shapes::{FileError, text_of};
 use super::{Builder, Item};
+use crate::gaps::Travel;
 use crate::keys::CONTACTS;
 use crate::keys::surface::{
     ERROR, FEED, FeedKeys, MATERIAL, OFFSET, PROFILE, RATE, SURFACE, ShapeFile, TIP, WORKPIECE,
@@ -98,11 +99,10 @@ impl Builder<'_> {
         let workpiece = self.shape(item, &WORKPIECE, fields.table(&WORKPIECE)?);
         let feed = self.feed(item, fields.value(&FEED)?);
         let error_m = fields.value(&ERROR)?;
-        let ((tip, tip_place), (workpiece, workpiece_place), (feed, duration_s)) = (tip?, workpiece?, feed?);
-        let compiled = Touching::new(&tip, &tip_place, &workpiece, &workpiece_place)
-            .and_then(|touching| touching.profile(&feed, duration_s, error_m));
+        let (feed, duration_s) = feed?;
+        let travel = Travel { tip: tip?, workpiece: workpiece?, feed, duration_s, error_m };
         let problem = |error: GeometryError| Problem::new("", error.to_string(), error.remedy());
-        Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(problem))
+        Some(self.draft.gaps.of(item.name, travel).map_err(problem))
     }
 
     fn shape(&mut self, item: Item<'_>, part: &Key, fields: &Contents) -> Option<(Shape, Placement)> {

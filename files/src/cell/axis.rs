@@ -79,7 +79,7 @@ pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut
     if let Some(sensors) = sensors.node.as_table_mut().filter(|sensors| !sensors.contains_key(ENCODER)) {
         make.put(sensors, ENCODER, make.table([("reads", make.text("motor.position"))]));
     }
-    Some(Draft { sources: draft.sources.clone(), root, main: draft.main })
+    Some(Draft { sources: draft.sources.clone(), root, main: draft.main, gaps: draft.gaps.clone() })
 }
 
 /// Creates nodes that are in no file.

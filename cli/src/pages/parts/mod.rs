@@ -27,6 +27,7 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot.LICENSE");
 const CHARTS_SCRIPT: &str = include_str!("../../../assets/charts.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
 const PLANE_SCRIPT: &str = include_str!("../../../assets/plane.js");
+const ZOOM_SCRIPT: &str = include_str!("../../../assets/zoom.js");
 const MAP_SCRIPT: &str = include_str!("../../../assets/map.js");
 const SCENE_SCRIPT: &str = include_str!("../../../assets/scene.js");
 const STYLE: &str = include_str!("../../../assets/page.css");
@@ -277,6 +278,7 @@ impl Page {
     pub(crate) fn render(self) -> String {
         let scripts = [
             (PLANE_SCRIPT, self.planes.is_empty()),
+            (ZOOM_SCRIPT, self.maps.is_empty()),
             (MAP_SCRIPT, self.maps.is_empty()),
             (SCENE_SCRIPT, self.scenes.is_empty()),
         ];

@@ -83,6 +83,11 @@ impl Scale {
         if smallest < PLAIN[0] * 10_f64.powi(power) { Style::Powers } else { Style::Factor(power) }
     }
 
+    /// Values over the numbers at their ticks.
+    pub(crate) fn factor(&self) -> f64 {
+        if let Style::Factor(power) = self.style() { 10_f64.powi(power) } else { 1.0 }
+    }
+
     /// Tick values, with their text if they have one.
     pub(crate) fn ticks(&self, pixels: f64) -> Vec<(f64, String)> {
         let [low, high] = self.ends();
@@ -110,7 +115,7 @@ impl Scale {
                 .map(|(value, named)| (value, if named { text(value) } else { String::new() }))
                 .collect();
         }
-        let factor = if let Style::Factor(power) = style { 10_f64.powi(power) } else { 1.0 };
+        let factor = self.factor();
         let rough = (high - low) / (pixels / TICK_EVERY).max(1.0);
         let decade = 10_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0]

@@ -40,6 +40,7 @@ impl Frame {
             "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>"
         );
         let bottom = y + height;
+        svg.push_str("<g class=\"ticks\">");
         for (value, text) in self.x.ticks(width) {
             let at = x + self.x.share(value) * width;
             let length = if text.is_empty() { 3 } else { 6 };
@@ -52,6 +53,7 @@ impl Frame {
             let _ = write!(svg, "<path d=\"M{x} {at:.1}h-{length}\" stroke=\"{INK}\"/>");
             text_at(svg, [x - 9.0, at + 4.0], "end", 12, SOFT, &text);
         }
+        svg.push_str("</g>");
         text_at(svg, [x + 0.5 * width, bottom + 40.0], "middle", 13, INK, &self.x.title());
         let (middle, side) = (y + 0.5 * height, x - 62.0);
         let label = escape(&self.y.title());
@@ -79,6 +81,22 @@ impl Frame {
                  stroke-width=\"{width}\"{dash}/>"
             );
         }
+    }
+
+    /// Draws contents that a page zooms within the frame. `assets/zoom.js` reads the frame's place, and of
+    /// each scale its ends, whether it is logarithmic, and the factor of its ticks.
+    pub(crate) fn zoomable(&self, svg: &mut String, clip: &str, class: &str, contents: &str) {
+        let Place { x, y, width, height } = self.place;
+        let of = |scale: &Scale| {
+            let [from, to] = scale.range;
+            format!("{from:e} {to:e} {} {:e}", u8::from(scale.log), scale.factor())
+        };
+        let (across, up) = (of(&self.x), of(&self.y));
+        let _ = write!(
+            svg,
+            "<g clip-path=\"url(#{clip})\"><g class=\"zoomed{class}\" \
+             data-frame=\"{x} {y} {width} {height} {across} {up}\">{contents}</g></g>"
+        );
     }
 
     /// Defines the region that clips lines.

@@ -92,6 +92,32 @@ impl Drawn {
         }
     }
 
+    /// The codes of every variant of a panel of a thinned grid: columns and rows of its map, and one code for
+    /// each place, row after row from below. `None` if all values are drawn.
+    pub(super) fn panel(&self, keys: [&str; 2], panel: u64, codes: &[u8]) -> Option<([usize; 2], Vec<u8>)> {
+        let Self::Grid { axes, .. } = self else { return None };
+        let count = |key: &str| axes.iter().find(|axis| axis.key == key).map(|axis| axis.count as usize);
+        let [columns, rows] = [count(keys[0])?, count(keys[1])?];
+        let mut cells = vec![0; columns * rows];
+        for (row, code) in codes.iter().enumerate() {
+            let (mut rest, mut own, mut panels, mut at) = (row as u64, 0, 1, [0; 2]);
+            for axis in axes.iter().rev() {
+                let index = rest % axis.count;
+                rest /= axis.count;
+                if axis.every.is_none() {
+                    own += index * panels;
+                    panels *= axis.count;
+                } else if let Some(i) = keys.iter().position(|key| *key == axis.key) {
+                    at[i] = index as usize;
+                }
+            }
+            if own == panel {
+                cells[at[1] * columns + at[0]] = *code;
+            }
+        }
+        Some(([columns, rows], cells))
+    }
+
     /// Spacing of the drawn values of an axis; `None` if all values of a grid are drawn.
     pub(super) fn every(&self, key: &str) -> Option<u64> {
         if let Self::Grid { axes, .. } = self {
@@ -157,6 +183,15 @@ mod tests {
         let [x, y] = [0, 1].map(|i| axes[i].every.unwrap() as usize);
         let on_lattice = |row: usize| (row / 600).is_multiple_of(x) && (row / 2 % 300).is_multiple_of(y);
         assert_eq!(rows, (0..240_000).filter(|&row| on_lattice(row)).collect::<Vec<_>>());
+        // A page holds them all: of 400 by 300 values the variants with the second seed, by their rows.
+        let whole = Drawn::of(&large, 240_000);
+        let codes: Vec<u8> = (0..240_000_usize).map(|row| (row % 251) as u8).collect();
+        let keys = ["controllers.force.kp", "contacts.tool.stiffness"];
+        let ([columns, rows], cells) = whole.panel(keys, 1, &codes).unwrap();
+        assert_eq!([columns, rows], [400, 300]);
+        let of = |x: usize, y: usize| codes[x * 600 + 2 * y + 1];
+        assert!((0..400).all(|x| (0..300).all(|y| cells[y * columns + x] == of(x, y))));
+        assert!(Drawn::All.panel(keys, 0, &codes).is_none());
     }
 
     #[test]

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::Column;
+use feeler_studies::sweep::{Column, DrawnAxis};
 use serde_json::{Value, json};
 
 use super::report::Report;
+use super::{labels, of_outcome};
 use crate::{terminal, words};
 
 /// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
@@ -60,6 +63,25 @@ impl Report<'_> {
         let places: Vec<&[f64]> = places.iter().map(|place| &place[..4]).collect();
         let settings = self.sweep.file.axes.len();
         json!({ "places": places, "columns": columns, "settings": settings, "command": command })
+    }
+
+    /// Every variant of a panel of a thinned map, for its zoom: a byte for each place, row after row from
+    /// below, with colours and words. Null if all are drawn, or if they are too many for a page.
+    pub(super) fn whole(&self, axes: [&DrawnAxis; 2], panel: usize) -> Value {
+        let codes = &self.tally.codes;
+        if !self.sweep.file.keep.outcome || codes.len() < self.tally.rows {
+            return Value::Null;
+        }
+        let keys = axes.map(|axis| axis.key.as_str());
+        let Some(([columns, rows], cells)) = self.drawn.panel(keys, panel as u64, codes) else {
+            return Value::Null;
+        };
+        let (colours, words): (Vec<&str>, Vec<&str>) =
+            labels().map(|(name, words)| (of_outcome(name), words)).unzip();
+        json!({
+            "keys": keys, "columns": columns, "rows": rows, "outcomes": STANDARD.encode(cells),
+            "colours": colours, "labels": words,
+        })
     }
 }
 

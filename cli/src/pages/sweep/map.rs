@@ -166,7 +166,7 @@ impl<'a> Map<'a> {
     }
 
     pub(super) fn svg(&self, colouring: &Colouring<'_>) -> String {
-        let mut body = String::new();
+        let (mut body, mut contents) = (String::new(), String::new());
         let (colours, entries) = self.colours(colouring);
         let mut paths: BTreeMap<String, String> = BTreeMap::new();
         for (cell, colour) in self.cells.iter().zip(&colours) {
@@ -177,16 +177,18 @@ impl<'a> Map<'a> {
                 write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
         }
         for (colour, path) in &paths {
-            let _ = write!(body, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
+            let _ = write!(contents, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
         }
         let frame = self.frame();
         frame.clip(&mut body, "plot");
         for line in &self.theory.limits.continuous {
-            frame.line(&mut body, "plot", line, true);
+            frame.line(&mut contents, "plot", line, true);
         }
         for line in &self.theory.limits.sampled {
-            frame.line(&mut body, "plot", line, false);
+            frame.line(&mut contents, "plot", line, false);
         }
+        let class = if matches!(colouring, Colouring::Outcome(_)) { " outcomes" } else { "" };
+        frame.zoomable(&mut body, "plot", class, &contents);
         frame.draw(&mut body, &self.title);
         let right = PLOT.x + PLOT.width + 24.0;
         let mut all = entries;

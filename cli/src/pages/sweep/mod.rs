@@ -1,5 +1,6 @@
 //! The page of a sweep: maps over two axes, diagrams over one, and the results of each variant.
 
+mod answer;
 mod bifurcation;
 mod cycles;
 mod drawn;
@@ -21,6 +22,7 @@ use feeler_files::Setting;
 use feeler_studies::run::Outcome;
 use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, SweepTable, Theory};
 
+use answer::Halves;
 use bifurcation::{Diagram, Prediction};
 use cycles::Predicted;
 use drawn::Drawn;
@@ -88,6 +90,7 @@ pub(crate) fn write(
         ([x, y, ..], Theory::Maps(limits)) => report.maps([x, y], limits, &mut page, &mut drawings),
         _ => page.paragraph("No axis of this sweep is a range of numbers, so there is nothing to draw."),
     }
+    report.what_decides(&mut page);
     report.counts(&mut page);
     page.heading("Scenario");
     page.verbatim("the file whose keys are varied", sweep.document.text());
@@ -131,24 +134,58 @@ impl Report<'_> {
         let edges =
             located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
         let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
-        let edge = self.edge().unwrap_or_default();
-        format!("{edge}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
+        let answer = self.answer().unwrap_or_default();
+        format!("{answer}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
 
-    /// Where the variants of a sweep over one axis stop or begin to settle.
-    fn edge(&self) -> Option<String> {
-        let [axis] = self.axes.as_slice() else { return None };
+    /// Where the variants come to rest, or which random number decides.
+    fn answer(&self) -> Option<String> {
+        if self.axes.len() > 1 && self.is_random() {
+            return answer::decisive(&mut self.halves());
+        }
         if Panels::of(&self.sweep.file).count() > 1 {
             return None;
         }
-        let at = self.table.reals(&axis.key)?;
-        // A run that failed or is undecided says nothing of the edge beside it.
-        let rests = |name: &str| {
-            let known = Outcome::ALL.iter().find(|(_, own)| *own == name);
-            known.filter(|(known, _)| *known != Outcome::Undecided).map(|(known, _)| known.is_stable())
+        let values = |axis: &DrawnAxis| self.table.reals(&axis.key);
+        match self.axes.as_slice() {
+            [axis] => {
+                let at = values(axis)?;
+                let points = at.iter().zip(&self.outcomes).map(|(at, name)| Some(((*at)?, rests(name)?)));
+                located::edge(axis, points.collect::<Option<_>>()?)
+            }
+            [x, y, ..] => {
+                let at = values(x)?.into_iter().zip(values(y)?).zip(&self.outcomes);
+                let points = at.filter_map(|((x, y), name)| Some(([x?, y?], rests(name))));
+                answer::over_two([x, y], &points.collect::<Vec<_>>())
+            }
+            [] => None,
+        }
+    }
+
+    fn is_random(&self) -> bool {
+        self.axes.iter().all(|axis| axis.points.is_none())
+    }
+
+    /// For each random number, how many variants come to rest on both sides of its middle.
+    fn halves(&self) -> Vec<Halves> {
+        let of = |axis: &DrawnAxis| {
+            let at = self.table.reals(&axis.key)?;
+            let points = at.into_iter().zip(&self.outcomes);
+            Halves::of(&axis.key, &axis.unit, points.filter_map(|(at, name)| Some((at?, rests(name)?))))
         };
-        let points = at.iter().zip(&self.outcomes).map(|(at, name)| Some(((*at)?, rests(name)?)));
-        located::edge(axis, points.collect::<Option<_>>()?)
+        self.axes.iter().filter_map(of).collect()
+    }
+
+    /// A table of the random numbers, the one that decides most first.
+    fn what_decides(&self, page: &mut Page) {
+        if self.axes.len() < 2 || !self.is_random() || !self.sweep.file.keep.outcome {
+            return;
+        }
+        let mut halves = self.halves();
+        let _ = answer::decisive(&mut halves);
+        page.heading("Which number decides");
+        let rows: Vec<Vec<String>> = halves.iter().map(Halves::cells).collect();
+        page.table(&["number", "middle", "settle below it", "settle above it"], &[1, 2, 3], &rows);
     }
 
     fn tiles(&self) -> Vec<Tile> {
@@ -198,15 +235,18 @@ impl Report<'_> {
         page: &mut Page,
         drawings: &mut Vec<(String, String)>,
     ) {
-        for ((panel, suffix), theory) in self.panels(page).into_iter().zip(theory) {
+        for (number, ((panel, suffix), theory)) in self.panels(page).into_iter().zip(theory).enumerate() {
             let map = Map::new(self.sweep, self.table, self.drawn, axes, &panel, theory);
             let caption = format!(
-                "{} {} Hover to see a variant and the command that runs it; click to copy it.",
+                "{} {} Hover to see a variant and the command that runs it; click to copy it. Draw a box to \
+                 zoom, double-click to see the whole; keys: + − 0.",
                 map.about_cells(),
                 map.about_limits()
             );
             let svg = map.svg(&Colouring::Outcome(&self.outcomes));
-            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, self.hover(&map.places()));
+            let mut hover = self.hover(&map.places());
+            hover["fine"] = self.whole(axes, number);
+            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, hover);
             drawings.push((format!("map{suffix}"), svg));
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
             let oscillates =
@@ -338,6 +378,12 @@ impl Report<'_> {
             page.paragraph(&format!("The first failure is variant {row}: {error}"));
         }
     }
+}
+
+/// Whether an outcome is rest; `None` for a run that failed or is undecided.
+fn rests(name: &str) -> Option<bool> {
+    let known = Outcome::ALL.iter().find(|(_, own)| *own == name);
+    known.filter(|(known, _)| *known != Outcome::Undecided).map(|(known, _)| known.is_stable())
 }
 
 /// Names of outcomes in tables, each with its words.

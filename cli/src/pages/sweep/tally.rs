@@ -5,12 +5,18 @@ use std::path::Path;
 
 use feeler_studies::sweep::{SweepError, SweepTable};
 
+/// Largest number of variants whose outcomes a page holds: 2.8 MB of text.
+const MOST_CODES: usize = 2_000_000;
+
 /// What the variants came to.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) rows: usize,
     /// Variants by the name of their outcome; `error` where they failed, `done` where outcomes were not kept.
     pub(crate) outcomes: BTreeMap<String, usize>,
+    /// The outcome of each variant by its place among the names of [`super::labels`]. Those beyond the
+    /// largest number are absent.
+    pub(super) codes: Vec<u8>,
     pub(super) largest_peak_n: Option<f64>,
     /// The first variant to fail, and why.
     pub(super) first_error: Option<(usize, String)>,
@@ -30,6 +36,9 @@ impl Tally {
 
     fn add(&mut self, first: usize, part: &SweepTable) {
         self.rows += part.rows;
+        let codes = outcomes(part).map(|name| super::labels().position(|(known, _)| known == name));
+        let room = MOST_CODES.saturating_sub(self.codes.len());
+        self.codes.extend(codes.map(|code| code.unwrap_or_default() as u8).take(room));
         for name in outcomes(part) {
             match self.outcomes.get_mut(name) {
                 Some(count) => *count += 1,

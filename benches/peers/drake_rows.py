@@ -1,4 +1,7 @@
-"""Drake: the same equations as symbolic expressions, evaluated and stepped in C++, the contact force sampled and held in the same diagram."""
+"""Drake: the same equations as symbolic expressions, evaluated and stepped in C++.
+
+The contact force is sampled and held in the same diagram.
+"""
 
 import statistics
 import time
@@ -24,8 +27,12 @@ def diagram(machine, logged):
     gap, rate = machine.d @ x, machine.rate @ x
     law = CONTACT_N_PER_M * gap + CONTACT_N_S_PER_M * rate
     force = if_then_else(logical_and(gap > 0, law > 0), law, 0.0)
-    sparse = [sum(machine.a[i, j] * x[j] for j in range(n) if machine.a[i,
-        j]) + machine.b[i] * u + machine.c[i] * force for i in range(n)]
+    sparse = [
+        sum(machine.a[i, j] * x[j] for j in range(n) if machine.a[i, j])
+        + machine.b[i] * u
+        + machine.c[i] * force
+        for i in range(n)
+    ]
     plant = builder.AddSystem(SymbolicVectorSystem(state=x, input=[held], dynamics=sparse, output=[force]))
     hold = builder.AddSystem(ZeroOrderHold(PERIOD_S, 1))
     builder.Connect(plant.get_output_port(), hold.get_input_port())

@@ -8,8 +8,12 @@ CONTACT_N_PER_M = 1e5
 CONTACT_N_S_PER_M = 100.0
 # Largest contact force on a grid of 0.1 ms, from event-located exact integration outside this
 # project, checked against DOP853 and Radau at 1e-11.
-PEAK_N = {"M1": 140.26950413170414, "M2": 142.27373949186986, "M4": 127.47205308216019,
-    "loop": 129.05269184228666}
+PEAK_N = {
+    "M1": 140.26950413170414,
+    "M2": 142.27373949186986,
+    "M4": 127.47205308216019,
+    "loop": 129.05269184228666,
+}
 
 
 def command_n(force_n):
@@ -57,12 +61,17 @@ class Machine:
 
 MACHINES = {
     "M1": Machine([10.0], [(0, None, 0.0, 50.0)], 0, None, 0, None, [START_M]),
-    "M2": Machine([6.0, 4.0], [(0, None, 0.0, 50.0), (1, 0, 4e5, 60.0)], 0, None, 1, None, [START_M,
-        START_M]),
+    "M2": Machine(
+        [6.0, 4.0], [(0, None, 0.0, 50.0), (1, 0, 4e5, 60.0)], 0, None, 1, None, [START_M, START_M]
+    ),
     "M4": Machine(
         [200.0, 6.0, 4.0, 5.0],
         [(0, None, 1.1e6, 600.0), (1, 0, 0.0, 50.0), (2, 1, 4e5, 60.0), (3, 0, 1e6, 200.0)],
-        1, 0, 2, 3, [0.0, START_M, START_M, 0.0],
+        1,
+        0,
+        2,
+        3,
+        [0.0, START_M, START_M, 0.0],
     ),
 }
 

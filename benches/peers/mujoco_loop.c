@@ -1,10 +1,12 @@
 /* MuJoCo's own C loop on M1, M2 and M4, under the same sampled force control.
  *
  *   mujoco_loop rows                    work and peak force of every machine, integrator and step, as CSV
- *   mujoco_loop map VARIANTS THREADS    seconds that many variants of M2 take on as many free processors, two simulated seconds each, 0.1 ms steps
+ *   mujoco_loop map VARIANTS THREADS    seconds that many variants of M2 take on as many free processors,
+ *                                       two simulated seconds each, 0.1 ms steps
  *
- * The contact is an explicit force, evaluated at every stage of an integrator by the callback for passive forces: MuJoCo's own contact cannot be given a
- * stiffness in N/m, since its reference acceleration scales with the mass that touches. A further row has that own contact, for its cost only.
+ * The contact is an explicit force, evaluated at every stage of an integrator by the callback for passive
+ * forces. MuJoCo's own contact cannot be given a stiffness in N/m, since its reference acceleration scales
+ * with the mass that touches. A further row has that own contact, for its cost only.
  * Everything the machine does not need is switched off.
  */
 #include <math.h>
@@ -19,14 +21,17 @@
 enum { CONTACT_N_PER_M, CONTACT_N_S_PER_M, DRIVE_N, GAIN, USERDATA };
 
 #define OPTIONS \
-  "<option timestep='1e-4' gravity='0 0 0'><flag %s gravity='disable' sensor='disable' actuation='disable' limit='disable'" \
+  "<option timestep='1e-4' gravity='0 0 0'>" \
+  "<flag %s gravity='disable' sensor='disable' actuation='disable' limit='disable'" \
   " frictionloss='disable' equality='disable' eulerdamp='disable'/></option><size nuserdata='4'/>"
 #define FREE_OF_CONSTRAINTS "constraint='disable' contact='disable'"
 #define INERTIA(mass) "<inertial pos='0 0 0' mass='" mass "' diaginertia='1 1 1'/>"
 #define SLIDE(rest) "<joint type='slide' axis='1 0 0' " rest "/>"
-/* For the own contact only: a ball whose foremost point is at the body's position, against a block that starts there. */
-#define BALL "<geom type='sphere' size='0.05' pos='-0.05 0 0' mass='0' condim='1' solref='-1e5 -100' solimp='0.95 0.99 0.001'/>"
-#define BLOCK "<geom type='box' size='0.05 1 1' pos='0.05 0 0' mass='0' condim='1' solref='-1e5 -100' solimp='0.95 0.99 0.001'/>"
+/* For the own contact only: a ball whose foremost point is at the body's position, against a block that
+ * starts there. */
+#define GEOM(rest) "<geom mass='0' condim='1' solref='-1e5 -100' solimp='0.95 0.99 0.001' " rest "/>"
+#define BALL GEOM("type='sphere' size='0.05' pos='-0.05 0 0'")
+#define BLOCK GEOM("type='box' size='0.05 1 1' pos='0.05 0 0'")
 
 /* What each world's text takes: options, the ground's block, the tip's ball, the workpiece's block. */
 static const char *const WORLD[3] = {
@@ -34,7 +39,8 @@ static const char *const WORLD[3] = {
     "<mujoco>%s<worldbody>%s<body>" INERTIA("6") SLIDE("damping='50'")
     "<body>" INERTIA("4") SLIDE("stiffness='4e5' damping='60'") "%s</body></body></worldbody>%s</mujoco>",
     "<mujoco>%s<worldbody>%s<body>" INERTIA("200") SLIDE("stiffness='1.1e6' damping='600'")
-    "<body>" INERTIA("6") SLIDE("damping='50'") "<body>" INERTIA("4") SLIDE("stiffness='4e5' damping='60'") "%s</body></body>"
+    "<body>" INERTIA("6") SLIDE("damping='50'")
+    "<body>" INERTIA("4") SLIDE("stiffness='4e5' damping='60'") "%s</body></body>"
     "<body>" INERTIA("5") SLIDE("stiffness='1e6' damping='200'") "%s</body></body></worldbody></mujoco>",
 };
 static const char *const NAME[3] = {"M1", "M2", "M4"};
@@ -58,7 +64,8 @@ static double contact_n(const mjModel *m, const mjData *d) {
   return gap > 0 && force > 0 ? force : 0;
 }
 
-/* Each coordinate is relative to the parent body, so forces act on every joint between the ground and the body that carries them. */
+/* Each coordinate is relative to the parent body, so forces act on every joint between the ground and the
+ * body that carries them. */
 static void explicit_contact(const mjModel *m, mjData *d) {
   const double force = contact_n(m, d);
   switch (m->nv) {
@@ -79,8 +86,8 @@ static mjModel *load(int machine, int own_contact) {
   char options[1024], xml[4096], error[500];
   const int on_ground = machine < 2;
   snprintf(options, sizeof options, OPTIONS, own_contact ? "" : FREE_OF_CONSTRAINTS);
-  snprintf(xml, sizeof xml, WORLD[machine], options, own_contact && on_ground ? BLOCK : "", own_contact ? BALL : "",
-           own_contact && !on_ground ? BLOCK : "");
+  snprintf(xml, sizeof xml, WORLD[machine], options, own_contact && on_ground ? BLOCK : "",
+           own_contact ? BALL : "", own_contact && !on_ground ? BLOCK : "");
   mjVFS vfs;
   mj_defaultVFS(&vfs);
   mj_addBufferVFS(&vfs, "model.xml", xml, (int)strlen(xml));
@@ -102,7 +109,8 @@ static void start(const mjModel *m, mjData *d) {
 }
 
 /* Sampled force control for `samples` milliseconds; gives the largest force on a grid of 0.1 ms. */
-static double loop(const mjModel *m, mjData *d, int samples, int steps, double (*force)(const mjModel *, const mjData *)) {
+static double loop(const mjModel *m, mjData *d, int samples, int steps,
+                   double (*force)(const mjModel *, const mjData *)) {
   const int driven = m->nv == 4 ? 1 : 0;
   double peak = 0, f = force(m, d);
   for (int k = 0; k < samples; k++) {
@@ -138,8 +146,10 @@ static void row(int machine, int integrator, int steps, int own_contact) {
     wall[round] = (seconds() - begin) / (1e-3 * SAMPLES);
   }
   qsort(wall, ROUNDS, sizeof *wall, by_size);
-  const char *method = own_contact ? "own contact, Euler" : integrator == mjINT_RK4 ? "RK4" : "semi-implicit Euler";
-  printf("MuJoCo C loop,\"%s\",%s,%g,%.6e,%.12f\n", method, NAME[machine], 1e-3 / steps, wall[ROUNDS / 2], peak);
+  const char *explicit_method = integrator == mjINT_RK4 ? "RK4" : "semi-implicit Euler";
+  const char *method = own_contact ? "own contact, Euler" : explicit_method;
+  printf("MuJoCo C loop,\"%s\",%s,%g,%.6e,%.12f\n", method, NAME[machine], 1e-3 / steps,
+         wall[ROUNDS / 2], peak);
   mj_deleteData(d);
   mj_deleteModel(m);
 }

@@ -1,7 +1,7 @@
 """Builds and runs every peer, then prints the table of ratios and draws the work-precision diagram.
 
-Other programs may hold the processors. Short runs dodge them in the median; long ones would not, and would look slower than they are, so peers with
-long runs count processor time.
+Other programs may hold the processors. Short runs dodge them in the median. Long ones would look slower than
+they are, so peers with long runs count processor time.
 """
 
 import argparse
@@ -33,8 +33,9 @@ TURNS = 3
 
 
 def run(*command, **options):
-    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True,
-        cwd=ROOT, **options).stdout
+    return subprocess.run(
+        [str(part) for part in command], check=True, capture_output=True, text=True, cwd=ROOT, **options
+    ).stdout
 
 
 def cargo_target():
@@ -42,19 +43,44 @@ def cargo_target():
 
 
 def simulator(into):
-    """The simulator as anybody builds it, and the hand-written loops for the processor at hand; in turns, since the machine may be busy."""
+    """The simulator as anybody builds it, and the hand-written loops for the processor at hand.
+
+    They run in turns, since the machine may be busy.
+    """
     run("cargo", "build", "--release", "-p", "feeler-benches", "--example", "work_precision")
-    run("rustc", "--edition=2024", "-Copt-level=3", "-Ctarget-cpu=native", HERE / "hand_written.rs", "-o",
-        into / "hand_written")
-    return "".join(run(into / "hand_written") + run(cargo_target() / "release/examples/work_precision") for _ in range(TURNS))
+    run(
+        "rustc",
+        "--edition=2024",
+        "-Copt-level=3",
+        "-Ctarget-cpu=native",
+        HERE / "hand_written.rs",
+        "-o",
+        into / "hand_written",
+    )
+    return "".join(
+        run(into / "hand_written") + run(cargo_target() / "release/examples/work_precision")
+        for _ in range(TURNS)
+    )
 
 
 def build_mujoco(into):
     package = pathlib.Path(importlib.util.find_spec("mujoco").origin).parent
     library = next(package.glob("libmujoco.so*"))
     program = into / "mujoco_loop"
-    run("cc", "-O3", "-march=native", "-I", package / "include", HERE / "mujoco_loop.c", "-o", program,
-        library, f"-Wl,-rpath,{package}", "-lm", "-lpthread")
+    run(
+        "cc",
+        "-O3",
+        "-march=native",
+        "-I",
+        package / "include",
+        HERE / "mujoco_loop.c",
+        "-o",
+        program,
+        library,
+        f"-Wl,-rpath,{package}",
+        "-lm",
+        "-lpthread",
+    )
     return program
 
 
@@ -63,8 +89,16 @@ def mujoco(into):
 
 
 def rapier(into):
-    run("cargo", "build", "--release", "--locked", "--manifest-path", HERE / "rapier/Cargo.toml",
-        "--target-dir", into / "rapier")
+    run(
+        "cargo",
+        "build",
+        "--release",
+        "--locked",
+        "--manifest-path",
+        HERE / "rapier/Cargo.toml",
+        "--target-dir",
+        into / "rapier",
+    )
     return run(into / "rapier/release/rapier-loop")
 
 
@@ -77,20 +111,28 @@ def scipy(_):
 
 
 def mujoco_map(into):
-    """Seconds of the 64 x 64 map of M2 on two free processors, from a sixteenth of it: every variant costs the same."""
+    """Seconds of the 64 x 64 map of M2 on two free processors.
+
+    A sixteenth of it is run: every variant costs the same.
+    """
     share = 16
     return share * float(run(build_mujoco(into), "map", 64 * 64 // share, 2))
 
 
 def simulator_map(into):
-    """Seconds of the same map by this simulator, all outcome measures, Parquet and page written: the median of three."""
+    """Seconds of the same map by this simulator, with all measures, Parquet and page: the median of three."""
     run("cargo", "build", "--release", "-p", "feeler")
     seconds = []
     for _ in range(TURNS):
         shutil.rmtree(into / "map", ignore_errors=True)
         start = time.monotonic()
-        run(cargo_target() / "release/feeler", "sweep", "scenarios/sweeps/flexible-map.toml", "--out",
-            into / "map")
+        run(
+            cargo_target() / "release/feeler",
+            "sweep",
+            "scenarios/sweeps/flexible-map.toml",
+            "--out",
+            into / "map",
+        )
         seconds.append(time.monotonic() - start)
     return statistics.median(seconds)
 
@@ -107,30 +149,55 @@ def read(text):
     for (who, method, machine, step, peak), times in walls.items():
         error = max(REFERENCE_ERROR, abs(float(peak) / PEAK_N[machine] - 1.0))
         step_s = float(step) if step else None
-        rows.append({"who": who, "method": method, "machine": machine, "step_s": step_s,
-            "wall_s": statistics.median(times), "error": error})
+        rows.append(
+            {
+                "who": who,
+                "method": method,
+                "machine": machine,
+                "step_s": step_s,
+                "wall_s": statistics.median(times),
+                "error": error,
+            }
+        )
     return rows
 
 
 def table(rows):
-    """One line for each method at 0.1 ms (or at a tolerance): how many times longer it takes than the exact integrator, and its error."""
+    """One line for each method at 0.1 ms, or at a tolerance.
+
+    It says how many times longer the method takes than the exact integrator, and its error.
+    """
     ours = {row["machine"]: row for row in rows if (row["who"], row["method"]) == SIMULATOR}
-    yardstick = {row["machine"]: row for row in rows if (row["who"],
-        row["method"]) == YARDSTICK and row["step_s"] == 1e-4}
-    lines = ["| who | method, 0.1 ms | simulated s per s: " + " | ".join(MACHINES) + " | exact is faster: " + " | ".join(MACHINES) + " | peak force error: " + " | ".join(MACHINES) + " |"]
+    yardstick = {
+        row["machine"]: row
+        for row in rows
+        if (row["who"], row["method"]) == YARDSTICK and row["step_s"] == 1e-4
+    }
+    lines = [
+        "| who | method, 0.1 ms | simulated s per s: "
+        + " | ".join(MACHINES)
+        + " | exact is faster: "
+        + " | ".join(MACHINES)
+        + " | peak force error: "
+        + " | ".join(MACHINES)
+        + " |"
+    ]
     lines.append("|" + "---|" * (2 + 3 * len(MACHINES)))
     for who, method in dict.fromkeys((row["who"], row["method"]) for row in rows):
         found = {
             row["machine"]: row
             for row in rows
-            if (row["who"], row["method"]) == (who,
-                method) and (row["step_s"] is None or abs(row["step_s"] - 1e-4) < 1e-12)
+            if (row["who"], row["method"]) == (who, method)
+            and (row["step_s"] is None or abs(row["step_s"] - 1e-4) < 1e-12)
         }
         own = "own contact" in method
         # The whole force loop has been written out for some only.
         cells = [f"{1 / found[m]['wall_s']:.3g}" if m in found else "" for m in MACHINES]
         cells += [f"{found[m]['wall_s'] / ours[m]['wall_s']:.2f}" if m in found else "" for m in MACHINES]
-        cells += ["" if m not in found else "another problem" if own else f"{found[m]['error']:.0e}" for m in MACHINES]
+        cells += [
+            "" if m not in found else "another problem" if own else f"{found[m]['error']:.0e}"
+            for m in MACHINES
+        ]
         lines.append(f"| {who} | {method} | " + " | ".join(cells) + " |")
     lines.append("")
     for m in MACHINES:
@@ -146,8 +213,14 @@ def series(row):
 
 def diagram(rows, path):
     """Error of the peak force against time for a simulated second."""
-    plt.rcParams.update({"svg.hashsalt": "work-precision", "svg.fonttype": "none",
-        "font.family": "sans-serif", "font.size": 9})
+    plt.rcParams.update(
+        {
+            "svg.hashsalt": "work-precision",
+            "svg.fonttype": "none",
+            "font.family": "sans-serif",
+            "font.size": 9,
+        }
+    )
     figure, axes = plt.subplots(1, len(MACHINES), figsize=(14, 5), sharey=True, layout="constrained")
     rows = [row for row in rows if "own contact" not in row["method"] and "recorded" not in row["method"]]
     kinds = list(dict.fromkeys(map(series, rows)))
@@ -155,13 +228,23 @@ def diagram(rows, path):
     marks = "osD^v<>"
     for axis, machine in zip(axes, MACHINES):
         for who, method in kinds:
-            points = sorted((row["wall_s"],
-                row["error"]) for row in rows if row["machine"] == machine and series(row) == (who, method))
+            points = sorted(
+                (row["wall_s"], row["error"])
+                for row in rows
+                if row["machine"] == machine and series(row) == (who, method)
+            )
             if not points:
                 continue
             which = [m for w, m in kinds if w == who].index(method)
-            axis.loglog(*zip(*points), marks[which], linestyle="-", color=f"C{people.index(who)}",
-                label=f"{who}, {method}", markersize=5, linewidth=1)
+            axis.loglog(
+                *zip(*points),
+                marks[which],
+                linestyle="-",
+                color=f"C{people.index(who)}",
+                label=f"{who}, {method}",
+                markersize=5,
+                linewidth=1,
+            )
         axis.set_title(machine)
         axis.set_xlabel("seconds per simulated second")
         axis.grid(True, which="major", color="#dddddd")
@@ -191,8 +274,10 @@ def main():
     report = table(rows)
     if "mujoco" not in skipped:
         theirs, ours = mujoco_map(arguments.into), simulator_map(arguments.into)
-        report += f"\n\n64 x 64 map of M2, 2 s each, two processors: MuJoCo's C loop, the runs alone, {theirs:.1f} s;"
-        report += f" `feeler sweep`, with measures, Parquet and page, {ours:.2f} s: {theirs / ours:.1f} times as fast."
+        report += "\n\n64 x 64 map of M2, 2 s each, two processors: "
+        report += f"MuJoCo's C loop, the runs alone, {theirs:.1f} s;"
+        report += f" `feeler sweep`, with measures, Parquet and page, {ours:.2f} s:"
+        report += f" {theirs / ours:.1f} times as fast."
     (arguments.into / "table.md").write_text(report + "\n")
     diagram(rows, arguments.into / "work-precision.svg")
     print(report)

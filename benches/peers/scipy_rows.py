@@ -1,4 +1,7 @@
-"""SciPy's solve_ivp with events: one call per mode and controller sample, as its documentation suggests for systems that switch."""
+"""SciPy's solve_ivp with events: one call per mode and controller sample.
+
+Its documentation suggests that for systems that switch.
+"""
 
 import time
 
@@ -31,8 +34,13 @@ def simulate(machine, method, rtol):
             matrix = modes[pushing]
             times = np.append(grid[(grid > t) & (grid < end)], end)
             run = solve_ivp(
-                lambda _, x, matrix=matrix: matrix @ x + drive, (t,
-                    end), x, method=method, t_eval=times, rtol=rtol, atol=1e-3 * rtol,
+                lambda _, x, matrix=matrix: matrix @ x + drive,
+                (t, end),
+                x,
+                method=method,
+                t_eval=times,
+                rtol=rtol,
+                atol=1e-3 * rtol,
                 events=lift if pushing else touch,
             )
             if pushing and run.y.size:

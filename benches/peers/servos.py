@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Servos against closed forms and against MuJoCo, in one run: prints the table of docs/servos.md.
 
-Usage: servos.py [FEELER], the binary to measure (target/release/feeler if absent). Needs `pip install mujoco`.
+Usage: servos.py [FEELER], the binary to measure (target/release/feeler if absent).
+Needs `pip install mujoco`.
 """
 
 import csv
@@ -25,7 +26,10 @@ STEPS = (2e-3, 1e-3, 5e-4)
 def closed_step(t):
     omega, zeta = math.sqrt(KP / MASS), KD / (2 * math.sqrt(KP * MASS))
     damped = omega * math.sqrt(1 - zeta**2)
-    return TARGET * (1 - math.exp(-zeta * omega * t) * (math.cos(damped * t) + zeta * omega / damped * math.sin(damped * t)))
+    return TARGET * (
+        1
+        - math.exp(-zeta * omega * t) * (math.cos(damped * t) + zeta * omega / damped * math.sin(damped * t))
+    )
 
 
 def closed_limited(t, limit=20.0):
@@ -80,16 +84,39 @@ POSITION = f'<position joint="axis" kp="{KP}" kv="{KD}"'
 # is one of its samples of a command, of which it keeps one a step.
 CASES = [
     ("step", SERVO, TARGET, 0.0, POSITION + "/>", closed_step),
-    ("load of 19.62 N", SERVO, TARGET, -MASS * GRAVITY, POSITION + "/>",
-     lambda t: closed_step(t) - MASS * GRAVITY / KP * closed_step(t) / TARGET),
-    ("limit of 20 N", SERVO + "limit = 20.0\n", TARGET, 0.0,
-        POSITION + ' forcelimited="true" forcerange="-20 20"/>', closed_limited),
-    ("target 20 ms late", SERVO + f"delay = {LATE}\n", TARGET, 0.0,
+    (
+        "load of 19.62 N",
+        SERVO,
+        TARGET,
+        -MASS * GRAVITY,
+        POSITION + "/>",
+        lambda t: closed_step(t) - MASS * GRAVITY / KP * closed_step(t) / TARGET,
+    ),
+    (
+        "limit of 20 N",
+        SERVO + "limit = 20.0\n",
+        TARGET,
+        0.0,
+        POSITION + ' forcelimited="true" forcerange="-20 20"/>',
+        closed_limited,
+    ),
+    (
+        "target 20 ms late",
+        SERVO + f"delay = {LATE}\n",
+        TARGET,
+        0.0,
         POSITION + f' delay="{LATE}" nsample="{{samples}}"/>',
-     lambda t: closed_step(max(t - LATE, 0.0))),
+        lambda t: closed_step(max(t - LATE, 0.0)),
+    ),
     ("sampled at 100 Hz", SERVO + f"period = {PERIOD}\n", TARGET, 0.0, '<motor joint="axis"/>', None),
-    ("motor on 6 V", f'kind = "dc-motor"\nresistance = {OHMS}\ntorque_constant = {CONSTANT}\ngear_ratio = {RATIO}\n', VOLTS, 0.0,
-     f'<dcmotor joint="axis" motorconst="{CONSTANT}" resistance="{OHMS}" gear="{RATIO}"/>', closed_motor),
+    (
+        "motor on 6 V",
+        f'kind = "dc-motor"\nresistance = {OHMS}\ntorque_constant = {CONSTANT}\ngear_ratio = {RATIO}\n',
+        VOLTS,
+        0.0,
+        f'<dcmotor joint="axis" motorconst="{CONSTANT}" resistance="{OHMS}" gear="{RATIO}"/>',
+        closed_motor,
+    ),
 ]
 
 
@@ -182,15 +209,23 @@ def main():
     zeta = KD / (2 * math.sqrt(KP * MASS))
     hertz = math.sqrt(KP / MASS) * math.sqrt(1 - zeta**2) / (2 * math.pi)
     found = [damping_and_frequency(feeler(binary, SERVO, TARGET, 0.0))]
-    found += [damping_and_frequency(peer("step", POSITION + "/>", TARGET, 0.0, 2e-3,
-        i)) for i in ("implicitfast", "RK4")]
+    found += [
+        damping_and_frequency(peer("step", POSITION + "/>", TARGET, 0.0, 2e-3, i))
+        for i in ("implicitfast", "RK4")
+    ]
     print(f"| damping ratio | {zeta:.4f} | " + " | ".join(f"{z:.4f}" for z, _ in found) + " |")
     print(f"| frequency of the swing, Hz | {hertz:.4f} | " + " | ".join(f"{f:.4f}" for _, f in found) + " |")
     under_load = next(closed for name, *_, closed in CASES if name.startswith("load"))
     ends = [feeler(binary, SERVO, TARGET, -MASS * GRAVITY)[-1][1]]
-    ends += [peer("load", POSITION + "/>", TARGET, -MASS * GRAVITY, 2e-3, i)[-1][1] for i in ("implicitfast",
-        "RK4")]
-    print(f"| under the load after {DURATION:g} s, mm | {under_load(DURATION) * 1e3:.4f} | " + " | ".join(f"{x * 1e3:.4f}" for x in ends) + " |")
+    ends += [
+        peer("load", POSITION + "/>", TARGET, -MASS * GRAVITY, 2e-3, i)[-1][1]
+        for i in ("implicitfast", "RK4")
+    ]
+    print(
+        f"| under the load after {DURATION:g} s, mm | {under_load(DURATION) * 1e3:.4f} | "
+        + " | ".join(f"{x * 1e3:.4f}" for x in ends)
+        + " |"
+    )
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ impl Asked {
         if frees { Self::FIRST } else { Self::beside(accepted) }
     }
 
-    /// Whether a cause adds to a believed value that ends at the limit of its tolerance, or to the instants of
+    /// Whether a cause adds to a believed value that ends at the limit of its tolerance, or to the delay of
     /// commands that act as late as they may.
     fn frees(accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;

@@ -87,7 +87,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
             format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
-            "shorten the delay, or lengthen the period: each sample of delay is a state of the loop; only a \
+            "shorten the delay, or lengthen the period: each sample of delay is a state of the loop. Only a \
              controller of one rate, its drive or its only sensor may be up to 2000 samples late",
         ),
         AnalysisError::Engine(EngineError::Problems { problems }) => {

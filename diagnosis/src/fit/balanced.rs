@@ -1,5 +1,5 @@
-//! Starts of fits where the forces balance. A balance finds believed values and causes together, whereas a fit
-//! that begins at the believed values, or beside other causes, may stop in a valley on its way.
+//! Starts of fits where the forces balance. A balance finds believed values and causes together. A fit that
+//! begins at the believed values, or beside other causes, may stop in a valley on its way.
 
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::{Fitted, Task};

@@ -27,24 +27,27 @@ resolution = \"50 um\"
 `feeler run scenarios/effects/encoder-resolution.toml` runs it.
 
 ## Model
-The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has. A
-sensor of a velocity or an acceleration is rounded in that unit: write `resolution` as a plain SI number.
+The reading is rounded to the nearest multiple of `resolution`, after gain, offset and noise. If the sensor
+has a `resolution` of its own, that rounding comes first. The reading of a velocity or an acceleration is
+rounded in its own unit: write `resolution` as a plain SI number.
 
 ## Where it comes from
 Encoder lines and their interpolation, integers in a counter, a coarse encoder before the gear.
 
 ## How it shows
-Positions take few values. Velocities from their differences are spiky with steps of `resolution` over the
-sample time, and joint damping passes the spikes to the drive. A stiff virtual wall hums where friction is
-too small to swallow a step. `force-resolution` does the same in the force channel; `timing-jitter` also
-scatters differences, but in proportion to speed.
+Positions take few values. Velocities from their differences are multiples of `resolution` over the sample
+time: in slow motion they are spikes, and joint damping passes these to the drive. Where the position crosses
+many steps in each sample, rounding is white noise of `resolution / sqrt(12)`.
+
+A virtual wall of stiffness `K` hums if dry friction is below `K resolution / 2`. `force-resolution` does the
+same in the force channel. `timing-jitter` also scatters differences, but in proportion to speed.
 
 ## How it is recognised
 List the values of the reading: they are multiples of one step. Slow motion shows the stairs.
 
 ## Numerical treatment
-Each reading is rounded at its instant. Linear theory leaves rounding out; hum within one step is seen only
-in simulation.
+Each reading is rounded at its instant. Linear theory leaves rounding out: a hum of about one step is seen
+only in simulation.
 
 ## Source
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall

@@ -24,24 +24,26 @@ sigma = \"0.1 ms\"
 `feeler run scenarios/effects/timing-jitter.toml` runs it.
 
 ## Model
-Sample `i` of the controller is taken at `i period + w_i`, `w_i` normally distributed with standard deviation
-`sigma`. The controller computes as if the grid were exact. `w_i` is limited to 0.49 of the period, so that
-samples keep their order.
+Sample `i` of the controller is taken at `offset + i period + w_i`. The error `w_i` is normally distributed
+with standard deviation `sigma`, and independent from sample to sample. It is limited to 0.49 of the period,
+so that samples keep their order; no sample is before zero. The controller computes as if the grid were
+exact, and its output follows `delay` after the sample. `jitter` of the controller adds in squares.
 
 ## Where it comes from
 Operating systems that are not real-time, shared buses, interrupts.
 
 ## How it shows
-Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest.
-The mean delay stays, which separates it from `command-delay`. `encoder-resolution` scatters differences as
-well, at any speed.
+The difference of two positions is wrong by speed times the error of the interval, `sqrt(2) sigma` in the
+root mean square. So velocities are noisy in fast motion and exact at rest. The mean delay stays; that
+separates it from `command-delay`. `encoder-resolution` scatters differences as well, in slow motion too.
 
 ## How it is recognised
-Plot the scatter of position differences against speed: it grows in proportion and vanishes at rest.
+Plot the scatter of position differences over speed: a straight line through zero. Or record when each sample
+was taken. A diagnosis does not try it: records hold the commands that came out of the jittered loop.
 
 ## Numerical treatment
-Each sample has its own instant, drawn from the run's seed, and is met exactly. Linear theory assumes an
-even grid and says so.
+Each sample has an instant of its own, drawn from the run's seed. Every integrator ends a step there. Linear
+theory assumes an even grid and lists that among its assumptions.
 
 ## Source
 B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control

@@ -25,25 +25,31 @@ mass = \"1.5 kg\"
 `feeler run scenarios/effects/tool-inertia.toml` runs it.
 
 ## Model
-The reading is `F + mass x''`, `x''` the acceleration of the tip. The tip is the first body of the contact
-that the sensor reads, or the second of a spring. The motion of the machine stays as it was: the mass is part
-of the tip's. A spring carries all of its second body already, so there `mass` is counted on top of it.
+The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
+acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body
+of a spring. `mass` belongs to the mass of the tip's body: the effect adds none to the machine. A spring
+transmits the inertia of its second body already, and `mass` comes on top of that.
 
 ## Where it comes from
 Grippers, tools and adapter plates between a wrist sensor and the part.
 
 ## How it shows
-Free motion gives readings in proportion to acceleration, with no contact at all. In contact a zero pair
-appears at `sqrt(k / mass)`, `k` the stiffness of the contact, and the phase leads above it. An impact reads
-too low while the tip decelerates. `added-mass` changes the motion and not the reading. While the machine
+Free motion gives readings in proportion to acceleration, with no contact at all. On a fixed wall of
+stiffness `k` the reading has a pair of zeros at `sqrt(k / mass)` in rad/s; above it the phase is 180 degrees
+higher. An impact reads too low while the tip decelerates.
+
+A drive that acts on the tip's own body of mass `M`, without a bandwidth, reads `mass / M` of its force at
+once. A fast sampled proportional loop then needs `kp mass / M` below 1, unless a filter removes this part.
+
+For the same command `added-mass` changes the motion; this effect changes only the reading. While the machine
 rings at one frequency, acceleration and force are proportional, and `force-gain` looks the same.
 
 ## How it is recognised
-Shake the tool in free motion: the reading follows the acceleration, in proportion.
+Shake the tool in free motion. Plot the reading over the measured acceleration: the slope is `mass`.
 
 ## Numerical treatment
-The reading contains the acceleration of the same equations that move the machine, so it is exact. Linear
-theory has a direct term from acceleration to reading.
+The acceleration is that of the equations of motion, not a difference of velocities, so the reading has no
+error of its own. Linear theory includes it, and the direct part from a drive to the reading too.
 
 ## Source
 D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total

@@ -186,7 +186,7 @@ impl Serialize for AttemptOutcome {
 
 /// The gap in one cell: root mean square of the anchored prediction's error over the channel's scale.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cell {
+pub struct GapCell {
     /// Column.
     pub channel: String,
     /// Frequency band.
@@ -285,7 +285,7 @@ pub struct Diagnosis {
     /// template separates them.
     pub next_experiment: Option<NextExperiment>,
     /// The gap, cell by cell.
-    pub cells: Vec<Cell>,
+    pub cells: Vec<GapCell>,
     /// What an unknown disturbance at each place would explain, with its portrait.
     pub ladder: Vec<Rung>,
     /// Root mean square of the missing force on the check experiments, after calibration and with the

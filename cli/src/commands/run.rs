@@ -149,15 +149,13 @@ fn write(
 ) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
-    let put = |path: &Path, text: String| {
-        fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source })
-    };
     let write_trace = || write_parquet(&result.trace, &about(document), &trace);
     let write_text = || if arguments.csv { write_csv(&result.trace, &csv) } else { Ok(()) };
-    let write_summary =
-        || -> crate::Result<()> { Ok(put(&summary, terminal::json(&result.summary)? + "\n")?) };
-    let write_report = || -> crate::Result<()> {
-        Ok(put(&report, pages::run::page(document, &arguments.settings, result, doubts))?)
+    let write_summary = || -> crate::Result<()> {
+        terminal::write(&summary, (terminal::json(&result.summary)? + "\n").as_bytes())
+    };
+    let write_report = || {
+        terminal::write(&report, pages::run::page(document, &arguments.settings, result, doubts).as_bytes())
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {

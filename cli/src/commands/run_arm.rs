@@ -1,10 +1,9 @@
 //! `feeler run` of a whole arm.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_files::{CellFile, Draft};
-use feeler_studies::run::{CellRun, RunError, run_cell, write_csv, write_parquet};
+use feeler_studies::run::{CellRun, run_cell, write_csv, write_parquet};
 
 use crate::arguments::Run;
 use crate::numbers::{percent, plain, split, with_unit};
@@ -49,9 +48,6 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
 fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
-    let put = |path: &Path, text: String| {
-        fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source })
-    };
     let about = [
         ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("feeler.scenario", file.text().to_owned()),
@@ -62,8 +58,8 @@ fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> c
     if arguments.csv {
         write_csv(&result.motion, &csv)?;
     }
-    put(&summary, terminal::json(&result.summary)? + "\n")?;
-    put(&report, pages::arm_run::page(file, &arguments.settings, result)?)?;
+    terminal::write(&summary, (terminal::json(&result.summary)? + "\n").as_bytes())?;
+    terminal::write(&report, pages::arm_run::page(file, &arguments.settings, result)?.as_bytes())?;
     let csv = arguments.csv.then_some(csv);
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }

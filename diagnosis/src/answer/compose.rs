@@ -19,7 +19,7 @@ use crate::gap::size;
 use crate::gap::unknown;
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
 use crate::kinds::HELD_ROWS;
-use crate::report::{Cause, Cell, Diagnosis, Gap, Verdict, Where};
+use crate::report::{Cause, Diagnosis, Gap, GapCell, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
@@ -317,7 +317,7 @@ impl Judge<'_> {
         effects: &[Cause],
         (verdict, smooth): (Verdict, Option<Place>),
         (field, known): (&Field, f64),
-        cells: &[Cell],
+        cells: &[GapCell],
     ) -> Vec<Where> {
         let mut pointer = unknown::point(
             &self.search.task,

@@ -9,7 +9,7 @@ use crate::fit::least_squares::Task;
 use crate::fit::missing::low_pass;
 use crate::fit::model::Model;
 use crate::predict::Prediction;
-use crate::report::Cell;
+use crate::report::GapCell;
 
 /// Edges of the bands, Hz; the last band ends at half the sampling rate.
 const EDGES_HZ: [f64; 4] = [5.0, 20.0, 80.0, 320.0];
@@ -36,7 +36,7 @@ struct Sums {
 
 /// The table of the gap before, after calibration and after the accepted effects, over all experiments;
 /// `noise` is the standard deviation of every channel.
-pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<Cell> {
+pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<GapCell> {
     let dataset = task.dataset;
     let levels: Vec<f64> = dataset.records.iter().map(level).collect();
     let parts: Vec<BTreeMap<[usize; 4], Sums>> = (0..dataset.records.len())
@@ -63,7 +63,7 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
     sums.into_iter()
         .map(|([c, band, phase, amplitude], sum)| {
             let mean = |square: f64| (square / sum.rows).sqrt();
-            Cell {
+            GapCell {
                 channel: dataset.channels[c].column.clone(),
                 band_hz: bands[band],
                 phase: PHASES[phase],
@@ -179,7 +179,7 @@ fn amplitude(task: &Task<'_>, r: usize, levels: &[f64]) -> usize {
 }
 
 /// Band and phase with the largest part of a channel's gap after calibration.
-pub(crate) fn heart(cells: &[Cell], channel: &str) -> Option<([f64; 2], &'static str)> {
+pub(crate) fn heart(cells: &[GapCell], channel: &str) -> Option<([f64; 2], &'static str)> {
     let mut bands: Vec<([f64; 2], f64)> = Vec::new();
     let mut phases = [0.0; PHASES.len()];
     for cell in cells.iter().filter(|cell| cell.channel == channel) {

@@ -19,7 +19,7 @@ const PARTS: f64 = 1000.0;
 
 /// What never changes of one loop.
 #[derive(Clone, Debug)]
-pub(super) struct ServoLoop {
+pub(super) struct PredictedLoop {
     pub(super) drive: usize,
     /// Whether it is a controller's, whose output goes through the chain of its drive.
     pub(super) is_controller: bool,
@@ -42,8 +42,9 @@ enum Reads {
 }
 
 /// The sampled servos of a machine, whose first targets are where they stand, and its controllers.
-pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoLoop>, DiagnosisError> {
-    let mut found = looped.iter().map(|own| ServoLoop::of(own, assembly)).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<PredictedLoop>, DiagnosisError> {
+    let mut found =
+        looped.iter().map(|own| PredictedLoop::of(own, assembly)).collect::<Result<Vec<_>, _>>()?;
     for (drive, part) in assembly.drives.iter().enumerate() {
         let (Some(spec), Some(sampling)) = (servo_spec(part), part.sampling()) else { continue };
         let (period_s, delay_s) = (spec.period_s, spec.delay_s);
@@ -52,7 +53,7 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
         let fed = assembly
             .feeds_of(drive)
             .filter_map(|(input, feed)| Some((input, feed.gain(part.servo.as_ref()?))));
-        found.push(ServoLoop {
+        found.push(PredictedLoop {
             drive,
             is_controller: false,
             period_s,
@@ -67,12 +68,12 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<ServoL
 }
 
 /// The servos at the start of a record.
-pub(super) fn at_start(loops: &[ServoLoop]) -> Vec<LoopState> {
+pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
     loops.iter().map(|servo| servo.start.clone()).collect()
 }
 
 /// A row, on its way.
-pub(super) struct Row {
+pub(super) struct RowSpan {
     /// When it began, s.
     pub(super) start_s: f64,
     /// Until the next one, s.
@@ -81,7 +82,7 @@ pub(super) struct Row {
     pub(super) rounds: bool,
 }
 
-impl Row {
+impl RowSpan {
     /// How far into the row an instant is, s. Zero if it is due already, `None` if it is not in this row.
     pub(super) fn part_s(&self, t_s: f64) -> Option<f64> {
         let share = (t_s - self.start_s) / self.span_s;
@@ -91,9 +92,9 @@ impl Row {
 }
 
 /// The next instant of a row at which a loop does something, how far into the row it is, s.
-pub(super) fn next_s(loops: &[ServoLoop], machine: &Moving, state: &State, row: &Row) -> Option<f64> {
+pub(super) fn next_s(loops: &[PredictedLoop], machine: &Moving, state: &State, row: &RowSpan) -> Option<f64> {
     let sensors = &machine.motion.assembly().sensors;
-    let of = |(servo, held): (&ServoLoop, &LoopState)| {
+    let of = |(servo, held): (&PredictedLoop, &LoopState)| {
         let sample_s = row.part_s(servo.sample_s(held.samples));
         let arrival_s = held.pending.front().and_then(|(t_s, _)| row.part_s(*t_s));
         let takes = (0..2).filter_map(|which| row.part_s(servo.take_s(which, held, sensors)?));
@@ -103,7 +104,13 @@ pub(super) fn next_s(loops: &[ServoLoop], machine: &Moving, state: &State, row: 
 }
 
 /// Everything that the loops do `now_s` into a row: outputs arrive, then samples are taken.
-pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State, row: &Row, now_s: f64) {
+pub(super) fn serve(
+    loops: &[PredictedLoop],
+    machine: &mut Moving,
+    state: &mut State,
+    row: &RowSpan,
+    now_s: f64,
+) {
     let is_due = |t_s: f64| row.part_s(t_s).is_some_and(|part_s| part_s <= now_s);
     for (i, servo) in loops.iter().enumerate() {
         while let Some(&(_, output)) = state.loops[i].pending.front().filter(|(t_s, _)| is_due(*t_s)) {
@@ -147,7 +154,7 @@ pub(super) fn serve(loops: &[ServoLoop], machine: &mut Moving, state: &mut State
     }
 }
 
-impl ServoLoop {
+impl PredictedLoop {
     /// A controller of the machine's file.
     fn of(looped: &Looped, assembly: &Assembly) -> Result<Self, DiagnosisError> {
         let Looped { name, drive, spec, motion_is_velocity, .. } = looped;

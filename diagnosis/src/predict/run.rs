@@ -10,7 +10,7 @@ use feeler_plant::description::{Profile, Quantity};
 use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
 use super::leeway::{Leeway, means_between_rows};
-use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
+use super::loops::{PredictedLoop, RowSpan, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
 use super::sensor::readings;
 use super::state::State;
@@ -62,7 +62,7 @@ pub struct Predictor<'a> {
     dataset: &'a Dataset,
     record: &'a Record,
     machine: Moving,
-    servos: Vec<ServoLoop>,
+    servos: Vec<PredictedLoop>,
     surfaces: Vec<usize>,
     /// Natural frequency of the anchoring without accelerometers, rad/s.
     pace: f64,
@@ -322,8 +322,11 @@ impl<'a> Predictor<'a> {
         k: usize,
         dt: f64,
     ) -> Result<(), DiagnosisError> {
-        let row =
-            Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision != Precision::Rounding };
+        let row = RowSpan {
+            start_s: k as f64 * dt,
+            span_s: dt,
+            rounds: self.machine.precision != Precision::Rounding,
+        };
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
         for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
             let part = &self.machine.motion.assembly().drives[drive];

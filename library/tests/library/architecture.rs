@@ -165,6 +165,16 @@ fn truth_arrows_are_read_as_they_are_written() {
     assert!(!of("library").contains(&"cli") && of("cli").contains(&"validation"));
 }
 
+/// A program is linked alone, and the next one waits for its slowest test.
+#[test]
+fn truth_the_integration_tests_of_a_crate_are_one_program() {
+    for (name, package) in packages() {
+        let targets = package["targets"].as_array().unwrap().iter();
+        let programs = targets.filter(|target| target["kind"][0] == "test").count();
+        assert!(programs <= 1, "`{name}` has {programs} programs of tests; make them modules of one");
+    }
+}
+
 #[test]
 fn truth_every_folder_of_the_map_exists() {
     let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();

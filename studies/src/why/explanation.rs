@@ -38,7 +38,7 @@ pub struct Explanation {
     /// Smallest sizes of changes after which the force settles, if these have a size.
     pub sizes: Vec<Size>,
     /// Remedies, cheapest in bandwidth first.
-    pub remedies: Vec<Remedy>,
+    pub remedies: Vec<CheckedRemedy>,
 }
 
 /// A change that raises the largest stable gain.
@@ -80,7 +80,7 @@ pub struct Trial {
 
 /// A remedy, checked by simulation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Remedy {
+pub struct CheckedRemedy {
     /// What to do.
     pub what: String,
     /// The `--set` arguments of the remedy, including the gain; `feeler why FILE --try N --out FILE` writes

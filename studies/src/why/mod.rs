@@ -34,7 +34,7 @@ mod size;
 use feeler_engine::Scenario;
 
 pub use change::{Cause, Counterfactual};
-pub use explanation::{Explanation, Lift, Remedy, Size, Trial};
+pub use explanation::{CheckedRemedy, Explanation, Lift, Size, Trial};
 pub(crate) use linear::scale_errors;
 
 use crate::run::RunError;

@@ -6,7 +6,7 @@ use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
 
 use super::change::{Cause, Counterfactual, arriving_later, sample_faster, servos, slow_down};
-use super::explanation::{Explanation, Remedy, Size};
+use super::explanation::{CheckedRemedy, Explanation, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
 use super::size::{Changed, Written, at_rest, mildest};
@@ -43,7 +43,7 @@ pub(super) fn remedies(
     scenario: &Scenario,
     found: &Explanation,
     baseline: &Measured,
-) -> (Vec<Remedy>, Vec<Size>) {
+) -> (Vec<CheckedRemedy>, Vec<Size>) {
     let wanted_hz = bandwidth_hz(scenario);
     let written = Written::new(scenario);
     let (mut remedies, mut sizes) = (Vec::new(), Vec::new());
@@ -76,7 +76,7 @@ fn remedy(
     changed: &Changed,
     gain_factor: f64,
     wanted_hz: Option<f64>,
-) -> Remedy {
+) -> CheckedRemedy {
     let run_s = changed.scenario.run.duration_s;
     let over = if run_s > written.scenario.run.duration_s {
         format!(", over {}", with_unit(run_s, "s"))
@@ -84,7 +84,7 @@ fn remedy(
         String::new()
     };
     let bandwidth_hz = bandwidth_hz(&changed.scenario);
-    Remedy {
+    CheckedRemedy {
         what: format!("{what}{over}"),
         settings: changed.words(),
         gain_factor,
@@ -100,7 +100,7 @@ fn lowered(
     what: &str,
     change: &dyn Fn(&mut Scenario),
     wanted_hz: Option<f64>,
-) -> Option<Remedy> {
+) -> Option<CheckedRemedy> {
     let mut changed = written.scenario.clone();
     change(&mut changed);
     let gain_factor = gain_margin(&changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_diagnosis::report::Cell;
+use feeler_diagnosis::report::GapCell;
 
 use crate::numbers::plain;
 use crate::pages::parts::escape;
@@ -35,18 +35,18 @@ const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
 const LEVELS: [&str; 3] = ["low", "middle", "high"];
 
 /// The state of the machine whose gap is drawn.
-type Of = fn(&Cell) -> f64;
+type Of = fn(&GapCell) -> f64;
 
 /// One column: its group, its label, and which cells it holds.
 struct Column<'a> {
     group: &'a str,
     label: String,
-    holds: Box<dyn Fn(&Cell) -> bool + 'a>,
+    holds: Box<dyn Fn(&GapCell) -> bool + 'a>,
     of: Of,
 }
 
 /// Phases of the motion and frequency bands, over all levels.
-pub(super) fn by_phase(cells: &[Cell], of: Of, label: &str) -> String {
+pub(super) fn by_phase(cells: &[GapCell], of: Of, label: &str) -> String {
     let mut keys: Vec<(&'static str, [f64; 2])> = Vec::new();
     for cell in cells {
         if !keys.iter().any(|(phase, band)| *phase == cell.phase && same(*band, cell.band_hz)) {
@@ -57,7 +57,7 @@ pub(super) fn by_phase(cells: &[Cell], of: Of, label: &str) -> String {
     let column = |(phase, band): (&'static str, [f64; 2])| Column {
         group: phase,
         label: plain(band[1].round()),
-        holds: Box::new(move |cell: &Cell| cell.phase == phase && same(cell.band_hz, band)),
+        holds: Box::new(move |cell: &GapCell| cell.phase == phase && same(cell.band_hz, band)),
         of,
     };
     let columns: Vec<Column> = keys.into_iter().map(column).collect();
@@ -65,7 +65,7 @@ pub(super) fn by_phase(cells: &[Cell], of: Of, label: &str) -> String {
 }
 
 /// Levels of the command, before and after, over all phases and bands.
-pub(super) fn by_level(cells: &[Cell]) -> String {
+pub(super) fn by_level(cells: &[GapCell]) -> String {
     let states: [(&'static str, Of); 2] =
         [("calibrated machine", |cell| cell.refit), ("with what was found", |cell| cell.after)];
     let mut columns = Vec::new();
@@ -74,7 +74,7 @@ pub(super) fn by_level(cells: &[Cell]) -> String {
             columns.push(Column {
                 group,
                 label: (*level).to_owned(),
-                holds: Box::new(move |cell: &Cell| cell.amplitude == *level),
+                holds: Box::new(move |cell: &GapCell| cell.amplitude == *level),
                 of,
             });
         }
@@ -83,7 +83,7 @@ pub(super) fn by_level(cells: &[Cell]) -> String {
 }
 
 /// Channels down, columns across.
-fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> String {
+fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> String {
     let mut channels: Vec<&str> = Vec::new();
     for cell in cells {
         if !channels.contains(&cell.channel.as_str()) {
@@ -181,7 +181,7 @@ fn same(a: [f64; 2], b: [f64; 2]) -> bool {
 }
 
 /// Root mean square over the cells of a column, weighted by time, and of their noise floors.
-fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]> {
+fn value(cells: &[GapCell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]> {
     let (mut sum, mut floor, mut time) = (0.0, 0.0, 0.0);
     for cell in cells.iter().filter(|cell| cell.channel == channel && (column.holds)(cell)) {
         sum += (column.of)(cell).powi(2) * cell.seconds;

@@ -1,7 +1,7 @@
 //! Rows of the tables of an explanation, on its page and in the terminal.
 
 use feeler_studies::run::Outcome;
-use feeler_studies::why::{Counterfactual, Explanation, Remedy, Trial};
+use feeler_studies::why::{CheckedRemedy, Counterfactual, Explanation, Trial};
 
 use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
@@ -73,7 +73,7 @@ pub(super) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
 
 /// A row per remedy.
 pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
-    let row = |(i, remedy): (usize, &Remedy)| {
+    let row = |(i, remedy): (usize, &CheckedRemedy)| {
         vec![
             format!("{} {}", i + 1, remedy.what),
             format!("{} %", percent(remedy.gain_factor)),

@@ -3,10 +3,11 @@
 use feeler_lanes::{Lane, LaneMask};
 use feeler_plant::motion::{ContactState, Row, dot};
 
+use crate::carry::abreast::Abreast;
 use crate::carry::formation::Formation;
 use crate::carry::lane::LaneCore;
 use crate::carry::ledger::EnergyBalance;
-use crate::carry::peaks::{Abreast, Peak};
+use crate::carry::peaks::Peak;
 use crate::carry::signals::Signals;
 use crate::error::{EngineError, RunEnd};
 use crate::observe::event::Event;

@@ -252,7 +252,7 @@ impl<L: Lane> Simulation<L> {
         let after_s = earlier(self.recorder.take_after_s(take_s), self.sampling.take_after_s(take_s));
         let is_on_the_way = self.carrier.takes_notes(&self.lanes)
             && !due(take_s, self.lanes.time_s())
-            && !due(after_s, instant_s)
+            && due(instant_s, after_s)
             && due(instant_s, until_s);
         if is_on_the_way { (instant_s, Some(take_s)) } else { (take_s, None) }
     }

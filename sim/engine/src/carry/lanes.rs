@@ -262,6 +262,11 @@ impl<L: Lane> Lanes<L> {
         self.cores[0].ledger.is_some()
     }
 
+    /// Whether lane `l` has stopped because of the ledger.
+    pub(crate) fn outpaces_ledger(&self, l: usize) -> bool {
+        self.cores[l].outpaces_ledger
+    }
+
     /// The energy balance of lane `l` with the works of `controllers`; `None` without a ledger.
     pub(crate) fn energy(&self, l: usize, controllers: &[String]) -> Option<EnergyBalance> {
         let core = &self.cores[l];

@@ -374,6 +374,12 @@ impl<L: Lane> Simulation<L> {
         self.lanes.peaks(lane)
     }
 
+    /// Whether a lane has ended as an event storm because it keeps the ledger. Powers are followed through
+    /// every swing of the fastest motion; states are not, so the lane may complete without the ledger.
+    pub fn outpaces_ledger(&self, lane: usize) -> bool {
+        self.lanes.outpaces_ledger(lane)
+    }
+
     /// The energy balance of a lane, if the run keeps the ledger.
     pub fn energy(&self, lane: usize) -> Option<EnergyBalance> {
         self.lanes.energy(lane, &self.sampling.names())

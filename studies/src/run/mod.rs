@@ -136,15 +136,7 @@ impl RunResult {
 /// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a
 /// result.
 pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
-    let recording = Recording::new(scenario);
-    let kept = recorded(scenario, &recording, Manner { energy: true, extends: false }, progress)?;
-    let is_storm = |result: &RunResult| result.summary.verdict.undecided == Some(Undecided::EventStorm);
-    if !is_storm(&kept) {
-        return Ok(kept);
-    }
-    // Powers are followed in pieces of the fastest motion, states by exponentials over many of them.
-    let without = recorded(scenario, &recording, Manner { energy: false, extends: false }, progress)?;
-    Ok(if is_storm(&without) { kept } else { without })
+    recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
 }
 
 /// Runs a scenario once over the file's duration, without the energy ledger, with rows at the instants of a
@@ -182,6 +174,10 @@ fn recorded(
     let mut until_s = duration_s;
     loop {
         advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
+        if simulation.outpaces_ledger(0) {
+            let manner = Manner { energy: false, extends };
+            return recorded(scenario, recording, manner, progress);
+        }
         until_s *= 2.0;
         let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
         recording::drop_undefined_rows(&mut record);

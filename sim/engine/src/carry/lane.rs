@@ -76,6 +76,8 @@ pub(crate) struct LaneCore {
     pub(crate) peaks: Option<Peaks>,
     /// Why the lane has stopped moving; `None` while it moves.
     pub(crate) end: Option<RunEnd>,
+    /// Whether it has stopped because the ledger follows its linear motion in too many pieces.
+    pub(crate) outpaces_ledger: bool,
     /// Time since the last event within the present span, s.
     calm_s: f64,
     series: Series,
@@ -105,6 +107,7 @@ impl LaneCore {
             ledger: energy.then(EnergyLedger::default),
             peaks: peaks.then(|| Peaks::new(contacts)),
             end: None,
+            outpaces_ledger: false,
             calm_s: 0.0,
             series: Series::default(),
             extrapolation: Extrapolation::default(),
@@ -192,6 +195,7 @@ impl LaneCore {
             let polynomials = if self.ledger.is_some() { WITH_ENERGY } else { 1 };
             let steps = polynomials + NONLINEAR * (self.extrapolation.attempts - attempts);
             if self.toil.took(steps, t_s) {
+                self.outpaces_ledger = self.ledger.is_some() && self.flow().linear;
                 self.end = Some(RunEnd::EventStorm { t_s });
             }
             // A piece that does not advance has found no finite state.

@@ -3,10 +3,11 @@
 use feeler_lanes::{Lane, LaneMask};
 use feeler_plant::motion::{ContactState, Row, dot};
 
+use crate::carry::abreast::Abreast;
 use crate::carry::formation::Formation;
 use crate::carry::lane::LaneCore;
 use crate::carry::ledger::EnergyBalance;
-use crate::carry::peaks::{Abreast, Peak};
+use crate::carry::peaks::Peak;
 use crate::carry::signals::Signals;
 use crate::error::{EngineError, RunEnd};
 use crate::observe::event::Event;
@@ -259,6 +260,11 @@ impl<L: Lane> Lanes<L> {
     #[inline(always)]
     pub(crate) fn keeps_energy(&self) -> bool {
         self.cores[0].ledger.is_some()
+    }
+
+    /// Whether lane `l` has stopped because of the ledger.
+    pub(crate) fn outpaces_ledger(&self, l: usize) -> bool {
+        self.cores[l].outpaces_ledger
     }
 
     /// The energy balance of lane `l` with the works of `controllers`; `None` without a ledger.

@@ -1,5 +1,6 @@
 //! The motion between two instants: lanes side by side, each through its own events.
 
+mod abreast;
 pub(crate) mod bodies;
 pub(crate) mod carrier;
 mod fixed_step;

@@ -11,10 +11,10 @@ use crate::solve::taylor::Series;
 
 /// Relative height by which an unexamined peak may exceed the known maximum. Slopes from differences resolve
 /// no more, and a force at rest must not be examined for its rounding.
-const CREST: f64 = 1e-9;
+pub(super) const CREST: f64 = 1e-9;
 /// The same in spans in which the force may oscillate more than once. A force that creeps to its maximum is
 /// then not examined all the way.
-const NEAR: f64 = 1e-6;
+pub(super) const NEAR: f64 = 1e-6;
 /// Relative agreement required of two polynomials through the ends of a span; otherwise the motion itself is
 /// searched for the peak.
 const AGREE: f64 = 1e-5;
@@ -56,7 +56,7 @@ struct Point {
 /// Where the tangents at both ends of a span of `h` meet, relative to `level`. They bound a force that bends
 /// one way only. Positive if above.
 #[inline(always)]
-fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
+pub(super) fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
     (start - level) * (rise - fall) + rise * (end - start - fall * h)
 }
 
@@ -64,7 +64,7 @@ fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> 
 #[derive(Debug)]
 pub(crate) struct Peaks {
     finished: Vec<Vec<Peak>>,
-    present: Vec<Option<Peak>>,
+    pub(super) present: Vec<Option<Peak>>,
 }
 
 impl Peaks {
@@ -306,78 +306,6 @@ fn highest(c: &[f64; 6]) -> (f64, f64) {
         u = next;
     }
     (u, at(u))
-}
-
-/// The present stretch of one contact in all lanes, for spans that lanes travel together.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Abreast<L> {
-    force_n: L,
-    t_s: L,
-}
-
-impl<L: Lane> Abreast<L> {
-    pub(crate) fn new() -> Self {
-        Self { force_n: L::zero(), t_s: L::zero() }
-    }
-
-    /// Passes the peaks found in group travel to a lane that goes alone.
-    pub(crate) fn give(&self, peaks: &mut Peaks, i: usize, l: usize) {
-        if let Some(present) = &mut peaks.present[i] {
-            *present = self.peak(l);
-        }
-    }
-
-    pub(crate) fn peak(&self, l: usize) -> Peak {
-        Peak { t_s: self.t_s.lane(l), force_n: self.force_n.lane(l) }
-    }
-
-    /// Takes over the peaks that a lane has found alone.
-    pub(crate) fn take(&mut self, peaks: &Peaks, i: usize, l: usize) {
-        let present = peaks.present[i].unwrap_or_default();
-        self.force_n.set_lane(l, present.force_n);
-        self.t_s.set_lane(l, present.t_s);
-    }
-
-    /// Records that a lane's force has reached this value.
-    pub(crate) fn rise_to(&mut self, l: usize, t_s: f64, force_n: f64) {
-        if force_n > self.force_n.lane(l) {
-            self.force_n.set_lane(l, force_n);
-            self.t_s.set_lane(l, t_s);
-        }
-    }
-
-    /// The lanes of `pushing` have moved by `h` from `from_s` (s), with these forces and slopes at start and
-    /// end. Returns the lanes whose force may have exceeded the maximum in between.
-    #[inline(always)]
-    pub(crate) fn pass(
-        &mut self,
-        pushing: L::Mask,
-        [start, end]: [L; 2],
-        [rise, fall]: [L; 2],
-        from_s: L,
-        h: L,
-    ) -> L::Mask {
-        let zero = L::zero();
-        for (force_n, t_s) in [(start, from_s), (end, from_s + h)] {
-            let higher = pushing & force_n.gt(self.force_n);
-            self.force_n = L::select(higher, force_n, self.force_n);
-            self.t_s = L::select(higher, t_s, self.t_s);
-        }
-        let peaks = rise.gt(zero)
-            & fall.lt(zero)
-            & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
-        // At least the ends show a turn, though tangents do not bound it.
-        let turns =
-            (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
-        pushing & (peaks | turns)
-    }
-
-    /// Lanes whose force may have exceeded the maximum within a span of more than one oscillation. The bound
-    /// is the higher end plus the steeper slope over the whole span.
-    #[inline(always)]
-    pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
-        (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
-    }
 }
 
 #[cfg(test)]

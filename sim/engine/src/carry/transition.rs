@@ -2,8 +2,9 @@
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
 
+use crate::carry::abreast::Abreast;
 use crate::carry::lane::LaneCore;
-use crate::carry::peaks::{Abreast, Span};
+use crate::carry::peaks::Span;
 use crate::error::EngineError;
 use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 

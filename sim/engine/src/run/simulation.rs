@@ -252,7 +252,7 @@ impl<L: Lane> Simulation<L> {
         let after_s = earlier(self.recorder.take_after_s(take_s), self.sampling.take_after_s(take_s));
         let is_on_the_way = self.carrier.takes_notes(&self.lanes)
             && !due(take_s, self.lanes.time_s())
-            && !due(after_s, instant_s)
+            && due(instant_s, after_s)
             && due(instant_s, until_s);
         if is_on_the_way { (instant_s, Some(take_s)) } else { (take_s, None) }
     }
@@ -372,6 +372,12 @@ impl<L: Lane> Simulation<L> {
     /// lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
         self.lanes.peaks(lane)
+    }
+
+    /// Whether a lane has ended as an event storm because it keeps the ledger. Powers are followed through
+    /// every swing of the fastest motion; states are not, so the lane may complete without the ledger.
+    pub fn outpaces_ledger(&self, lane: usize) -> bool {
+        self.lanes.outpaces_ledger(lane)
     }
 
     /// The energy balance of a lane, if the run keeps the ledger.

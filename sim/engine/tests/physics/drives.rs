@@ -196,8 +196,7 @@ fn truth_ripple_is_a_force_of_position() {
 /// one second.
 #[test]
 fn regress_a_command_that_moves_by_a_rounding_starts_no_ramp() {
-    let mut scenario = driven(with(&[("slew-limit", &[1e3])]), ReferenceSpec::Constant(20.0), 0.1);
-    scenario.run.energy = false;
+    let scenario = driven(with(&[("slew-limit", &[1e3])]), ReferenceSpec::Constant(20.0), 0.1);
     let program = Program::new(&scenario).unwrap();
     let motion = program.motion();
     let (mut xi, ramp) = (motion.initial_vector(), motion.layout().ramp(0).unwrap());

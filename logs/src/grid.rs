@@ -43,8 +43,8 @@ pub struct Series {
 }
 
 impl Run {
-    /// The table and column of a name: a column's own name, its full name, or its number in the file. Slashes
-    /// of topics may be omitted or replaced by dots.
+    /// The table and column of a name: a column's own name, its full name, a list with the number of an item,
+    /// or its number in the file. Slashes of topics may be omitted or replaced by dots.
     pub fn find(&self, name: &str) -> Option<(&Table, &Column)> {
         let all =
             || self.tables.iter().flat_map(|table| table.columns.iter().map(move |column| (table, column)));
@@ -56,6 +56,22 @@ impl Run {
             .or_else(|| {
                 let shorter = wanted.strip_suffix(".data").or_else(|| wanted.strip_suffix(".value"))?;
                 all().find(|(table, column)| plain(&table.full_name(column)) == shorter)
+            })
+            .or_else(|| {
+                // An item of a list whose items have names: `action[2]` counts from zero.
+                let (list, item) = wanted.strip_suffix(']')?.rsplit_once('[')?;
+                let number: usize = item.parse().ok()?;
+                let is_item = |text: &str| {
+                    let rest = text.strip_prefix(list).filter(|rest| rest.starts_with('['));
+                    rest.is_some_and(|rest| rest.find(']') == Some(rest.len() - 1))
+                };
+                self.tables.iter().find_map(|table| {
+                    let is_its = |column: &Column| {
+                        is_item(&plain(&column.name)) || is_item(&plain(&table.full_name(column)))
+                    };
+                    let mut items = table.columns.iter().filter(|column| is_its(column));
+                    Some((table, items.nth(number)?))
+                })
             })
             .or_else(|| {
                 let number: usize = name.parse().ok()?;

@@ -33,6 +33,12 @@ pub(crate) struct Import {
     /// Column of the target position [default: guessed]
     #[arg(long, value_name = "COLUMN")]
     pub(crate) target: Option<String>,
+    /// Column of the speed that goes to the servo with the target
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) target_velocity: Option<String>,
+    /// Column of the force that the servo adds to its own
+    #[arg(long, value_name = "COLUMN")]
+    pub(crate) feed_forward: Option<String>,
     /// Column of the commanded force, torque or current
     #[arg(long, value_name = "COLUMN")]
     pub(crate) command: Option<String>,

@@ -32,6 +32,8 @@ fn options(arguments: &Import) -> Options {
         .or_else(|| arguments.mjcf.clone().map(Model::Mjcf));
     let stated = [
         (Role::Target, &arguments.target),
+        (Role::TargetVelocity, &arguments.target_velocity),
+        (Role::FeedForward, &arguments.feed_forward),
         (Role::Command, &arguments.command),
         (Role::Position, &arguments.position),
         (Role::Effort, &arguments.effort),

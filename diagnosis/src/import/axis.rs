@@ -1,16 +1,12 @@
-//! The believed machine of one joint: from a URDF or MJCF, or only from its motion.
+//! What a URDF or MJCF says of each joint, and which of them is meant by a name in a log.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{Chain, JointBelief, JointKind, Mjcf, Urdf};
-use feeler_files::{Document, machine_to_toml};
-use feeler_plant::description::{Axis, Body, GROUND, Machine, Quantity, Spring};
-use feeler_plant::effects::{CoulombFriction, EffectUse};
-use feeler_problem::{short, sort::sort_of};
+use feeler_problem::sort::sort_of;
 
-use super::roles::{PLAIN, Role, words};
+use super::roles::{PLAIN, words};
 use crate::error::DiagnosisError;
 
 /// Where beliefs come from.
@@ -23,28 +19,6 @@ pub enum Model {
     /// An MJCF.
     Mjcf(PathBuf),
 }
-
-/// Names of the elements of a first machine.
-const BODY: &str = "joint";
-const BEARING: &str = "bearing";
-const SERVO: &str = "servo";
-const DRIVE: &str = "drive";
-const LOAD: &str = "load";
-const ENCODER: &str = "encoder";
-/// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
-const LAG_OMEGA: f64 = 2.0;
-/// Lag that is assumed if none is visible, s.
-const USUAL_LAG_S: f64 = 0.05;
-/// A lag this many times that of the stated loop is none of it: targets come late by a row or two besides.
-const FAR_OFF_LAG: f64 = 5.0;
-/// A gain this many times another is in another unit: believed masses are hardly twice the real ones.
-const FAR_OFF_GAIN: f64 = 2.0;
-/// Dry friction shifts where a joint holds its load by up to its level: a load this many times larger shows.
-const LOAD_OVER_FRICTION: f64 = 3.0;
-/// Share of the squares of the errors that a load explains at least where it makes them.
-const LEAST_EXPLAINED: f64 = 0.25;
-/// Armature that is assumed for a joint whose model moves no mass, kg m2.
-const LEAST_INERTIA: f64 = 1e-6;
 
 /// Every joint of a model.
 pub(super) struct Beliefs {
@@ -173,101 +147,6 @@ fn shared_words(a: &str, b: &str) -> [usize; 2] {
     [texts.len(), numbers.len()]
 }
 
-/// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
-///
-/// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
-/// steadily is followed `(kd + damping) / kp` later. With the damping beside it, a smaller gain lags more.
-fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
-    let as_stated = (1.0, ", as the model states".into());
-    if let Some(held) = seen.held.gain(LOAD_OVER_FRICTION * joint.friction) {
-        let share = held / kp;
-        if (1.0 / FAR_OFF_GAIN..FAR_OFF_GAIN).contains(&share) {
-            return as_stated;
-        }
-        let why = format!(
-            ": {} of what the model states, as the errors with which the servo holds its load show",
-            short(share)
-        );
-        return (share, why);
-    }
-    let stated_s = (joint.kd + joint.damping) / kp;
-    let Some(lag_s) = seen.lag_s.filter(|lag_s| *lag_s > FAR_OFF_LAG * (stated_s + joint.delay_s)) else {
-        return as_stated;
-    };
-    let share = joint.damping / (kp * (lag_s - joint.delay_s) - joint.kd);
-    if share <= 0.0 {
-        return as_stated;
-    }
-    let why = format!(
-        ": {} of what the model states, with which a loop lags by {} ms, and not by {} ms as the \
-         position does",
-        short(share),
-        short(1e3 * stated_s),
-        short(1e3 * lag_s)
-    );
-    (share, why)
-}
-
-/// Gains of a servo, and where they come from.
-fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> ([f64; 2], String) {
-    if let Some(kp) = joint.kp {
-        let (share, why) = believed_share(kp, joint, seen);
-        let (kp, kd) = (share * kp, share * joint.kd);
-        return ([kp, kd], format!("kp {} and kd {}{why}", short(kp), short(kd)));
-    }
-    let lag = seen.lag_s.filter(|lag| *lag > 0.0).unwrap_or(USUAL_LAG_S);
-    let omega = LAG_OMEGA / lag;
-    let (kp, kd) = (inertia * omega.powi(2), (2.0 * inertia * omega - joint.damping).max(0.0));
-    let why = format!(
-        "kp {} and kd {} are guesses: a critically damped loop that lags by {} ms{}",
-        short(kp),
-        short(kd),
-        short(1e3 * lag),
-        if seen.lag_s.is_some() { ", as the position does" } else { "" }
-    );
-    ([kp, kd], why)
-}
-
-/// What the log shows of a joint.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
-    /// How much later the position follows, s.
-    pub(super) lag_s: Option<f64>,
-    /// Errors under loads.
-    pub(super) held: Held,
-    /// Step of the encoder.
-    pub(super) step: Option<f64>,
-}
-
-/// Sums over rows of an error under a known load.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Held {
-    rows: f64,
-    load_load: f64,
-    load_error: f64,
-    error_error: f64,
-}
-
-impl Held {
-    pub(super) fn add(&mut self, load: f64, error: f64) {
-        if load.is_finite() && error.is_finite() {
-            self.rows += 1.0;
-            self.load_load += load * load;
-            self.load_error += load * error;
-            self.error_error += error * error;
-        }
-    }
-
-    /// Load over error, by least squares of the error, which friction and motion spoil; `None` if the
-    /// load is no larger than this.
-    fn gain(&self, least: f64) -> Option<f64> {
-        let gain = -self.load_load / self.load_error;
-        let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;
-        let explained = self.load_error.powi(2) / (self.load_load * self.error_error);
-        (is_loaded && explained > LEAST_EXPLAINED && gain.is_finite() && gain > 0.0).then_some(gain)
-    }
-}
-
 /// A model whose first element is `root`.
 fn parsed<T>(
     path: &Path,
@@ -307,132 +186,5 @@ fn wrong(path: &Path, error: &feeler_arm::ArmError) -> DiagnosisError {
         file: path.to_owned(),
         reason: error.to_string(),
         remedy: "correct the model file there, or leave it out: the motion alone gives a first machine",
-    }
-}
-
-/// A machine file, the names of its signals, and the assumptions.
-#[derive(Clone)]
-pub(super) struct First {
-    pub(super) text: String,
-    /// Signal of the target or command.
-    pub(super) input: String,
-    /// Signal of the position.
-    pub(super) position: String,
-    pub(super) assumptions: Vec<String>,
-    /// Signal of what gravity and other joints do, where the machine has a place for it.
-    pub(super) load: Option<String>,
-}
-
-impl First {
-    /// A machine that the user gives.
-    pub(super) fn given(path: &Path) -> Result<Self, DiagnosisError> {
-        let document = Document::load(path)?;
-        let machine = &document.scenario.machine;
-        let file = || path.to_owned();
-        let Some((name, drive)) = machine.actuators.iter().next() else {
-            return Err(DiagnosisError::Unreadable {
-                file: file(),
-                reason: "the machine has no actuator, so that nothing takes the target".into(),
-                remedy: "add [actuators.NAME] with `on` and `kind`",
-            });
-        };
-        let sensor = machine.sensors.iter().find(|(_, sensor)| {
-            sensor.reads.element == drive.on && sensor.reads.quantity == Quantity::Position
-        });
-        let position =
-            sensor.map_or_else(|| format!("{}.position", drive.on), |(name, _)| format!("{name}.reading"));
-        Ok(Self {
-            text: document.to_toml(),
-            input: format!("{name}.command"),
-            position,
-            assumptions: vec![format!(
-                "the target drives `{name}`, the first actuator of {}",
-                path.display()
-            )],
-            load: None,
-        })
-    }
-
-    /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
-    /// `middle` is the inertia of the links where each joint stands at the middle of the first run. It is
-    /// given for an arm whose other joints and weight load this one.
-    pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
-        let is_force = input == Role::Command;
-        let mut assumptions = Vec::new();
-        let given = belief.cloned().unwrap_or_default();
-        let joint = &given.joint;
-        let links = middle.unwrap_or(given.inertia);
-        let mut inertia = links + joint.armature;
-        let unit = if given.is_straight { "kg" } else { "kg m2" };
-        if belief.is_none() {
-            inertia = 1.0;
-            let assumed = if is_force {
-                "without a model the inertia is set to 1"
-            } else {
-                "without a model or a measured force the inertia is set to 1, and forces are relative to it"
-            };
-            assumptions.push(assumed.into());
-        } else {
-            assumptions.push(format!(
-                "inertia {} {unit}: links {} {}, armature {}",
-                short(inertia),
-                short(links),
-                if middle.is_some() {
-                    "where each joint stands at the middle of the first run"
-                } else {
-                    "where all joints are zero"
-                },
-                short(joint.armature)
-            ));
-        }
-        if inertia < LEAST_INERTIA {
-            inertia = LEAST_INERTIA;
-            assumptions
-                .push(format!("the model moves no mass here: the inertia is set to {LEAST_INERTIA} {unit}"));
-        }
-        let name = if is_force { DRIVE } else { SERVO };
-        let kind = if is_force {
-            assumptions.push("the command is the force of the drive".into());
-            "kind = \"force\"".to_owned()
-        } else {
-            let ([kp, kd], why) = gains(joint, inertia, seen);
-            assumptions.push(why);
-            format!("kind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}")
-        };
-        let mut machine = Machine::new(if joint.name.is_empty() { BODY } else { &joint.name });
-        machine.axis = if given.is_straight { Axis::Translational } else { Axis::Rotational };
-        let mut bearing = Spring::new(GROUND, BODY, 0.0, joint.damping);
-        if joint.friction > 0.0 {
-            bearing.effects.push(EffectUse::of(CoulombFriction { level: joint.friction }));
-        }
-        let machine = machine.with_body(BODY, Body::new(inertia)).with_spring(BEARING, bearing);
-        let mut text = machine_to_toml(&machine);
-        let _ = writeln!(text, "\n[actuators.{name}]\non = \"{BODY}\"\n{kind}");
-        if joint.delay_s > 0.0 && !is_force {
-            let _ = writeln!(text, "delay = {:?}", joint.delay_s);
-        }
-        if let Some(limit) = joint.effort_limit {
-            let _ = writeln!(text, "limit = {limit:?}");
-        }
-        if middle.is_some() {
-            let _ = writeln!(text, "\n[actuators.{LOAD}]\non = \"{BODY}\"\nkind = \"force\"");
-            assumptions.push(
-                "the column `load` is the load of the weight and of the other joints' motion, from the \
-                 masses of the model and the positions of the log"
-                    .into(),
-            );
-        }
-        let _ = writeln!(text, "\n[sensors.{ENCODER}]\nreads = \"{BODY}.position\"");
-        if let Some(step) = seen.step {
-            let _ = writeln!(text, "resolution = {step:?}");
-            assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
-        }
-        Self {
-            text,
-            input: format!("{name}.{}", if is_force { "command" } else { "target" }),
-            position: format!("{ENCODER}.reading"),
-            assumptions,
-            load: middle.map(|_| format!("{LOAD}.command")),
-        }
     }
 }

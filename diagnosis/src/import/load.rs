@@ -5,7 +5,8 @@ use feeler_logs::{Pick, Run};
 use indexmap::IndexMap;
 
 use super::axis::Beliefs;
-use super::roles::{Guess, Role, UnitGuess};
+use super::roles::{Guess, Role};
+use super::units::UnitGuess;
 
 /// Half of the time over which a position is smoothed for its speed and acceleration, s. Other joints couple
 /// by motions that last longer, and steps of encoders average out.

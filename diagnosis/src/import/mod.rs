@@ -4,11 +4,14 @@
 //! joint with a target and a position. Every guess is reported with its reason.
 
 mod axis;
+mod first;
 mod follow;
 mod load;
 mod roles;
+mod seen;
 mod summary;
 mod survey;
+mod units;
 mod write;
 
 use std::path::Path;
@@ -17,9 +20,10 @@ use feeler_logs::{Run, sources};
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
-pub use roles::{Chosen, Guess, Role, UnitGuess};
+pub use roles::{Chosen, Guess, Role};
 pub use summary::{ColumnSummary, RunSummary, TableSummary};
 pub use survey::{Options, Survey, Written};
+pub use units::UnitGuess;
 
 use crate::error::DiagnosisError;
 

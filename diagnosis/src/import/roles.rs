@@ -4,12 +4,17 @@ use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
 
 use super::follow::{Follow, follow};
+use super::units::{UnitGuess, unit};
 
 /// What a column is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// Desired position of the joint.
     Target,
+    /// Desired speed, beside the desired position.
+    TargetVelocity,
+    /// Torque or force that a servo adds to that of its loop.
+    FeedForward,
     /// Where it is.
     Position,
     /// How fast it is.
@@ -21,15 +26,22 @@ pub enum Role {
 }
 
 impl Role {
-    /// Its name in a sentence.
+    /// Its name in sentences, and as a column of a dataset.
     pub fn noun(self) -> &'static str {
         match self {
             Self::Target => "target",
+            Self::TargetVelocity => "target-velocity",
+            Self::FeedForward => "feed-forward",
             Self::Position => "position",
             Self::Velocity => "velocity",
             Self::Effort => "effort",
             Self::Command => "command",
         }
+    }
+
+    /// Whether it is an input of a servo besides its target.
+    pub(super) fn feeds_servo(self) -> bool {
+        matches!(self, Self::TargetVelocity | Self::FeedForward)
     }
 }
 
@@ -48,27 +60,6 @@ impl Chosen {
     /// One of its numbers in SI.
     pub(super) fn in_si(&self) -> f64 {
         self.unit.as_ref().map_or(1.0, |(unit, _)| unit.in_si())
-    }
-}
-
-/// A unit other than SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum UnitGuess {
-    /// A symbol that files take.
-    Symbol(&'static str),
-    /// Counts, with the radians per count.
-    Counts(f64),
-}
-
-impl UnitGuess {
-    /// One of it in SI.
-    pub(super) fn in_si(self) -> f64 {
-        match self {
-            Self::Symbol("deg") => 1.0_f64.to_radians(),
-            Self::Symbol("mm") => 1e-3,
-            Self::Symbol(_) => 1.0,
-            Self::Counts(each) => each,
-        }
     }
 }
 
@@ -123,6 +114,8 @@ const EFFORTS: [&str; 12] = [
     "effort", "efforts", "torque", "torques", "tau", "current", "currents", "curr", "load", "force", "amps",
     "trq",
 ];
+/// Words of a feed-forward: either of the first two, or both others.
+const FEEDS: [&str; 4] = ["ff", "feedforward", "feed", "forward"];
 /// Words by which a column has none of these roles.
 const OTHERS: [&str; 15] = [
     "error",
@@ -207,13 +200,16 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         return None;
     }
     let target = has(&TARGETS);
+    let is_feed = in_own(&FEEDS[..2]).is_some() || FEEDS[2..].iter().all(|word| in_own(&[*word]).is_some());
     let (role, why) = if let Some(word) = in_own(&EFFORTS) {
-        (if target.is_some() { Role::Command } else { Role::Effort }, word)
+        let role = match &target {
+            _ if is_feed => Role::FeedForward,
+            Some(_) => Role::Command,
+            None => Role::Effort,
+        };
+        (role, word)
     } else if let Some(word) = in_own(&VELOCITIES) {
-        if target.is_some() {
-            return None;
-        }
-        (Role::Velocity, word)
+        (if target.is_some() { Role::TargetVelocity } else { Role::Velocity }, word)
     } else if let Some(word) = target {
         (Role::Target, word)
     } else {
@@ -235,7 +231,9 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
 /// The joint of a column: the item in brackets without words of roles, or the rest of its name.
 fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
     let is_role = |word: &String| {
-        [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS].iter().any(|list| list.contains(&word.as_str()))
+        [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS, &FEEDS]
+            .iter()
+            .any(|list| list.contains(&word.as_str()))
     };
     if let Some(item) = item {
         let bare = item.rsplit_once('.').filter(|(_, last)| is_role(&last.to_lowercase()));
@@ -287,6 +285,9 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
         }
     }
     for guess in found.values_mut() {
+        if stated.is_empty() {
+            inputs_beside_target(run, guess);
+        }
         let of = |role| guess.columns.get(&role).and_then(|chosen| run.find(&chosen.column));
         if let (Some(target), Some(position)) = (of(Role::Target), of(Role::Position)) {
             guess.follow = follow(target, position);
@@ -295,33 +296,43 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
     found
 }
 
-/// Counts of one turn of common encoders.
-const TURNS: [f64; 4] = [1024.0, 4096.0, 16_384.0, 65_536.0];
-/// No joint in radians exceeds this: larger values are degrees.
-const MOST_RADIANS: f64 = 7.0;
+/// Keeps the speed and the force beside a target that reach the servo with it: those of the same table that
+/// change. A message with positions and efforts of targets gives the efforts as feed-forward.
+fn inputs_beside_target(run: &Run, guess: &mut Guess) {
+    let target = column_of(run, guess, Role::Target);
+    let is_beside = |(table, column): &(&Table, &Column)| {
+        let mut values = column.values.iter().filter(|x| x.is_finite());
+        let first = values.next();
+        target.is_some_and(|(of, _)| std::ptr::eq(of, *table)) && values.any(|x| Some(x) != first)
+    };
+    if let (Some(beside), Some((_, wanted))) =
+        (column_of(run, guess, Role::Command).filter(is_beside), target)
+        && beside.1.name.ends_with(']')
+        && without_quantity(&beside.1.name) == without_quantity(&wanted.name)
+        && !guess.columns.contains_key(&Role::FeedForward)
+        && let Some(command) = guess.columns.shift_remove(&Role::Command)
+    {
+        guess.columns.insert(Role::FeedForward, command);
+    }
+    for role in [Role::TargetVelocity, Role::FeedForward] {
+        if column_of(run, guess, role).filter(is_beside).is_none() {
+            guess.columns.shift_remove(&role);
+        }
+    }
+    let of_target = guess.columns.get(&Role::Target).and_then(|chosen| chosen.unit.clone());
+    if let (Some((unit, _)), Some(speed)) = (of_target, guess.columns.get_mut(&Role::TargetVelocity)) {
+        speed.unit.get_or_insert_with(|| (unit.per_second(), "as its target is".into()));
+    }
+}
 
-/// The unit of a column of positions, if its numbers show that it is not SI.
-fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
-    if !matches!(role, Role::Target | Role::Position) {
-        return None;
-    }
-    if let Some(stated) = &column.unit {
-        let known = ["deg", "mm", "rad", "m"].into_iter().find(|symbol| symbol == stated)?;
-        return Some((UnitGuess::Symbol(known), "the file states it".into()));
-    }
-    let values = || column.values.iter().copied().filter(|x| x.is_finite());
-    let most = values().map(f64::abs).fold(0.0, f64::max);
-    if most <= MOST_RADIANS {
-        return None;
-    }
-    let is_whole = values().all(|x| x.fract() == 0.0);
-    let has_sign = values().any(|x| x < 0.0);
-    if is_whole && !has_sign && most > 360.0 {
-        let turn = TURNS.into_iter().find(|turn| most < *turn)?;
-        let why = format!("whole numbers up to {most}: counts, {turn} a turn");
-        return Some((UnitGuess::Counts(std::f64::consts::TAU / turn), why));
-    }
-    (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
+fn column_of<'a>(run: &'a Run, guess: &Guess, role: Role) -> Option<(&'a Table, &'a Column)> {
+    run.find(&guess.columns.get(&role)?.column)
+}
+
+/// Words of a name besides those that say position or effort.
+fn without_quantity(name: &str) -> Vec<String> {
+    let is_quantity = |word: &str| POSITIONS.contains(&word) || EFFORTS.contains(&word);
+    words(name).into_iter().filter(|word| !is_quantity(word)).collect()
 }
 
 #[cfg(test)]
@@ -349,6 +360,17 @@ mod tests {
             ("/arm_controller/controller_state", "reference.positions[elbow]", Role::Target, "elbow"),
             ("/arm_controller/controller_state", "feedback.positions[elbow]", Role::Position, "elbow"),
             ("/arm_controller/joint_trajectory", "points[0].positions[elbow]", Role::Target, "elbow"),
+            (
+                "/arm_controller/controller_state",
+                "reference.velocities[elbow]",
+                Role::TargetVelocity,
+                "elbow",
+            ),
+            ("/arm_controller/controller_state", "reference.effort[elbow]", Role::Command, "elbow"),
+            ("log", "qd_des_2", Role::TargetVelocity, "2"),
+            ("log", "tau_ff_2", Role::FeedForward, "2"),
+            ("log", "knee_feed_forward_torque", Role::FeedForward, "knee"),
+            ("log", "feed_force", Role::Effort, ""),
             ("control", "positions[Elbow]", Role::Target, "Elbow"),
             ("state_motor", "positions[Elbow]", Role::Position, "Elbow"),
             ("state_motor", "torques[Elbow]", Role::Effort, "Elbow"),

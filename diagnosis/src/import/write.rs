@@ -8,10 +8,13 @@ use std::path::{Path, PathBuf};
 use feeler_logs::{Pick, Run, Series, on_one_grid};
 use feeler_problem::short;
 
-use super::axis::{AxisBelief, Beliefs, First, Model, Seen};
+use super::axis::{AxisBelief, Beliefs, Model};
+use super::first::First;
 use super::load::Arm;
-use super::roles::{Chosen, Guess, Role, UnitGuess, words};
+use super::roles::{Chosen, Guess, Role, words};
+use super::seen::Seen;
 use super::survey::{Options, Survey, Written};
+use super::units::UnitGuess;
 use crate::dataset::quantum;
 use crate::error::DiagnosisError;
 
@@ -98,7 +101,12 @@ impl Writer {
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
                 arm: middle,
-                seen: Seen { lag_s: guess.follow.map(|follow| follow.lag_s), ..Seen::default() },
+                seen: Seen {
+                    lag_s: guess.follow.map(|follow| follow.lag_s),
+                    has_speed: guess.columns.contains_key(&Role::TargetVelocity),
+                    has_lead: guess.columns.contains_key(&Role::FeedForward),
+                    ..Seen::default()
+                },
             });
         }
         if joints.is_empty() {
@@ -163,8 +171,19 @@ impl Joint {
     fn columns(&self) -> Vec<(Role, &Chosen)> {
         let of = |role: Role| self.guess.columns.get(&role).map(|chosen| (role, chosen));
         let input = of(Role::Target).or_else(|| of(Role::Command));
-        let others = [Role::Position, Role::Velocity, Role::Effort].into_iter().filter_map(of);
-        input.into_iter().chain(others).collect()
+        let others = [Role::Position, Role::TargetVelocity, Role::FeedForward, Role::Velocity, Role::Effort];
+        input.into_iter().chain(others.into_iter().filter_map(of)).collect()
+    }
+
+    /// Whether no run can do without a column of this role.
+    fn needs(&self, role: Role) -> bool {
+        match role {
+            Role::Velocity | Role::Effort => false,
+            Role::TargetVelocity | Role::FeedForward => {
+                self.given.as_ref().is_none_or(|given| given.signal(role).is_some())
+            }
+            Role::Target | Role::Command | Role::Position => true,
+        }
     }
 
     fn run(&mut self, run: &Run, notes: &mut Vec<String>) -> Result<(), DiagnosisError> {
@@ -173,10 +192,10 @@ impl Joint {
             columns.iter().copied().filter(|(_, chosen)| run.find(&chosen.column).is_some()).collect();
         let missing: Vec<&str> = columns
             .iter()
-            .filter(|(_, chosen)| run.find(&chosen.column).is_none())
+            .filter(|(role, chosen)| self.needs(*role) && run.find(&chosen.column).is_none())
             .map(|(_, chosen)| chosen.column.as_str())
             .collect();
-        if here.iter().filter(|(role, _)| !matches!(role, Role::Velocity | Role::Effort)).count() < 2 {
+        if !missing.is_empty() {
             notes.push(format!(
                 "run `{}` has no {}, and is left out for `{}`",
                 run.name,
@@ -187,7 +206,7 @@ impl Joint {
         }
         let own = here.iter().map(|(role, chosen)| Pick {
             name: &chosen.column,
-            is_held: matches!(role, Role::Target | Role::Command),
+            is_held: matches!(role, Role::Target | Role::Command) || role.feeds_servo(),
         });
         let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
@@ -224,8 +243,11 @@ impl Joint {
             let each = |role| self.guess.columns.get(&role).map_or(1.0, Chosen::in_si);
             let (target, position) = (each(Role::Target), each(Role::Position));
             if here[0].0 == Role::Target && here[1].0 == Role::Position {
-                for ((load, wanted), is) in load.iter().zip(&series.values[0]).zip(&series.values[1]) {
-                    held.add(*load, target * wanted - position * is);
+                let lead = here.iter().position(|(role, _)| *role == Role::FeedForward);
+                for (row, load) in load.iter().enumerate() {
+                    let lead = lead.map_or(0.0, |i| series.values[i][row]);
+                    let [wanted, is] = [0, 1].map(|i| series.values[i][row]);
+                    held.add(load + lead, target * wanted - position * is);
                 }
             }
             series.values.push(load);
@@ -253,21 +275,18 @@ impl Joint {
         );
         let _ = writeln!(text, "name = {:?}\nmachine = \"machine.toml\"", file_name(&self.name));
         for (role, chosen) in self.columns() {
-            let signal = match role {
-                Role::Target | Role::Command => &first.input,
-                Role::Position => &first.position,
-                Role::Velocity | Role::Effort => {
-                    let _ = writeln!(
-                        text,
-                        "\n# The column `{}` ({}) is not used: the machine has no sensor for it.",
-                        role.noun(),
-                        chosen.column
-                    );
-                    continue;
-                }
+            let name = role.noun();
+            let Some(signal) = first.signal(role) else {
+                let lacks = if role.feeds_servo() { "actuator" } else { "sensor" };
+                let _ = writeln!(
+                    text,
+                    "\n# The column `{name}` ({}) is not used: the machine has no {lacks} for it.",
+                    chosen.column
+                );
+                continue;
             };
             let _ = writeln!(text, "\n# {}: {}", chosen.column, chosen.why);
-            let _ = writeln!(text, "[columns.{}]\nsignal = \"{signal}\"", role.noun());
+            let _ = writeln!(text, "[columns.{name}]\nsignal = \"{signal}\"");
             if let Some((unit, why)) = &chosen.unit {
                 let _ = match unit {
                     UnitGuess::Symbol(symbol) => writeln!(text, "unit = \"{symbol}\" # guess: {why}"),

@@ -82,6 +82,44 @@ fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
     );
 }
 
+/// What comes with targets and changes goes to the servo with them; the knee's velocities are all zero.
+#[test]
+fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
+    let folder = tempfile::tempdir().expect("a folder");
+    two_joints(folder.path());
+    let lead = |t: f64| 0.1 * (5.0 * t).sin();
+    let mut control = "timestamp,positions,velocities,efforts\n".to_owned();
+    for k in 0..1500 {
+        let t = f64::from(k) * 0.02;
+        let (hip, knee, speed) = ((2.0 * t).sin(), (3.0 * t).sin(), 2.0 * (2.0 * t).cos());
+        let _ = writeln!(
+            control,
+            "{},\"[{hip}, {knee}]\",\"[{speed}, 0.0]\",\"[{}, {}]\"",
+            t * 1e6,
+            lead(t),
+            -lead(t)
+        );
+    }
+    fs::write(folder.path().join("control.csv"), control).expect("written");
+    let out = folder.path().join("out");
+    let options = Options { out: Some(out.clone()), ..Options::default() };
+    import(&[folder.path()], &options, &|_| ()).expect("two datasets");
+    for (joint, sign, expected) in [
+        ("hip", 1.0, &["target", "target-velocity", "feed-forward"][..]),
+        ("knee", -1.0, &["target", "feed-forward"][..]),
+    ] {
+        let dataset = Dataset::load(&out.join(joint)).expect("it is sound");
+        let inputs: Vec<&str> = dataset.drives.iter().map(|driven| driven.column.as_str()).collect();
+        assert_eq!(inputs, expected);
+        let last = dataset.drives.len() - 1;
+        let kind = &dataset.machine.actuators[dataset.drives[last].drive].kind;
+        assert!(matches!(kind, ActuatorKind::FeedForward), "{kind:?}");
+        for (k, given) in dataset.records[0].commands[last].iter().enumerate() {
+            assert_eq!(given.to_bits(), (sign * lead(f64::from(k as u32) * 0.02) + 0.0).to_bits(), "row {k}");
+        }
+    }
+}
+
 /// Positions at a quarter of the targets' rate stay a quarter of the rows, and those without every fourth row
 /// three quarters: what is between them is unknown.
 #[test]

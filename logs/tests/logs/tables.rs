@@ -93,6 +93,10 @@ fn truth_lists_in_cells_are_columns_that_a_file_beside_them_names() {
         (lift.number, run.find("3").map(|(_, column)| column.name.clone())),
         (3, Some("positions[Pan]".into()))
     );
+    // Items count from zero with names, too.
+    let numbered = |name: &str| run.find(name).map(|(_, column)| column.name.clone());
+    assert_eq!(numbered("positions[1]"), Some("positions[Lift]".into()));
+    assert_eq!([numbered("positions[2]"), numbered("position[0]")], [None, None]);
     let plain = read("a.csv", text.as_bytes()).expect("a table");
     assert!(plain.find("positions[1]").is_some());
 }

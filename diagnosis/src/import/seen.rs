@@ -1,0 +1,48 @@
+//! What a log shows of a joint and its servo.
+
+/// Share of the squares of the errors that a load explains at least where it makes them.
+const LEAST_EXPLAINED: f64 = 0.25;
+
+/// What the log shows of a joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    /// How much later the position follows, s.
+    pub(super) lag_s: Option<f64>,
+    /// Errors under loads.
+    pub(super) held: Held,
+    /// Step of the encoder.
+    pub(super) step: Option<f64>,
+    /// Whether targets come with their speed.
+    pub(super) has_speed: bool,
+    /// Whether targets come with a force that the servo adds.
+    pub(super) has_lead: bool,
+}
+
+/// Sums over rows of an error under a known load.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Held {
+    rows: f64,
+    load_load: f64,
+    load_error: f64,
+    error_error: f64,
+}
+
+impl Held {
+    pub(super) fn add(&mut self, load: f64, error: f64) {
+        if load.is_finite() && error.is_finite() {
+            self.rows += 1.0;
+            self.load_load += load * load;
+            self.load_error += load * error;
+            self.error_error += error * error;
+        }
+    }
+
+    /// Load over error, by least squares of the error, which friction and motion spoil; `None` if the
+    /// load is no larger than this.
+    pub(super) fn gain(&self, least: f64) -> Option<f64> {
+        let gain = -self.load_load / self.load_error;
+        let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;
+        let explained = self.load_error.powi(2) / (self.load_load * self.error_error);
+        (is_loaded && explained > LEAST_EXPLAINED && gain.is_finite() && gain > 0.0).then_some(gain)
+    }
+}

@@ -21,6 +21,8 @@
     }
   };
   const STEPS = 1000, REACH = 10, LATENCIES = 400;
+  // A slider rests if it has not moved for this long.
+  const REST_MS = 100;
   // The figures of each part of a state.
   const PARTS = { run: ["force", "drive"], theory: ["step", "magnitude", "phase", "nyquist", "locus"] };
   const knobs = new Map(), answers = {};
@@ -234,6 +236,8 @@
     const median = (all) => [...all].sort((a, b) => a - b)[all.length >> 1] ?? 0;
     const slower = Math.max(...Object.values(asked).map((one) => median(one.latencies)));
     document.querySelector("footer").dataset.latency = `${short(slower, 3)} ms from move to picture (median)`;
+    await new Promise((done) => setTimeout(done, REST_MS));
+    if (isOver()) return;
     remember();
     map.stale();
     replay();

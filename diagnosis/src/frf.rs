@@ -118,7 +118,7 @@ pub fn measured_response(
     })
 }
 
-/// Warnings of the dataset's check about these experiments, and the number of warnings about others.
+/// Remarks of the dataset's check on these experiments, and the number of those on others.
 fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     let is_of_others =
         |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
@@ -127,8 +127,8 @@ fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     let mut said: Vec<String> = own.into_iter().map(Fault::to_string).collect();
     said.extend(
         (!others.is_empty())
-            .then(|| count(others.len(), "warning", "warnings"))
-            .map(|warnings| format!("`feeler check` has {warnings} of the other experiments")),
+            .then(|| count(others.len(), "remark", "remarks"))
+            .map(|remarks| format!("`feeler check` has {remarks} on the other experiments")),
     );
     said
 }

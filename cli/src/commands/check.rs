@@ -73,15 +73,16 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
             Ok(sound) => {
                 let head = if sound.has_wrong_unit() { "wrong unit" } else { "ok" };
                 terminal::print(&format!("{head}  {}: {}", path.display(), sound.about))?;
-                in_words(&sound.warnings)
+                let (notes, warnings): (Vec<Fault>, Vec<Fault>) =
+                    sound.warnings.into_iter().partition(|fault| gravity(fault) == INFORMS);
+                let doubts = sound
+                    .doubts
                     .iter()
-                    .try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
-                sound.doubts.iter().try_for_each(|doubt| {
-                    terminal::print(&format!(
-                        "    warning: {}: {}; {}",
-                        doubt.key, doubt.message, doubt.remedy
-                    ))
-                })?;
+                    .map(|doubt| format!("warning: {}: {}; {}", doubt.key, doubt.message, doubt.remedy));
+                let warnings = in_words(&warnings).into_iter().map(|words| format!("warning: {words}"));
+                let notes = in_words(&notes).into_iter().map(|words| format!("note: {words}"));
+                let mut lines = warnings.chain(doubts).chain(notes);
+                lines.try_for_each(|line| terminal::print(&format!("    {line}")))?;
             }
             Err(mistakes) => terminal::complain(&mistakes.error().report(terminal::has_colours())),
         }
@@ -103,6 +104,9 @@ fn is_wrong_unit(fault: &Fault) -> bool {
     }
 }
 
+/// Rank of what only informs.
+const INFORMS: u8 = 4;
+
 /// Rank of a warning: contradictions, columns that do not count, what was repaired, and what only informs.
 fn gravity(fault: &Fault) -> u8 {
     match fault.kind {
@@ -112,7 +116,7 @@ fn gravity(fault: &Fault) -> u8 {
         FaultKind::WeakExcitation { .. }
         | FaultKind::NoiseNotStated { .. }
         | FaultKind::SetAside
-        | FaultKind::Cut { .. } => 4,
+        | FaultKind::Cut { .. } => INFORMS,
         _ => 3,
     }
 }

@@ -38,11 +38,12 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let tally = Tally::of(path)?;
     let shown = pages::sweep::read(&sweep, path, &tally)?;
     let theory = Theory::of(&sweep, &shown.table, MOST_PANELS);
-    let drawn = pages::sweep::write(&sweep, &name, &shown, &theory, &tally, &folder)?;
+    let (drawn, answer) = pages::sweep::write(&sweep, &name, &shown, &theory, &tally, &folder)?;
+    let answer = answer.map_or_else(String::new, |answer| format!("{}\n\n", answer.trim_end()));
     let written: Vec<String> =
         [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
     terminal::print(&format!(
-        "{}\n\n{}\n\nwrote\n{}",
+        "{answer}{}\n\n{}\n\nwrote\n{}",
         told(&sweep, &result, wall_s),
         outcomes(&tally),
         written.join("\n")

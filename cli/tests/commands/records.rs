@@ -268,5 +268,5 @@ fn regress_what_the_check_warns_of_is_said_with_the_response() {
     assert!(printed(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv"]).contains(said));
     // An experiment that is not requested is only counted.
     let other = printed(&["frf", path(folder.path()), "--experiment", "free-sines-2.csv"]);
-    assert!(!other.contains(said) && other.contains("of the other experiments"), "{other}");
+    assert!(!other.contains(said) && other.contains("on the other experiments"), "{other}");
 }

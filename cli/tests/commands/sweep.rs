@@ -236,7 +236,11 @@ fn regress_what_is_not_drawn_is_said() {
         said.out,
         said.err
     );
+    // First the answer, on terminal and page: 0.3 settles at either gap, 1.2 at none.
+    let answer = said.out.lines().next().unwrap();
+    assert!(answer.starts_with("It settles up to controllers.force.kp = "), "{answer}");
     let page = bench.read("two/report.html");
+    assert!(page.contains(&format!("<p class=\"lead\">{answer} Of ")), "{answer}");
     assert!(
         page.contains("Bifurcation diagrams")
             && page.contains("nearest")

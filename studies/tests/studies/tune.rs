@@ -12,7 +12,7 @@ use feeler_engine::Scenario;
 use feeler_files::{Document, Setting};
 use feeler_problem::Remedy as _;
 use feeler_studies::operating_point::contact_view;
-use feeler_studies::run::{Candidate, measure, run};
+use feeler_studies::run::{Candidate, Outcome, measure, run};
 use feeler_studies::tune::{Equation, Spec, Tuned, Uncertain, machines, tune};
 
 fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
@@ -220,6 +220,8 @@ fn over_draws(draws: usize) {
     let tuned = tune(&document, &Spec::default(), &drawn, &|_| {}).unwrap();
     assert_eq!(tuned.machines, draws + 1);
     assert_eq!(tuned.runs.outcomes.values().sum::<usize>(), draws + 1);
+    let rests = |name: &str| Outcome::ALL.iter().any(|(outcome, own)| *own == name && outcome.is_stable());
+    assert!(tuned.runs.outcomes.keys().all(|name| rests(name)), "{:?}", tuned.runs.outcomes);
     let settings = tuned_settings(&tuned);
     let set =
         document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value)))).unwrap();

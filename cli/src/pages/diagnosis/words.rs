@@ -227,11 +227,17 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 /// Recommendation for the machine.
-fn to_do(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.verdict {
+fn to_do(diagnosis: &Diagnosis) -> String {
+    let words = match diagnosis.verdict {
         Verdict::Explained => {
-            "simulate with the repaired machine.toml from now on, and inspect the places named above on the \
-             real machine"
+            let found = diagnosis.effects.iter().filter(|effect| effect.accepted);
+            let places: Vec<String> = found
+                .map(|cause| format!("{} for {}, {}", cause.on, cause.kind, parameters(cause)))
+                .collect();
+            return format!(
+                "simulate with the repaired machine.toml from now on. On the real machine, inspect {}",
+                places.join("; and ")
+            );
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
             "correct the believed value named below, or state a wider tolerance, and diagnose again"
@@ -258,7 +264,8 @@ fn to_do(diagnosis: &Diagnosis) -> &'static str {
         }
         Verdict::NoGap if is_slight(diagnosis) => "use the calibrated values of machine.toml",
         Verdict::NoGap => "use the calibrated values of machine.toml; there is no further cause to find",
-    }
+    };
+    words.to_owned()
 }
 
 /// Odds against one. Odds above a million are not distinguished.

@@ -68,7 +68,7 @@ pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<S
     Ok(Shown { drawn, table })
 }
 
-/// Writes the page and its drawings. Returns their paths.
+/// Writes the page and its drawings. Returns their paths, and where the variants settle if that can be said.
 pub(crate) fn write(
     sweep: &Sweep,
     name: &str,
@@ -76,7 +76,7 @@ pub(crate) fn write(
     theory: &Theory,
     tally: &Tally,
     folder: &Path,
-) -> crate::Result<Vec<PathBuf>> {
+) -> crate::Result<(Vec<PathBuf>, Option<String>)> {
     let axes = DrawnAxis::of(&sweep.file);
     let outcomes = tally::outcomes(table).map(str::to_owned).collect();
     let units = Units::of(&sweep.document.scenario.machine);
@@ -107,7 +107,7 @@ pub(crate) fn write(
     let path = folder.join("report.html");
     terminal::write(&path, page.render().as_bytes())?;
     written.push(path);
-    Ok(written)
+    Ok((written, report.answer()))
 }
 
 impl Report<'_> {
@@ -140,6 +140,9 @@ impl Report<'_> {
 
     /// Where the variants come to rest, or which random number decides.
     fn answer(&self) -> Option<String> {
+        if !self.sweep.file.keep.outcome {
+            return None;
+        }
         if self.axes.len() > 1 && self.is_random() {
             return answer::decisive(&mut self.halves());
         }

@@ -7,7 +7,7 @@ use feeler_studies::sweep::Column;
 use serde_json::{Value, json};
 
 use super::report::Report;
-use crate::{terminal, words};
+use crate::terminal;
 
 /// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
@@ -67,7 +67,7 @@ impl Report<'_> {
 fn label(name: &str) -> &str {
     let known = Outcome::ALL.iter().find(|(_, known)| *known == name);
     let otherwise = if name == "done" { "done" } else { "failed" };
-    known.map_or(otherwise, |(outcome, _)| words::outcome_label(*outcome))
+    known.map_or(otherwise, |(outcome, _)| outcome.words())
 }
 
 /// A column; in short form if it has few distinct values.

@@ -266,7 +266,7 @@ pub struct NextExperiment {
 /// The whole answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
-    /// Kind of the answer.
+    /// Kind of the answer: `explained`, `ambiguous`, `unknown-cause`, `no-gap` or `not-identifiable`.
     pub verdict: Verdict,
     /// The gap, and the share of it that closes.
     pub gap: Gap,

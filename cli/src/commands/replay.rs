@@ -24,10 +24,15 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     steps.done();
     let replays = replays?;
     let warnings = in_words(&dataset.warnings);
+    // The book shows the remarks as the meaning of the keys.
     let json = json!({
+        // Name of the dataset.
         "dataset": dataset.name,
+        // Name of the machine.
         "machine": machine.name,
+        // Findings of the check of the records.
         "warnings": warnings,
+        // Errors of each column of each experiment, over short windows and over the whole record.
         "experiments": replays,
     });
     let json = terminal::json(&json)? + "\n";

@@ -68,10 +68,7 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
     body.push_str("</div></div>\n");
     let outcomes: Map<String, Value> = (Outcome::ALL.iter())
         .map(|(outcome, name)| {
-            (
-                (*name).to_owned(),
-                json!({ "colour": of_outcome(name), "label": words::outcome_label(*outcome) }),
-            )
+            ((*name).to_owned(), json!({ "colour": of_outcome(name), "label": outcome.words() }))
         })
         .collect();
     let gain = document.scenario.controllers.iter().find_map(|(name, used)| {

@@ -91,31 +91,50 @@ pub fn csv(response: &Response) -> String {
     text
 }
 
-/// The response as JSON.
+/// The response as JSON. The book shows the remarks as the meaning of its keys.
 pub fn json(response: &Response) -> Value {
     let estimate = &response.estimate;
     let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();
     let bands = estimate.confidence(response.confidence);
     let agreement = response.agreement();
     json!({
+        // Name of the scenario or dataset.
         "name": response.title,
+        // Input of the response.
         "input": response.input,
+        // Its output.
         "output": response.output,
+        // The signal that a sensor reads, if its reading is the output.
         "output_reads": response.reads,
+        // Excitation and estimator in words.
         "how": response.how,
+        // Warnings of the records, and choices that were made.
         "notes": response.notes,
+        // Time for which each command is held.
         "hold_s": response.hold_s,
+        // Confidence of the bands, between 0 and 1.
         "confidence": response.confidence,
+        // Frequencies of the estimate.
         "frequencies_hz": estimate.frequencies_hz,
+        // Measured response, output over input in SI, as pairs of real and imaginary part.
         "response": complex(&estimate.response),
+        // Lowest and highest magnitude within the confidence, at each frequency.
         "magnitude_band": bands.iter().map(|b| [b.magnitude_low, b.magnitude_high]).collect::<Vec<_>>(),
+        // Half of the width of the band of phases.
         "phase_half_width_deg": bands.iter().map(|b| b.phase_half_width_rad.to_degrees()).collect::<Vec<_>>(),
+        // Coherence, if the estimator defines it.
         "coherence": estimate.coherence,
+        // Response of linear theory at the same frequencies, as pairs.
         "linear": complex(&response.linear),
+        // Variance of the noise; `None` unless the excitation separates it.
         "noise_variance": response.separated.as_ref().map(|t| &t.noise),
+        // Variance of nonlinear distortion, likewise.
         "distortion_variance": response.separated.as_ref().map(|t| &t.distortion),
+        // Bands in which distortion exceeds chance.
         "distortion_bands": response.distortion_bands(),
+        // Whether there is distortion beyond the noise.
         "distortion_beyond_noise": response.separated.as_ref().map(|t| t.evidence.is_beyond_noise),
+        // Largest differences from linear theory, and the share of frequencies within the band.
         "agreement": {
             "frequencies_compared": agreement.compared,
             "largest_difference_db": agreement.decibels,

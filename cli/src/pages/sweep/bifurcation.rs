@@ -7,7 +7,6 @@ use feeler_studies::sweep::{DrawnAxis, SweepTable};
 
 use super::palette::of_outcome;
 use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, swatch, text_at};
-use crate::words::outcome_label;
 
 const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 84.0, width: 740.0, height: 360.0 };
@@ -143,7 +142,7 @@ impl<'a> Diagram<'a> {
 
     /// Places of the swatches of the outcomes that occur, with colours and names.
     fn entries(&self, outcomes: &[String]) -> Vec<(f64, f64, &'static str, &'static str)> {
-        let known = Outcome::ALL.map(|(outcome, name)| (name, outcome_label(outcome)));
+        let known = Outcome::ALL.map(|(outcome, name)| (name, outcome.words()));
         let known = known.into_iter().chain([("error", "failed")]);
         let met = known.filter(|(name, _)| self.rows.iter().any(|&row| outcomes[row] == *name));
         let (mut x, mut y) = (PLOT.x, 0.0);

@@ -89,7 +89,7 @@ impl Report<'_> {
 fn label(name: &str) -> &str {
     let known = Outcome::ALL.iter().find(|(_, known)| *known == name);
     let otherwise = if name == "done" { "done" } else { "failed" };
-    known.map_or(otherwise, |(outcome, _)| words::outcome_label(*outcome))
+    known.map_or(otherwise, |(outcome, _)| outcome.words())
 }
 
 /// A column; in short form if it has few distinct values.

@@ -14,7 +14,6 @@ use super::palette::of_outcome;
 use crate::numbers::with_unit;
 use crate::pages::parts::of_share;
 use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, legend, swatch};
-use crate::words;
 
 /// Half the size of a variant outside a grid, as a share of the plot.
 const DOT: f64 = 0.006;
@@ -213,9 +212,7 @@ impl<'a> Map<'a> {
                 let met = |name: &str| self.cells.iter().any(|cell| outcomes[cell.row] == name);
                 let known = Outcome::ALL.iter().filter(|(_, name)| met(name));
                 let mut entries: Vec<_> = known
-                    .map(|(outcome, name)| {
-                        (swatch(of_outcome(name)), words::outcome_label(*outcome).to_owned())
-                    })
+                    .map(|(outcome, name)| (swatch(of_outcome(name)), outcome.words().to_owned()))
                     .collect();
                 if met("error") {
                     entries.push((swatch(of_outcome("error")), "failed".into()));

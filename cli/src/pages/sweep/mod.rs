@@ -34,8 +34,8 @@ pub(crate) use tally::Tally;
 
 use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Page, Tile};
+use crate::terminal;
 use crate::units::Units;
-use crate::{terminal, words};
 
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
@@ -391,7 +391,7 @@ fn rests(name: &str) -> Option<bool> {
 
 /// Names of outcomes in tables, each with its words.
 fn labels() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let known = Outcome::ALL.map(|(outcome, name)| (name, words::outcome_label(outcome)));
+    let known = Outcome::ALL.map(|(outcome, name)| (name, outcome.words()));
     known.into_iter().chain([("error", "failed"), ("done", "outcome not kept")])
 }
 

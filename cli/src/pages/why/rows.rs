@@ -5,7 +5,6 @@ use feeler_studies::why::{CheckedRemedy, Counterfactual, Explanation, Trial};
 
 use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
-use crate::words;
 
 /// Largest number of listed alternatives to the chosen set.
 const MOST_OTHERS: usize = 8;
@@ -44,9 +43,8 @@ pub(crate) fn trial_rows(found: &Explanation, units: Units) -> Vec<Vec<String>> 
 fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
-    let outcome = trial
-        .outcome
-        .map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
+    let outcome =
+        trial.outcome.map_or_else(|| "could not be run".to_owned(), |outcome| outcome.words().to_owned());
     let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);
     vec![
         name,

@@ -10,32 +10,56 @@ use crate::loops::loop_pair::LoopPair;
 use crate::machine::assumptions::Assumption;
 use crate::report::{GainReport, ModeReport, Report, StateSpaceReport, WhyNoWaterfall};
 
-/// The fields of a report and of its loop in the order in which they are written.
+/// The fields of a report and of its loop in the order in which they are written. The book shows their
+/// comments.
 #[derive(Serialize)]
 struct Flat<'a> {
+    /// Input of the channel that is analysed.
     input: &'a str,
+    /// Its output.
     output: &'a str,
+    /// Contact force at the operating point; `None` without a contact.
     preload_n: Option<f64>,
+    /// Exact delay from input to output, beside poles and zeros.
     delay_s: f64,
+    /// Poles as pairs of real and imaginary part, rad/s.
     poles: &'a [[f64; 2]],
+    /// Zeros likewise.
     zeros: &'a [[f64; 2]],
+    /// Moduli of the poles over 2 pi; conjugate pairs once.
     poles_hz: &'a [f64],
+    /// The same of the zeros.
     zeros_hz: &'a [f64],
+    /// Factor of the product of (s - zero) over that of (s - pole).
     zero_pole_gain: Option<f64>,
+    /// A, B, C and D, with names of states, inputs and outputs.
     state_space: &'a StateSpaceReport,
+    /// Modes: frequency, damping, class, phase and shape of each.
     modes: &'a [ModeReport],
+    /// Controller, input, output and controlled quantity of the loop; `None` without a loop.
     #[serde(rename = "loop")]
     pair: Option<&'a LoopPair>,
+    /// The gain in question: its present value and its stable intervals, continuous and sampled.
     gain: Option<&'a GainReport>,
+    /// Margins of the sampled loop, peaks of S and T, and its Nyquist count.
     margins: Option<&'a MarginReport>,
+    /// Bandwidth of the loop as set.
     bandwidth_hz: Option<f64>,
+    /// Why there is no waterfall.
     untold: Option<&'a WhyNoWaterfall>,
+    /// Frequencies of modes without damping that the loop observes.
     undamped_hz: &'a [f64],
+    /// What limits the bandwidth.
     limit: Option<Limit>,
+    /// Bandwidth of the ideal loop, and with one more ingredient each.
     waterfall: Option<&'a Waterfall>,
+    /// Limit cycles that describing functions predict.
     limit_cycles: &'a [LimitCycle],
+    /// Effect of 1 % of each number of the machine.
     sensitivities: &'a [Sensitivity],
+    /// The quantity that orders them.
     ranked_by: Option<RankedBy>,
+    /// Properties that are not linear, and their linear replacements.
     assumptions: &'a [Assumption],
 }
 

@@ -54,6 +54,70 @@ impl Outcome {
         Self::ALL.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
     }
 
+    /// The outcome in a few words, as summaries and pages show it.
+    pub fn words(self) -> &'static str {
+        self.described().0
+    }
+
+    /// Its meaning, in sentences.
+    pub fn meaning(self) -> &'static str {
+        self.described().1
+    }
+
+    fn described(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Settled => (
+                "settled",
+                "The force comes to rest, and the tool never left the workpiece after first touch.",
+            ),
+            Self::BouncesThenSettles => (
+                "bounces, then settles",
+                "The force comes to rest after the tool has left the workpiece at least once.",
+            ),
+            Self::Chatter => (
+                "sustained chatter",
+                "The tool leaves the workpiece again and again, and this does not die out.",
+            ),
+            Self::Unstable => (
+                "unstable",
+                "The motion diverges, or grows while the tool stays in contact. It also covers growth that \
+                 lasts to the end of a sweep's longest extension.",
+            ),
+            Self::LimitCycle => (
+                "limit cycle through saturation or free play",
+                "The force oscillates to the end. A drive or controller is at its limit for part of every \
+                 cycle.",
+            ),
+            Self::Hunting => (
+                "hunting through stiction",
+                "The force oscillates to the end. A guide sticks and breaks loose again.",
+            ),
+            Self::Oscillates => (
+                "sustained oscillation",
+                "The force oscillates to the end in contact, without force limits or stiction.",
+            ),
+            Self::Driven => (
+                "follows a moving reference",
+                "The reference moves to the end, so there is nothing to settle at.",
+            ),
+            Self::FollowsSurface => (
+                "follows a moving surface",
+                "The surface moves to the end of the run and contact lasts. The force neither settles nor \
+                 grows.",
+            ),
+            Self::NoContact => (
+                "no contact",
+                "The tool never touched and is not on its way. It is shown as `contact lost` if the tool \
+                 touched, left and stayed away.",
+            ),
+            Self::Undecided => (
+                "undecided",
+                "The run is too short to tell. Its remark gives the reason, usually that `run.duration` \
+                 should be longer.",
+            ),
+        }
+    }
+
     /// Whether the force comes to rest, or follows a reference or a surface that moves.
     pub fn is_stable(self) -> bool {
         matches!(self, Self::Settled | Self::BouncesThenSettles | Self::Driven | Self::FollowsSurface)
@@ -94,6 +158,32 @@ pub enum Undecided {
 }
 
 impl Undecided {
+    /// Every reason.
+    pub const ALL: [Self; 7] = [
+        Self::TooShort,
+        Self::StillDecaying,
+        Self::TooFewBounces,
+        Self::StillApproaching,
+        Self::StillWinding,
+        Self::StillGrowing,
+        Self::EventStorm,
+    ];
+
+    /// The reason as a clause about the run.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::TooShort => "it ends too soon after the first touch or the last step of the reference",
+            Self::StillDecaying => "the oscillation dies out but has not ended",
+            Self::TooFewBounces => "the tool leaves the workpiece too rarely to judge",
+            Self::StillApproaching => "it ends while the tool still approaches the workpiece",
+            Self::StillWinding => {
+                "the force rests, but the integrator winds up and will break the guide loose"
+            }
+            Self::StillGrowing => "the oscillation still grows slowly",
+            Self::EventStorm => "it stopped at an instant with too many events",
+        }
+    }
+
     /// Its name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -108,7 +198,7 @@ impl Undecided {
     }
 
     /// Whether a longer run may decide.
-    pub(crate) fn may_be_decided(self) -> bool {
+    pub fn may_be_decided(self) -> bool {
         self != Self::EventStorm
     }
 }

@@ -85,7 +85,7 @@ pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &
 impl Residual {
     /// Whether the missing force depends on nothing that it was held against.
     pub(super) fn is_noise(&self, criteria: &Criteria) -> bool {
-        let is_chance = |trace: &Trace| trace.rms_n < criteria.some_structure * self.drive_force_n;
+        let is_chance = |trace: &ResidualTrace| trace.rms_n < criteria.some_structure * self.drive_force_n;
         !self.traces.is_empty() && self.traces.iter().all(is_chance)
     }
 

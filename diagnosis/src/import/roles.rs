@@ -315,7 +315,7 @@ fn inputs_beside_target(run: &Run, guess: &mut Guess) {
         guess.columns.insert(Role::FeedForward, command);
     }
     for role in [Role::TargetVelocity, Role::FeedForward] {
-        if column_of(run, guess, role).filter(is_beside).is_none() {
+        if column_of(run, guess, role).is_none_or(|column| !is_beside(&column)) {
             guess.columns.shift_remove(&role);
         }
     }

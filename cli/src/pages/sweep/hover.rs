@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::report::Report;
 use super::{labels, of_outcome};
-use crate::{terminal, words};
+use crate::terminal;
 
 /// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [

@@ -2,6 +2,7 @@
 //! at every instant.
 
 use feeler_lanes::{Lane, LaneMask};
+use feeler_plant::motion::ContactState;
 
 use crate::carry::lane::LaneCore;
 
@@ -16,6 +17,8 @@ pub(crate) struct Formation<L: Lane> {
     pub(crate) all_ended: bool,
     /// Whether guides stick bodies to each other in some lane. Their speeds are then kept bitwise equal.
     pub(crate) any_joined: bool,
+    /// Per contact, 1 in lanes in which it pushes and 0 in the others.
+    pub(crate) touching: Vec<L>,
 }
 
 impl<L: Lane> Formation<L> {
@@ -26,6 +29,7 @@ impl<L: Lane> Formation<L> {
             all_linear: false,
             all_ended: false,
             any_joined: false,
+            touching: Vec::new(),
         };
         formation.form(lanes);
         formation
@@ -38,5 +42,11 @@ impl<L: Lane> Formation<L> {
         self.all_linear = lanes.iter().all(|lane| lane.flow().linear);
         self.all_ended = lanes.iter().all(LaneCore::has_ended);
         self.any_joined = lanes.iter().any(LaneCore::joins_bodies);
+        let pushes = |lane: &LaneCore, contact: usize| {
+            lane.motion.contact_state(lane.flow().equations.mode, contact) == ContactState::Pushing
+        };
+        let touching = |contact: usize| L::from_fn(|l| f64::from(u8::from(pushes(&lanes[l], contact))));
+        self.touching.clear();
+        self.touching.extend((0..lanes[0].motion.assembly().contacts.len()).map(touching));
     }
 }

@@ -1,7 +1,7 @@
 //! All variants of a run, each with its mode and events; their states lie side by side.
 
 use feeler_lanes::{Lane, LaneMask};
-use feeler_plant::motion::{ContactState, Row, dot};
+use feeler_plant::motion::{Row, dot};
 
 use crate::carry::abreast::Abreast;
 use crate::carry::formation::Formation;
@@ -228,11 +228,7 @@ impl<L: Lane> Lanes<L> {
 
     /// 1 in lanes in which a contact pushes, 0 in the others.
     pub(crate) fn is_touching(&self, contact: usize) -> L {
-        L::from_fn(|l| {
-            let core = &self.cores[l];
-            let state = core.motion.contact_state(core.flow().equations.mode, contact);
-            f64::from(u8::from(state == ContactState::Pushing))
-        })
+        self.formation.touching[contact]
     }
 
     /// Compression of each contact of lane `l`, m, its rate, m/s, and its acceleration, m/s2 (without the

@@ -54,9 +54,18 @@ impl Trend {
         if count < WINDOWS[0] {
             return None;
         }
-        let logs: Vec<f64> = (0..count)
-            .map(|i| amplitude(&values[i * values.len() / count..(i + 1) * values.len() / count]).ln())
-            .collect();
+        // Windows have one of two lengths.
+        let mut weights: Vec<Vec<f64>> = Vec::new();
+        let mut logs = Vec::with_capacity(count);
+        for i in 0..count {
+            let window = &values[i * values.len() / count..(i + 1) * values.len() / count];
+            let known = weights.iter().position(|weights| weights.len() == window.len());
+            let own = known.unwrap_or_else(|| {
+                weights.push(hann(window.len()));
+                weights.len() - 1
+            });
+            logs.push(amplitude(window, &weights[own]).ln());
+        }
         let (change, error) = line(&logs, count)?;
         let [(earlier, _), (later, _)] =
             [line(&logs[..count / 2], count)?, line(&logs[count - count / 2..], count)?];
@@ -88,13 +97,16 @@ impl Trend {
     }
 }
 
+/// The weights of a Hann window.
+fn hann(count: usize) -> Vec<f64> {
+    (0..count).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / count as f64).cos()).collect()
+}
+
 /// Root of the weighed mean square about the weighed mean.
-fn amplitude(values: &[f64]) -> f64 {
-    let weights =
-        || (0..values.len()).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / values.len() as f64).cos());
+fn amplitude(values: &[f64], weights: &[f64]) -> f64 {
     // The weights of a whole window add up to half their number.
     let mean_of = |of: &dyn Fn(f64) -> f64| {
-        weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64
+        weights.iter().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64
     };
     let mean = mean_of(&|v| v);
     mean_of(&|v| (v - mean).powi(2)).sqrt()

@@ -154,8 +154,9 @@ impl Reader<'_> {
         note: &mut Note<'_>,
     ) -> Option<Vec<bool>> {
         let drives = self.dataset.drives.len();
-        for (name, column) in names.iter().zip(columns).take(drives) {
-            if is_constant(column) {
+        // One input may rest while another moves the machine.
+        if columns[..drives].iter().all(|column| is_constant(column)) {
+            for name in &names[..drives] {
                 note(Some(name), None, FaultKind::ConstantCommand);
             }
         }

@@ -82,28 +82,35 @@ fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
     );
 }
 
-/// What comes with targets and changes goes to the servo with them; the knee's velocities are all zero.
+/// What comes with targets and changes goes to the servo with them. The knee's velocities are all zero, and
+/// so are all forces of the second run.
 #[test]
 fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
     let folder = tempfile::tempdir().expect("a folder");
-    two_joints(folder.path());
-    let lead = |t: f64| 0.1 * (5.0 * t).sin();
-    let mut control = "timestamp,positions,velocities,efforts\n".to_owned();
-    for k in 0..1500 {
-        let t = f64::from(k) * 0.02;
-        let (hip, knee, speed) = ((2.0 * t).sin(), (3.0 * t).sin(), 2.0 * (2.0 * t).cos());
-        let _ = writeln!(
-            control,
-            "{},\"[{hip}, {knee}]\",\"[{speed}, 0.0]\",\"[{}, {}]\"",
-            t * 1e6,
-            lead(t),
-            -lead(t)
-        );
+    let lead = |t: f64, size: f64| size * (5.0 * t).sin();
+    let sizes = [0.1, 0.0];
+    let runs = ["first", "second"].map(|name| folder.path().join(name));
+    for (run, size) in runs.iter().zip(sizes) {
+        fs::create_dir(run).expect("a folder");
+        two_joints(run);
+        let mut control = "timestamp,positions,velocities,efforts\n".to_owned();
+        for k in 0..1500 {
+            let t = f64::from(k) * 0.02;
+            let (hip, knee, speed) = ((2.0 * t).sin(), (3.0 * t).sin(), 2.0 * (2.0 * t).cos());
+            let force = lead(t, size);
+            let _ = writeln!(
+                control,
+                "{},\"[{hip}, {knee}]\",\"[{speed}, 0.0]\",\"[{force}, {}]\"",
+                t * 1e6,
+                -force
+            );
+        }
+        fs::write(run.join("control.csv"), control).expect("written");
     }
-    fs::write(folder.path().join("control.csv"), control).expect("written");
     let out = folder.path().join("out");
     let options = Options { out: Some(out.clone()), ..Options::default() };
-    import(&[folder.path()], &options, &|_| ()).expect("two datasets");
+    let paths: Vec<&Path> = runs.iter().map(PathBuf::as_path).collect();
+    import(&paths, &options, &|_| ()).expect("two datasets");
     for (joint, sign, expected) in [
         ("hip", 1.0, &["target", "target-velocity", "feed-forward"][..]),
         ("knee", -1.0, &["target", "feed-forward"][..]),
@@ -114,8 +121,13 @@ fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
         let last = dataset.drives.len() - 1;
         let kind = &dataset.machine.actuators[dataset.drives[last].drive].kind;
         assert!(matches!(kind, ActuatorKind::FeedForward), "{kind:?}");
-        for (k, given) in dataset.records[0].commands[last].iter().enumerate() {
-            assert_eq!(given.to_bits(), (sign * lead(f64::from(k as u32) * 0.02) + 0.0).to_bits(), "row {k}");
+        assert_eq!(dataset.records.len(), 2);
+        for (record, size) in dataset.records.iter().zip(sizes) {
+            for (k, given) in record.commands[last].iter().enumerate() {
+                // A converter that writes -0 means 0.
+                let wanted = sign * lead(f64::from(k as u32) * 0.02, size) + 0.0;
+                assert_eq!(given.to_bits(), wanted.to_bits(), "{} row {k}", record.name);
+            }
         }
     }
 }

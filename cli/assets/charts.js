@@ -182,6 +182,13 @@ const feeler = (() => {
     };
   });
 
+  // The instant that a chart of time points at, for a scene on the same page.
+  const point = (chart) => (u) => {
+    const { idx, left } = u.cursor;
+    if (!chart.x.together || idx == null || left < 0) return;
+    document.dispatchEvent(new CustomEvent("feeler:chart", { detail: u.data[0][idx] }));
+  };
+
   const columns = (chart) => [column(chart.x.values), ...chart.series.map((series) => column(series.values))];
   const lineChart = (chart, width) => {
     const data = columns(chart);
@@ -201,7 +208,7 @@ const feeler = (() => {
           Number(v.toPrecision(8)).toString() }, ...curves(chart)],
       bands: (chart.between ?? []).map(([upper, lower]) =>
           ({ series: [upper + 1, lower + 1], fill: colour("--shade") })),
-      hooks: { drawClear: [shade(chart)], draw: [annotate(chart)] },
+      hooks: { drawClear: [shade(chart)], draw: [annotate(chart)], setCursor: [point(chart)] },
     };
     const reset = (u) => { const [min, max] = extent(u.data[0]); u.setScale("x", { min, max }); };
     return [options, data, reset];
@@ -322,6 +329,7 @@ const feeler = (() => {
       place.replaceChildren();
       const u = new uPlot(options, data, place);
       if (begin) reset(u);
+      u.together = chart.x.together;
       const canvas = place.querySelector("canvas");
       canvas.setAttribute("role", "img");
       canvas.setAttribute("aria-label", place.getAttribute("aria-label") || chart.y.label);

@@ -10,6 +10,14 @@
         page.charts[place.dataset.chart], { width })).filter(Boolean);
   };
   draw();
+  // Charts of time point at the instant that a scene shows.
+  document.addEventListener("feeler:scene", ({ detail: t }) => {
+    for (const u of drawn) {
+      const { min, max } = u.scales.x;
+      if (u.together && t >= min && t <= max) u.setCursor({ left: u.valToPos(t, "x"),
+          top: u.over.clientHeight / 2 }, false, false);
+    }
+  });
   let waiting;
   const widths = () => drawn.forEach((u) => u.setSize({ width: u.root.parentNode.clientWidth,
       height: u.height }));

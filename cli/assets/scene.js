@@ -179,12 +179,17 @@
       slider.value = now;
     };
 
+    // Charts follow what the controls show, and the picture follows the pointer on a chart.
+    const move = () => {
+      paint();
+      document.dispatchEvent(new CustomEvent("feeler:scene", { detail: scene.frames[now][0] }));
+    };
     const stop = () => { playing = false; play.textContent = "Play"; };
     const tick = (clock) => {
       if (!playing) return;
       const t = from + (clock - begun) / 1000 * Number(speed.value);
       while (now + 1 < scene.frames.length && scene.frames[now + 1][0] <= t) now++;
-      paint();
+      move();
       if (now + 1 >= scene.frames.length) stop(); else requestAnimationFrame(tick);
     };
     const start = () => {
@@ -194,7 +199,14 @@
     };
     play.onclick = () => { if (playing) stop(); else start(); };
     speed.onchange = () => { if (playing) start(); };
-    slider.oninput = () => { stop(); now = Number(slider.value); paint(); };
+    slider.oninput = () => { stop(); now = Number(slider.value); move(); };
+    document.addEventListener("feeler:chart", ({ detail: t }) => {
+      const next = Math.max(scene.frames.findLastIndex((frame) => frame[0] <= t), 0);
+      if (next === now) return;
+      stop();
+      now = next;
+      paint();
+    });
     closer.onclick = () => {
       isClose = !isClose;
       closer.textContent = isClose ? "Show the whole" : "Show the tip";

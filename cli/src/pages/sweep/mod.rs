@@ -37,6 +37,9 @@ use crate::pages::parts::{Page, Tile};
 use crate::terminal;
 use crate::units::Units;
 
+/// Largest number of panels that the first sentences of a page answer for.
+const MOST_ANSWERS: u64 = 4;
+
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
@@ -146,19 +149,33 @@ impl Report<'_> {
         if self.axes.len() > 1 && self.is_random() {
             return answer::decisive(&mut self.halves());
         }
-        if Panels::of(&self.sweep.file).count() > 1 {
-            return None;
+        let panels = Panels::of(&self.sweep.file);
+        match panels.count() {
+            1 => self.edge(&(0..self.table.rows).collect::<Vec<_>>()),
+            2..=MOST_ANSWERS => {
+                let of = |panel: Vec<(String, Setting)>| {
+                    let edge = self.edge(&self.table.rows_with(&panel))?;
+                    Some(format!("With {}, {}", map::words(&panel), edge.replacen("It", "it", 1)))
+                };
+                Some(panels.settings().filter_map(of).collect::<String>()).filter(|all| !all.is_empty())
+            }
+            _ => None,
         }
+    }
+
+    /// Where some variants over one axis, or over two, stop or begin to settle.
+    fn edge(&self, rows: &[usize]) -> Option<String> {
         let values = |axis: &DrawnAxis| self.table.reals(&axis.key);
+        let outcome = |row: usize| rests(&self.outcomes[row]);
         match self.axes.as_slice() {
             [axis] => {
                 let at = values(axis)?;
-                let points = at.iter().zip(&self.outcomes).map(|(at, name)| Some(((*at)?, rests(name)?)));
+                let points = rows.iter().map(|&row| Some((at[row]?, outcome(row)?)));
                 located::edge(axis, points.collect::<Option<_>>()?)
             }
             [x, y, ..] => {
-                let at = values(x)?.into_iter().zip(values(y)?).zip(&self.outcomes);
-                let points = at.filter_map(|((x, y), name)| Some(([x?, y?], rests(name))));
+                let (across, up) = (values(x)?, values(y)?);
+                let points = rows.iter().filter_map(|&row| Some(([across[row]?, up[row]?], outcome(row))));
                 answer::over_two([x, y], &points.collect::<Vec<_>>())
             }
             [] => None,

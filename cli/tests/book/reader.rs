@@ -199,7 +199,8 @@ impl Reader {
         let mut refused = Vec::new();
         for base in self.written.iter().map(String::as_str).chain(BASES) {
             let path = self.folder().join(base);
-            let Some(file) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.exists()) else {
+            let Some(file) = path.file_name().and_then(std::ffi::OsStr::to_str).filter(|_| path.exists())
+            else {
                 continue;
             };
             let snippet = path.with_file_name("snippet.toml");

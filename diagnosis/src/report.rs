@@ -284,7 +284,7 @@ pub struct Diagnosis {
     /// The experiment that would best separate the causes that remain. `None` if one cause remains, or if no
     /// template separates them.
     pub next_experiment: Option<NextExperiment>,
-    /// The gap, cell by cell.
+    /// The gap by channel, band of frequencies, phase of the motion and amplitude.
     pub cells: Vec<GapCell>,
     /// What an unknown disturbance at each place would explain, with its portrait.
     pub ladder: Vec<Rung>,

@@ -185,7 +185,8 @@ pub fn markdown(study: &Study) -> String {
     let mut text = String::from(
         "# Convergence through an impact\n\
          \n\
-         ```text\n\
+         ```console\n\
+         # long: some minutes\n\
          feeler validate convergence\n\
          ```\n\
          \n\

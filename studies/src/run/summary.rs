@@ -27,7 +27,7 @@ pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
 pub struct Summary {
     /// Name of the scenario.
     pub name: String,
-    /// What became of the run.
+    /// Class of the run, by its name.
     pub outcome: Outcome,
     /// Largest force of any contact, in magnitude.
     pub peak_force_n: f64,
@@ -48,7 +48,7 @@ pub struct Summary {
     pub saturation_share: f64,
     /// The response of the force-controlled contact to its reference.
     pub response: Option<Response>,
-    /// Each contact.
+    /// Peak, first touch, lift-offs and time of each contact.
     pub contacts: Vec<ContactSummary>,
     /// Index of the contact of the outcome: the force-controlled one, else the one with the largest force.
     #[serde(skip)]
@@ -58,7 +58,7 @@ pub struct Summary {
     /// The motion that decided the outcome; absent if a force did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controlled: Option<String>,
-    /// Everything that happened, in order.
+    /// Time, kind and place of each event, in order.
     pub events: Vec<EventRecord>,
     /// Supplied, dissipated and stored energy, J; `None` without a ledger.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -55,27 +55,28 @@ const JOINING: usize = 4;
 pub struct Tuned {
     /// The controller.
     pub controller: String,
-    /// What was asked for.
+    /// The specification.
     pub spec: Spec,
-    /// On how many machines: the most probable one and those drawn.
+    /// Number of machines: the most probable one and those drawn.
     pub machines: usize,
-    /// Linear theory of the file as it is, on the most probable machine; absent if the loop is unstable.
+    /// Linear theory of the file as it is, on the most probable machine; `None` if the loop
+    /// is unstable.
     pub before: Option<Figures>,
     /// The same as tuned.
     pub after: Figures,
     /// Smallest bandwidth over the machines as tuned, Hz.
     pub bandwidth_hz: f64,
-    /// What the runs of all machines come to.
+    /// Outcomes of the runs of all machines.
     pub runs: Runs,
-    /// What `--set` takes to make the tuned file of the file.
+    /// Values for `--set` that turn the file into the tuned one.
     pub settings: Vec<String>,
-    /// In which order to try the gains on the robot.
+    /// Order in which to try the gains on the robot.
     pub steps: Vec<Step>,
-    /// What the controller computes.
+    /// Difference equation and code of the controller.
     pub equation: Equation,
-    /// Loops evaluated by linear theory, and controllers by simulation.
+    /// Number of loops evaluated by linear theory, and of controllers simulated.
     pub evaluations: [usize; 2],
-    /// Bandwidth that limits of theory alone would allow, Hz, where the simulation allows less.
+    /// Bandwidth that linear theory alone would allow, Hz; `None` unless the simulation allows less.
     pub theory_alone_hz: Option<f64>,
 }
 

@@ -2,129 +2,30 @@
 //! and files in it work.
 //!
 //! The language of a fenced block decides its test:
-//! - `console`: lines that begin with `feeler` run, in a copy of `scenarios/`. A line `# long: ...` moves the
-//!   rest of the block to `FEELER_BOOK_LONG=1 cargo test -p feeler --test commands book`.
+//! - `console`: each line runs, in a folder with `scenarios/` and `logs/`. A server is asked for its page.
+//!   Only the lines of a short list are not run ([`reader::NOT_RUN`]). After a line `# long: ...` commands
+//!   run with `FEELER_BOOK_LONG=1 cargo test -p feeler --test commands book`; otherwise only their arguments are
+//!   checked. After `# needs: PATH` the same holds without this file or folder.
 //! - `output`: each line appears in the output of the block before it; `...` stands for any text.
-//! - `toml`: parses. A first line `# NAME.toml` makes it a file for the commands after it. A scenario passes
-//!   `feeler check`.
-//! - `json` parses; `text` is formulas and sketches.
+//! - `toml`: passes `feeler check`. A first line `# NAME.toml` makes it a file for the commands after it. Any
+//!   other block is laid on a file of its page or of the project.
+//! - `json` parses, `python` runs. `text` is formulas and help, on pages of a short list.
 #![cfg(unix)]
 #![expect(clippy::print_stdout, reason = "says which blocks need a program that is absent")]
 
+mod page;
+mod reader;
+mod reference;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
+use page::{
+    blocks, chapters, commands_in_prose, examples, files_under, has_ending, headings, links, pages, root,
+    text_of,
+};
 use rayon::prelude::*;
-
-/// A fenced block of a page.
-struct Block {
-    line: usize,
-    language: String,
-    text: String,
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn has_ending(file: &str, ending: &str) -> bool {
-    Path::new(file).extension().is_some_and(|found| found == ending)
-}
-
-/// Files under a folder with a suffix, relative to the root.
-fn files_under(folder: &str, end: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    for entry in std::fs::read_dir(root().join(folder)).unwrap() {
-        let entry = entry.unwrap();
-        let path = format!("{folder}/{}", entry.file_name().to_str().unwrap());
-        if entry.file_type().unwrap().is_dir() {
-            found.append(&mut files_under(&path, end));
-        } else if path.ends_with(end) {
-            found.insert(path);
-        }
-    }
-    found
-}
-
-fn chapters() -> BTreeSet<String> {
-    let mut pages = files_under("docs", ".md");
-    pages.remove("docs/SUMMARY.md");
-    pages
-}
-
-fn pages() -> BTreeSet<String> {
-    let mut pages = chapters();
-    pages.append(&mut files_under("scenarios", ".md"));
-    pages.extend(["README.md", "CONTRIBUTING.md", "ARCHITECTURE.md"].map(str::to_owned));
-    pages
-}
-
-fn text_of(page: &str) -> String {
-    std::fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"))
-}
-
-fn blocks(text: &str) -> Vec<Block> {
-    let mut found = Vec::new();
-    let mut open: Option<Block> = None;
-    for (index, line) in text.lines().enumerate() {
-        match (open.take(), line.trim_start().strip_prefix("```")) {
-            (Some(block), Some(_)) => found.push(block),
-            (Some(mut block), None) => {
-                block.text.push_str(line);
-                block.text.push('\n');
-                open = Some(block);
-            }
-            (None, Some(language)) => {
-                let language = language.trim().to_owned();
-                open = Some(Block { line: index + 1, language, text: String::new() });
-            }
-            (None, None) => {}
-        }
-    }
-    assert!(open.is_none(), "a fence is not closed");
-    found
-}
-
-/// A page without its fenced blocks.
-fn prose(text: &str) -> String {
-    let mut fenced = false;
-    let mut kept = String::new();
-    for line in text.lines() {
-        if line.trim_start().starts_with("```") {
-            fenced = !fenced;
-        } else if !fenced {
-            kept.push_str(line);
-            kept.push('\n');
-        }
-    }
-    kept
-}
-
-/// Targets of the links and pictures of a page.
-fn links(text: &str) -> Vec<String> {
-    let prose = prose(text);
-    let mut found = Vec::new();
-    for (at, _) in prose.match_indices("](") {
-        let rest = &prose[at + 2..];
-        if let Some(end) = rest.find(')') {
-            found.push(rest[..end].to_owned());
-        }
-    }
-    found
-}
-
-/// The link targets of a page's headings, as GitHub and mdbook make them.
-fn headings(text: &str) -> Vec<String> {
-    let name = |heading: &str| {
-        let kept = heading.trim().to_lowercase();
-        let kept = kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
-        kept.map(|c| if c == ' ' { '-' } else { c }).collect::<String>()
-    };
-    let prose = prose(text);
-    let headings = prose.lines().filter(|line| line.starts_with('#'));
-    headings.map(|line| name(line.trim_start_matches('#'))).collect()
-}
+use reader::{NOT_RUN, Reader};
 
 #[test]
 fn truth_every_link_leads_somewhere() {
@@ -195,131 +96,6 @@ fn truth_every_chapter_begins_with_a_command_and_a_picture() {
     }
 }
 
-/// A folder in which the commands of one page run, one after the other.
-struct Reader {
-    folder: tempfile::TempDir,
-    page: String,
-    printed: String,
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.file_type().unwrap().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
-}
-
-impl Reader {
-    fn new(page: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        copy(&root().join("scenarios"), &folder.path().join("scenarios"));
-        Self { folder, page: page.to_owned(), printed: String::new() }
-    }
-
-    fn shell(&self, line: &str) -> Result<String, String> {
-        let binary = Path::new(env!("CARGO_BIN_EXE_feeler")).parent().unwrap();
-        let path = format!("{}:{}", binary.display(), std::env::var("PATH").unwrap_or_default());
-        let output = Command::new("sh")
-            .args(["-c", line])
-            .env("PATH", path)
-            .env("COLUMNS", "100")
-            .current_dir(self.folder.path())
-            .output()
-            .map_err(|error| error.to_string())?;
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
-        if output.status.success() { Ok(said) } else { Err(format!("{}\n{said}", output.status)) }
-    }
-
-    fn console(&mut self, block: &Block) -> Result<(), String> {
-        self.printed.clear();
-        for line in block.text.replace("\\\n", " ").lines() {
-            if line.starts_with("# long:") && std::env::var_os("FEELER_BOOK_LONG").is_none() {
-                break;
-            }
-            let line = line.replace("cargo run --release -- ", "feeler ");
-            if line.starts_with("feeler ") {
-                let said = self.shell(&line).map_err(|said| format!("`{line}`: {said}"))?;
-                self.printed.push_str(&said);
-            }
-        }
-        Ok(())
-    }
-
-    fn output(&self, block: &Block) -> Result<(), String> {
-        if self.printed.is_empty() {
-            return Ok(());
-        }
-        let plain = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let printed: Vec<String> = self.printed.lines().map(plain).collect();
-        for wanted in block.text.lines().map(plain).filter(|line| !line.is_empty()) {
-            let parts: Vec<&str> = wanted.split("...").map(str::trim).collect();
-            let holds = |line: &String| {
-                let mut rest = line.as_str();
-                parts.iter().all(|part| rest.find(part).map(|at| rest = &rest[at + part.len()..]).is_some())
-            };
-            if !printed.iter().any(holds) {
-                return Err(format!("not printed: {wanted}\nprinted:\n{}", self.printed));
-            }
-        }
-        Ok(())
-    }
-
-    fn python(&self, block: &Block) -> Result<(), String> {
-        if self.shell("python3 -c 'import pyarrow'").is_err() {
-            println!("skipped: {}:{}: no Python with pyarrow here", self.page, block.line);
-            return Ok(());
-        }
-        std::fs::write(self.folder.path().join("block.py"), &block.text)
-            .map_err(|error| error.to_string())?;
-        self.shell("python3 block.py").map(|_| ())
-    }
-
-    fn toml(&self, block: &Block) -> Result<(), String> {
-        let table = block.text.parse::<toml::Table>().map_err(|error| error.to_string())?;
-        let first = block.text.lines().next().unwrap_or_default();
-        let named = first.strip_prefix("# ").filter(|name| has_ending(name, "toml") && !name.contains(' '));
-        let name = named.unwrap_or("snippet.toml");
-        if named.is_some() || table.contains_key("run") {
-            std::fs::write(self.folder.path().join(name), &block.text).map_err(|error| error.to_string())?;
-            self.shell(&format!("feeler check {name}"))?;
-        }
-        Ok(())
-    }
-
-    fn block(&mut self, block: &Block) -> Result<(), String> {
-        match block.language.as_str() {
-            "console" => self.console(block),
-            "output" => self.output(block),
-            "toml" => self.toml(block),
-            "json" => serde_json::from_str::<serde_json::Value>(&block.text)
-                .map(|_| ())
-                .map_err(|error| error.to_string()),
-            "python" => self.python(block),
-            "text" => Ok(()),
-            "" if self.page == "ARCHITECTURE.md" => Ok(()),
-            other => Err(format!("a block of kind `{other}`, which no test reads")),
-        }
-    }
-
-    fn read(mut self) -> Vec<String> {
-        let text = text_of(&self.page);
-        let mut failed = Vec::new();
-        for block in blocks(&text) {
-            if let Err(why) = self.block(&block) {
-                failed.push(format!("{}:{}: {why}", self.page, block.line));
-            }
-        }
-        failed
-    }
-}
-
 #[test]
 fn truth_every_command_and_file_of_the_book_works() {
     let pages: Vec<String> = pages().into_iter().collect();
@@ -327,28 +103,38 @@ fn truth_every_command_and_file_of_the_book_works() {
     assert!(failed.is_empty(), "{}", failed.join("\n\n"));
 }
 
-/// Names of the keys in the first column of the tables of a section.
-fn keys_of(section: &str) -> BTreeSet<String> {
-    let cells = section.lines().filter_map(|line| line.strip_prefix('|')?.split('|').next());
-    cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).map(str::to_owned).collect()
+/// Commands within sentences, and the examples of the help pages.
+#[test]
+fn truth_every_command_that_is_not_in_a_block_is_understood() {
+    let mut commands: Vec<(String, String)> = Vec::new();
+    for page in pages() {
+        commands.extend(commands_in_prose(&text_of(&page)).into_iter().map(|line| (page.clone(), line)));
+    }
+    let help = "docs/commands.md";
+    commands.extend(examples(&text_of(help)).into_iter().map(|line| (help.to_owned(), line)));
+    let reader = Reader::new(help);
+    let wrong =
+        |(page, line): &(String, String)| reader.understands(line).err().map(|why| format!("{page}: {why}"));
+    let wrong: Vec<String> = commands.par_iter().filter_map(wrong).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
+/// A command that is on no page any more, or whose script is gone.
 #[test]
-fn truth_the_keys_of_results_are_those_of_their_files() {
-    let page = "docs/json.md";
-    let text = text_of(page);
-    let mut reader = Reader::new(page);
-    for block in blocks(&text) {
-        reader.block(&block).unwrap_or_else(|why| panic!("{page}:{}: {why}", block.line));
+fn truth_the_commands_that_are_not_run_exist() {
+    let lines: BTreeSet<String> = pages()
+        .iter()
+        .flat_map(|page| blocks(&text_of(page)))
+        .flat_map(|block| block.text.lines().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    for (command, _) in NOT_RUN {
+        let is_shown =
+            lines.iter().any(|line| line.split(" # ").next().is_some_and(|line| line.trim() == command));
+        assert!(is_shown, "{command} is on no page");
+        for word in
+            command.split(' ').filter(|word| word.starts_with("benches/") || word.starts_with("logs/"))
+        {
+            assert!(root().join(word).exists(), "{word} does not exist");
+        }
     }
-    let mut compared = 0;
-    for section in text.split("\n## `").skip(1) {
-        let (file, rest) = section.split_once('`').unwrap();
-        let Ok(json) = std::fs::read_to_string(reader.folder.path().join(file)) else { continue };
-        let json: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&json).unwrap();
-        assert_eq!(keys_of(rest), json.keys().cloned().collect(), "{file}");
-        compared += 1;
-    }
-    // All but the diagnosis, which takes minutes.
-    assert!(compared >= 5, "{compared} files were compared");
 }

@@ -127,13 +127,14 @@ pub struct ScoredValue {
 pub struct Score {
     /// The table of measures.
     pub measures: Vec<Measure>,
-    /// Hidden kind, answered kind, how often; single effects, no effect and effects of no library.
+    /// Hidden kind, answered kind and number of cases; for single effects, no effect, and effects outside the
+    /// library.
     pub confusion: Vec<(String, String, usize)>,
-    /// The reliability diagram.
+    /// Claimed probabilities against the shares of answers that were right.
     pub reliability: Vec<Calibration>,
     /// Every case that has an answer.
     pub cases: Vec<CaseScore>,
-    /// How many have none.
+    /// Number of cases without an answer.
     pub unanswered: usize,
 }
 

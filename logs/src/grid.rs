@@ -93,8 +93,9 @@ impl Run {
     }
 }
 
-/// Brings columns to common instants: those of the requested column with the most values. Others are
-/// interpolated, or held. A run with one requested table stays unchanged.
+/// Brings columns to common instants: those of the requested column with the most values, or all rows of its
+/// table if it has lost some. Others are interpolated, or held. A single table stays unchanged if no column
+/// has rows of its own.
 ///
 /// # Errors
 /// A column that the run does not have, and a table without a clock if one is needed.

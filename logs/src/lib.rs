@@ -28,6 +28,7 @@ mod json;
 mod kind;
 mod lerobot;
 mod mcap;
+mod pages;
 mod parquet;
 mod ros;
 mod source;

@@ -4,14 +4,16 @@ use std::fs::File;
 use std::path::Path;
 
 use parquet::basic::{LogicalType, TimeUnit};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ColumnChunkMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::clock::{self, ClockUnit};
 use crate::error::{LogError, LogPlace};
+use crate::pages::Checked;
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the table is damaged, cut off or not Parquet: write it again, or as CSV";
@@ -44,13 +46,17 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
         }
         let mut cells = Cells::new(&described);
         for group in 0..reader.num_row_groups() {
-            let at = reader.metadata().row_group(group).column(leaf).byte_range().0;
+            let Some(at) = start_of(reader.metadata().row_group(group).column(leaf)) else {
+                let what = format!("column `{name}`: its place or size is negative");
+                return Err(LogError::damaged(path, LogPlace::Byte(size), what, DAMAGED));
+            };
             let fail = |error: ParquetError| {
                 let what = format!("column `{name}`: {error}");
                 LogError::damaged(path, LogPlace::Byte(at), what, DAMAGED)
             };
             let group = reader.get_row_group(group).map_err(fail)?;
-            cells.take(group.get_column_reader(leaf).map_err(fail)?).map_err(fail)?;
+            let pages = Checked::new(group.get_column_page_reader(leaf).map_err(fail)?, &described);
+            cells.take(get_column_reader(described.clone(), Box::new(pages))).map_err(fail)?;
         }
         let stated = clock_unit(&described).or_else(|| clock::named(&name).and_then(|name| name.unit));
         let is_clock = clock::named(&name).is_some() || clock_unit(&described).is_some();
@@ -76,6 +82,12 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let (clock, times_s) = clock.map_or((None, Vec::new()), |(clock, times)| (Some(clock), times));
     let table = Table { name: stem.clone(), file: path.to_owned(), clock, times_s, rows_before: 0, columns };
     Ok(Run { name: stem, tables: vec![table], notes })
+}
+
+/// The first byte of a chunk; `None` if its place or size is negative, which `parquet` asserts.
+fn start_of(chunk: &ColumnChunkMetaData) -> Option<u64> {
+    let start = chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
+    u64::try_from(start).ok().filter(|_| chunk.compressed_size() >= 0)
 }
 
 /// Position of a leaf's own column among those of the table, from one.

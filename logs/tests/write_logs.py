@@ -42,6 +42,19 @@ trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_output
 trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_desired
 trajectory_msgs/MultiDOFJointTrajectoryPoint multi_dof_actual
 """
+FOXY_STATE_TEXT = """std_msgs/Header header
+string[] joint_names
+trajectory_msgs/JointTrajectoryPoint desired
+trajectory_msgs/JointTrajectoryPoint actual
+trajectory_msgs/JointTrajectoryPoint error
+"""
+FOXY_TABLES = """
+CREATE TABLE topics(id INTEGER PRIMARY KEY,name TEXT NOT NULL,type TEXT NOT NULL,
+    serialization_format TEXT NOT NULL,offered_qos_profiles TEXT NOT NULL);
+CREATE TABLE messages(id INTEGER PRIMARY KEY,topic_id INTEGER NOT NULL,timestamp INTEGER NOT NULL,
+    data BLOB NOT NULL);
+CREATE INDEX timestamp_idx ON messages (timestamp ASC);
+"""
 PARTS = ["reference", "feedback", "error", "output", "desired", "actual"]
 
 folder = pathlib.Path(sys.argv[1])
@@ -126,6 +139,8 @@ def rows():
 MESSAGES = list(rows())
 STORE = get_typestore(Stores.ROS2_JAZZY)
 STORE.register(get_types_from_msg(STATE_TEXT, STATE))
+FOXY = get_typestore(Stores.ROS2_FOXY)
+FOXY.register(get_types_from_msg(FOXY_STATE_TEXT, STATE))
 
 
 def expect(file, messages=MESSAGES):
@@ -138,18 +153,18 @@ def expect(file, messages=MESSAGES):
     expected[file] = tables
 
 
-def of_class(kind, value):
+def of_class(kind, value, store=STORE):
     """A message as the class that rosbags makes of its definition."""
-    made = STORE.types[kind]
+    made = store.types[kind]
     fields = {}
-    for name, (code, inner) in STORE.fielddefs[kind][1]:
+    for name, (code, inner) in store.fielddefs[kind][1]:
         item = value[name]
         if int(code) == 2:
-            item = of_class(inner, item)
+            item = of_class(inner, item, store)
         elif int(code) in (3, 4):
             (inner_code, inner_kind), _ = inner
             if int(inner_code) == 2:
-                item = [of_class(inner_kind, one) for one in item]
+                item = [of_class(inner_kind, one, store) for one in item]
             elif inner_kind[0] != "string":
                 item = numpy.array(item, dtype=numpy.float64)
         fields[name] = item
@@ -202,6 +217,41 @@ def without_definitions(name):
     with_rosbags(name, 9, StoragePlugin.SQLITE3)
     with sqlite3.connect(next((folder / name).glob("*.db3"))) as bag:
         bag.execute("DROP TABLE message_definitions")
+
+
+def like_foxy(name):
+    """A bag as the recorder of ROS 2 Foxy lays it out, with its messages: no definitions, no hashes."""
+    root = folder / name
+    root.mkdir()
+    messages, topics = [], {}
+    with sqlite3.connect(root / f"{name}_0.db3") as bag:
+        bag.executescript(FOXY_TABLES)
+        for stamp, topic, kind, message, columns in MESSAGES:
+            if topic not in topics:
+                topics[topic] = len(topics) + 1
+                row = (topics[topic], topic, kind, "cdr", "")
+                bag.execute("INSERT INTO topics VALUES (?, ?, ?, ?, ?)", row)
+            data = bytes(FOXY.serialize_cdr(of_class(kind, message, FOXY), kind))
+            row = (topics[topic], stamp, data)
+            bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", row)
+            if kind == STATE:
+                known = ("desired.", "actual.", "error.")
+                columns = {path: x for path, x in columns.items() if path.startswith(known)}
+            messages.append((stamp, topic, kind, message, columns))
+    (root / "metadata.yaml").write_text(f"""rosbag2_bagfile_information:
+  version: 4
+  storage_identifier: sqlite3
+  relative_file_paths:
+    - {name}_0.db3
+  duration:
+    nanoseconds: {(ROWS - 1) * STEP_NS}
+  starting_time:
+    nanoseconds_since_epoch: {START_NS}
+  message_count: {len(messages)}
+  compression_format: ""
+  compression_mode: ""
+""")
+    expect(name, messages)
 
 
 def tables():
@@ -268,6 +318,7 @@ big_endian("big_endian.mcap")
 with_rosbags("bag_8", 8, StoragePlugin.SQLITE3)
 with_rosbags("bag_9", 9, StoragePlugin.SQLITE3)
 without_definitions("bag_undefined")
+like_foxy("bag_foxy")
 with_rosbags("bag_mcap", 9, StoragePlugin.MCAP)
 tables()
 lerobot("lerobot")

@@ -163,6 +163,19 @@ fn prop_data_sets_of_lerobot_that_are_cut_off_say_where() {
     }
 }
 
+/// The first chunk begins at byte 4. Thrift writes that as 8, after the number of its field, and -5 as 9.
+#[test]
+fn regress_a_chunk_of_parquet_before_its_file_is_refused() {
+    let table = parquet_table();
+    let places = (1..table.len()).filter(|&at| table[at - 1..=at] == [0x26, 8]);
+    let refused = places.filter(|&at| {
+        let mut other = table.clone();
+        other[at] = 9;
+        read("a.parquet", &other).is_err_and(|error| is_clear(&error, "a.parquet"))
+    });
+    assert!(refused.count() > 0);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(CASES))]
 

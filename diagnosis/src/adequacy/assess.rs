@@ -64,8 +64,8 @@ pub(crate) fn assess(
     short(Condition::Rivals, balance::named(balanced));
     short(Condition::Tolerance, tolerance::limits(task.dataset, accepted));
     if is_found {
-        for (condition, what) in horizons::worsened(&horizons, &criteria) {
-            short(condition, vec![what]);
+        for (is_little, what) in horizons::worsened(&horizons, &criteria) {
+            short(if is_little { Condition::Far } else { Condition::Horizons }, vec![what]);
         }
         let free_run = horizons.iter().find(|horizon| horizon.seconds.is_none());
         let strayed = held::strayed(task.dataset, free_run.and_then(|horizon| horizon.after));

@@ -1,6 +1,5 @@
 //! The effects that each case hides.
 
-use feeler_plant::effects::find;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -29,12 +28,6 @@ impl HiddenEffect {
         let named = drawn.into_iter().filter(|_| !outside_library);
         let parameters = named.map(|(name, value)| (name.to_owned(), value)).collect();
         Self { kind: kind.into(), place: place.into(), parameters, outside_library }
-    }
-
-    /// Whether no effect of the library does the same. A kind that the library learned after the case was
-    /// made counts as one of the library.
-    pub(super) fn is_of_no_library(&self) -> bool {
-        self.outside_library && find(&self.kind).is_none()
     }
 }
 

@@ -10,7 +10,7 @@ use feeler_plant::effects::{CoulombFriction, EffectUse};
 use feeler_problem::short;
 
 use super::axis::AxisBelief;
-use super::roles::Role;
+use super::role::Role;
 use super::seen::Seen;
 use crate::error::DiagnosisError;
 

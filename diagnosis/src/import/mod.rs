@@ -7,6 +7,7 @@ mod axis;
 mod first;
 mod follow;
 mod load;
+mod role;
 mod roles;
 mod seen;
 mod summary;
@@ -20,7 +21,8 @@ use feeler_logs::{Run, sources};
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
-pub use roles::{Chosen, Guess, Role};
+pub use role::Role;
+pub use roles::{Chosen, Guess};
 pub use summary::{ColumnSummary, RunSummary, TableSummary};
 pub use survey::{Options, Survey, Written};
 pub use units::UnitGuess;

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use feeler_logs::{Run, Table};
 use indexmap::IndexMap;
 
-use super::roles::{Guess, Role};
+use super::role::Role;
+use super::roles::Guess;
 
 /// A run.
 #[derive(Clone, Debug)]

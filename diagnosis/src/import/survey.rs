@@ -6,7 +6,8 @@ use feeler_logs::ClockUnit;
 use indexmap::IndexMap;
 
 use super::axis::Model;
-use super::roles::{Guess, Role};
+use super::role::Role;
+use super::roles::Guess;
 use super::summary::RunSummary;
 
 /// Statements of the user, which replace guesses.

@@ -2,7 +2,7 @@
 
 use feeler_logs::Column;
 
-use super::roles::Role;
+use super::role::Role;
 
 /// A unit other than SI.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,8 +8,8 @@ use feeler_studies::run::Outcome;
 use feeler_studies::sweep::{Column, DrawnAxis};
 use serde_json::{Value, json};
 
+use super::palette::{labels, of_outcome};
 use super::report::Report;
-use super::{labels, of_outcome};
 use crate::terminal;
 
 /// Measures under the pointer: column, words, unit. `N` stands for the unit of force of the machine.

@@ -14,6 +14,7 @@ mod png;
 mod report;
 mod tally;
 
+use palette::labels;
 pub(crate) use palette::of_outcome;
 use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
@@ -404,12 +405,6 @@ impl Report<'_> {
 fn rests(name: &str) -> Option<bool> {
     let known = Outcome::ALL.iter().find(|(_, own)| *own == name);
     known.filter(|(known, _)| *known != Outcome::Undecided).map(|(known, _)| known.is_stable())
-}
-
-/// Names of outcomes in tables, each with its words.
-fn labels() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let known = Outcome::ALL.map(|(outcome, name)| (name, outcome.words()));
-    known.into_iter().chain([("error", "failed"), ("done", "outcome not kept")])
 }
 
 /// Behaviour of variants that do not settle, as text after their number.

@@ -1,4 +1,4 @@
-//! Colours that are distinct for all types of colour vision.
+//! Names of outcomes, and colours that are distinct for all types of colour vision.
 
 use feeler_studies::run::Outcome;
 
@@ -18,4 +18,10 @@ pub(crate) fn of_outcome(name: &str) -> &'static str {
         Some(Outcome::Undecided) => "#999999",
         _ => "#000000",
     }
+}
+
+/// Names of outcomes in tables, each with its words.
+pub(super) fn labels() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let known = Outcome::ALL.map(|(outcome, name)| (name, outcome.words()));
+    known.into_iter().chain([("error", "failed"), ("done", "outcome not kept")])
 }

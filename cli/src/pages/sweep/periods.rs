@@ -2,7 +2,7 @@
 
 use feeler_studies::sweep::DrawnAxis;
 
-use super::labels;
+use super::palette::labels;
 use super::report::Report;
 use crate::numbers::plain;
 use crate::pages::parts::Page;

@@ -36,7 +36,7 @@ impl Tally {
 
     fn add(&mut self, first: usize, part: &SweepTable) {
         self.rows += part.rows;
-        let codes = outcomes(part).map(|name| super::labels().position(|(known, _)| known == name));
+        let codes = outcomes(part).map(|name| super::palette::labels().position(|(known, _)| known == name));
         let room = MOST_CODES.saturating_sub(self.codes.len());
         self.codes.extend(codes.map(|code| code.unwrap_or_default() as u8).take(room));
         for name in outcomes(part) {

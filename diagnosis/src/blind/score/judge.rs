@@ -35,7 +35,7 @@ impl<'a> Judged<'a> {
     pub(super) fn new(case: &'a Case, answer: &'a Answered, regression: &'a [Regressed]) -> Self {
         let hides = match case.effects.as_slice() {
             [] => Hides::Nothing,
-            [one] if one.is_of_no_library() => Hides::NoLibrary(one),
+            [one] if one.outside_library => Hides::NoLibrary(one),
             [one] => Hides::One(one),
             several => Hides::Several(several),
         };
@@ -84,7 +84,7 @@ impl<'a> Judged<'a> {
         };
         let kinds = self.kinds();
         let is_missed = |hidden: &HiddenEffect| {
-            hidden.is_of_no_library() || !kinds.iter().any(|kind| is_like(kind, &hidden.kind))
+            hidden.outside_library || !kinds.iter().any(|kind| is_like(kind, &hidden.kind))
         };
         let is_accused = |kind: &&str| !self.case.effects.iter().any(|hidden| is_like(kind, &hidden.kind));
         self.answer.verdict == "explained"

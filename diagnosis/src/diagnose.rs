@@ -163,7 +163,7 @@ impl<'a> Composing<'a> {
         attempts.screened.extend(others);
         attempts.silent.extend(silent.into_iter().map(beside));
         attempts.untried.extend(untried.into_iter().map(beside));
-        let asked = |scored: &Scored| Asked::of(scored, accepted);
+        let asked = |scored: &Scored| Asked::of(judge.dataset, scored, accepted);
         let enough = |scored: &Scored| {
             let asked = asked(scored);
             judge.check(accepted, scored) >= asked.check

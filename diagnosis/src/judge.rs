@@ -64,17 +64,17 @@ impl Asked {
 
     /// Of a set of causes, the last of which is new beside those accepted before. If the last adds to a
     /// believed value that ends at the limit of its tolerance, it must bring no more than a first.
-    pub(crate) fn of(scored: &Scored, accepted: &Scored) -> Self {
-        let frees = scored.causes.last().is_some_and(|cause| Self::frees(accepted, cause));
+    pub(crate) fn of(dataset: &Dataset, scored: &Scored, accepted: &Scored) -> Self {
+        let frees = scored.causes.last().is_some_and(|cause| Self::frees(dataset, accepted, cause));
         if frees { Self::FIRST } else { Self::beside(accepted) }
     }
 
     /// Whether a cause adds to a believed value that ends at the limit of its tolerance, or to the delay of
     /// commands that act as late as they may.
-    fn frees(accepted: &Scored, cause: &Candidate) -> bool {
+    fn frees(dataset: &Dataset, accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;
         let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
-        if is_late && dossier(cause.definition.kind).is_late() {
+        if is_late && dataset.is_sampled_at(cause.site) && dossier(cause.definition.kind).is_late() {
             return true;
         }
         let excess =
@@ -178,7 +178,7 @@ impl Judge<'_> {
     /// Whether more than noise remains, and enough of it for a further cause.
     pub(crate) fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
-        let is_freed = |cause: &Candidate| Asked::frees(accepted, cause);
+        let is_freed = |cause: &Candidate| Asked::frees(self.dataset, accepted, cause);
         let asked = if candidates(&self.dataset.machine).iter().any(is_freed) {
             Asked::FIRST
         } else {

@@ -79,7 +79,12 @@ pub(super) fn are_fair(horizons: &[Horizon], criteria: &Criteria) -> bool {
             after < criteria.most_left && (!near || after < criteria.most_floors * horizon.floor)
         })
     };
-    horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_fair)
+    reach_far(horizons) && horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_fair)
+}
+
+/// Whether a horizon of up to a second is longer than the shortest: that alone says little of slow motion.
+fn reach_far(horizons: &[Horizon]) -> bool {
+    horizons.iter().any(|horizon| horizon.seconds > Some(WINDOWS_S[0]))
 }
 
 /// Whether a repaired machine is off by less than half of what the calibrated one is, at every horizon of up
@@ -89,7 +94,7 @@ pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
         let errors = horizon.after.zip(horizon.refit);
         errors.is_some_and(|(after, refit)| after < criteria.most_of_missing_force * refit)
     };
-    horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_better)
+    reach_far(horizons) && horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_better)
 }
 
 /// Says at which horizon of up to a second predictions lose the motion, the shortest of these.
@@ -125,7 +130,10 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, 
     };
     let say = |horizon: &Horizon| {
         let of = |error: Option<f64>| error.map_or_else(|| "no finite error".into(), share);
-        let is_little = horizon.after.is_some_and(|after| after < criteria.most_left);
+        let is_little = horizon
+            .after
+            .zip(horizon.refit)
+            .is_some_and(|(after, refit)| after < criteria.most_left && after < LOST_FURTHER * refit);
         let what = format!(
             "over {} the repaired machine is off by {}, the calibrated one by {}",
             horizon.name(),
@@ -137,7 +145,8 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, 
     horizons.iter().filter(is_worse).map(say).collect()
 }
 
-/// Factor by which a prediction must be worse than one that has lost the motion.
+/// Factor by which a prediction must be worse than one that has lost the motion, or than one that is off by
+/// little.
 const LOST_FURTHER: f64 = 3.0;
 /// Larger shares are not printed as numbers.
 const MOST_SHARE: f64 = 10.0;
@@ -174,7 +183,7 @@ mod tests {
         let lost = Horizon { after: None, ..horizon(0.5, 0.1) };
         assert_eq!(worsened(&[lost], &criteria).len(), 1);
         let of = |refit, after| worsened(&[horizon(refit, after)], &criteria)[0].0;
-        assert!(of(0.02, 0.04) && !of(0.04, 0.08));
+        assert!(of(0.02, 0.04) && !of(0.04, 0.08) && !of(0.004, 0.04));
     }
 
     #[test]
@@ -185,7 +194,10 @@ mod tests {
         assert!(!are_better(&[horizon(0.2, 0.09), horizon(0.2, 0.11)], &criteria));
         let near = |after| Horizon { seconds: Some(WINDOWS_S[0]), ..horizon(after, after) };
         assert!(are_fair(&[near(0.03), horizon(0.049, 0.049), free], &criteria));
-        assert!(!are_fair(&[near(0.045)], &criteria) && !are_fair(&[horizon(0.1, 0.1)], &criteria));
+        assert!(!are_fair(&[near(0.045), horizon(0.04, 0.04)], &criteria));
+        assert!(!are_fair(&[near(0.03), horizon(0.1, 0.1)], &criteria));
+        // Nothing is known beyond the shortest.
+        assert!(!are_fair(&[near(0.03), free], &criteria) && !are_fair(&[], &criteria));
     }
 
     #[test]

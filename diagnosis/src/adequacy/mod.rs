@@ -32,13 +32,13 @@ pub enum Condition {
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
-    /// Nothing became worse by little, nor does a free run of a machine that predicts better over a second.
+    /// Far ahead nothing became slightly worse, and no free run strays whose predictions became better.
     Far,
     /// The remaining error depends on nothing that could explain it.
     Residual,
     /// Every fitted value can be meant.
     Plausible,
-    /// No believed value ends at the limit of its tolerance.
+    /// No believed value ends at the limit of its tolerance, nor the timing of commands.
     Tolerance,
     /// No other place predicts the check experiments as well.
     Rivals,

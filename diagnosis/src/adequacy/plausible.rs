@@ -73,7 +73,8 @@ impl Judge<'_> {
             if model.is_believed(i, theta) {
                 return Some(AttemptOutcome::WithinTolerance);
             }
-            let seen = self.search.seen.beside(model.leeway(theta).late_rows);
+            let late_rows = self.dataset.is_sampled_at(cause.site).then(|| model.leeway(theta).late_rows);
+            let seen = self.search.seen.beside(late_rows);
             let is_trivial = |element: &Element<'_>| (known.is_trivial)(&values, element, seen);
             if !is_trivial(&element) {
                 return is_rest.then_some(AttemptOutcome::NoEffect);

@@ -24,6 +24,8 @@ const AVERAGE_RADIANS: f64 = 0.8;
 const SETTLED: f64 = 6.0;
 /// Share of the top speed over which the direction changes smoothly.
 const SLOW: f64 = 0.05;
+/// If chance reaches this share of the variance, a dependence cannot be distinguished from it.
+const TELLING: f64 = 0.25;
 /// Smallest number of points for a comparison.
 const FEWEST_POINTS: usize = 60;
 /// Largest number of points of a record for its spectrum.
@@ -83,10 +85,14 @@ pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &
 }
 
 impl Residual {
-    /// Whether the missing force depends on nothing that it was held against.
+    /// Whether the missing force depends on nothing that it was held against, and these records would show
+    /// it if it did.
     pub(super) fn is_noise(&self, criteria: &Criteria) -> bool {
-        let is_chance = |trace: &ResidualTrace| trace.rms_n < criteria.some_structure * self.drive_force_n;
-        !self.traces.is_empty() && self.traces.iter().all(is_chance)
+        let is_chance = |trace: &ResidualTrace| {
+            trace.share <= trace.chance && trace.rms_n < criteria.some_structure * self.drive_force_n
+        };
+        let is_telling = |trace: &ResidualTrace| trace.chance < TELLING;
+        self.traces.iter().any(is_telling) && self.traces.iter().all(is_chance)
     }
 
     /// Describes structure that matters. `refitted` is the force missing after calibration.
@@ -305,6 +311,17 @@ mod tests {
             .iter()
             .filter(|t| t.share > t.chance && t.rms_n / residual.drive_force_n > criteria.most_structure);
         told.map(|trace| trace.goes_with).collect()
+    }
+
+    #[test]
+    fn truth_only_what_could_be_told_from_chance_is_noise() {
+        let of = |share, chance, rms_n| {
+            let trace = ResidualTrace { goes_with: "speed", rms_n, share, chance };
+            Residual { drive_force_n: 10.0, traces: vec![trace] }.is_noise(&Criteria::default())
+        };
+        assert!(of(0.01, 0.02, 0.0));
+        // Small but certain; as large as chance in too few points; large.
+        assert!(!of(0.3, 0.02, 0.4) && !of(0.3, 0.4, 0.0) && !of(0.01, 0.02, 0.6));
     }
 
     #[test]

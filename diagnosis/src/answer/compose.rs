@@ -33,6 +33,8 @@ const RIVALLED: f64 = 0.8;
 /// Probability of the place that a residual beside unsure causes points to: 2 of 6 such places were right on
 /// a wild seed. Where a cause is as probable, its own place comes first.
 const POINTED: f64 = 0.25;
+/// Factor on the usual limit of a column's mean square residual where what is left depends on nothing.
+const NOISY: f64 = 2.0;
 /// Errors above this many noise floors are errors of the model.
 const ROUGH: f64 = 2.0;
 /// Largest number of points in the portrait.
@@ -84,8 +86,10 @@ impl Judge<'_> {
         adequacy.add_untried(attempts.untried.len());
         let (machine, worse) = self.proposed(accepted);
         adequacy.add_free_run(worse);
-        if !adequacy.is_balanced && !adequacy.is_noise {
-            let left = unknown::unexplained(&self.search.calibrated, accepted);
+        if !adequacy.is_balanced {
+            let mut left = unknown::unexplained(&self.search.calibrated, accepted);
+            // Noise that is stated or estimated may be too small.
+            left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
             let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
             adequacy.add_unexplained(left.into_iter().map(column));
         }
@@ -125,8 +129,7 @@ impl Judge<'_> {
         let near: Vec<&Scored> = alike(accepted, &field.sets, &field.evidence);
         let is_alone = field.own >= SURE && !adequacy.has_rival();
         let verdict = match self.verdict(accepted, adequate || adequacy.is_slight(), is_alone, &near) {
-            // Any of those that were not tried may be what is left.
-            Verdict::NoGap if adequacy.has_untried() && gap.refit > ROUGH * gap.floor => {
+            Verdict::NoGap if self.is_open(&adequacy) && gap.refit > ROUGH * gap.floor => {
                 Verdict::UnknownCause
             }
             verdict => verdict,
@@ -173,6 +176,12 @@ impl Judge<'_> {
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }
+    }
+
+    /// Whether a cause that was not tried may be there, or one that shifts commands beyond their timing.
+    fn is_open(&self, adequacy: &Adequacy) -> bool {
+        let Fitted { model, theta, .. } = &self.search.calibrated.fitted;
+        adequacy.has_untried() || model.is_timing_at_limit(theta)
     }
 
     /// When commands act of which no hold is stated.

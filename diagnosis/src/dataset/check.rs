@@ -58,6 +58,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         faults.append(&mut found);
     }
     other_clocks(dataset, &mut faults);
+    resting_commands(dataset, &mut faults);
     faults
 }
 
@@ -254,6 +255,17 @@ fn read_rows(rows: usize, gaps: &[bool]) -> Vec<usize> {
 
 fn is_constant(column: &[f64]) -> bool {
     column.iter().all(|x| x.to_bits() == column[0].to_bits())
+}
+
+/// Reports commands that change in no experiment: one input may rest while another moves the machine.
+fn resting_commands(dataset: &Dataset, faults: &mut Vec<Fault>) {
+    let Some(first) = dataset.records.first() else { return };
+    for (i, driven) in dataset.drives.iter().enumerate() {
+        if dataset.records.iter().all(|record| is_constant(&record.commands[i])) {
+            let (file, column) = (first.name.clone(), Some(driven.column.clone()));
+            faults.push(Fault { file, column, row: None, kind: FaultKind::RestingCommand });
+        }
+    }
 }
 
 /// Reports experiments whose row spacing differs slightly from that of most others.

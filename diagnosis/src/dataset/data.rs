@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity};
+use feeler_plant::description::{ActuatorKind, ElementKind, Engagement, Machine, Quantity, Site};
 use indexmap::IndexMap;
 
 use super::bridge::bridge;
@@ -229,6 +229,12 @@ impl Dataset {
             ActuatorKind::Force { .. } | ActuatorKind::DcMotor { .. }
         );
         is_pushed && !self.is_looped(driven.drive) && driven.hold_s.is_none()
+    }
+
+    /// The same of the drive that an element is; other elements are none.
+    pub(crate) fn is_sampled_at(&self, site: Site) -> bool {
+        let is_it = |i: &usize| self.drives[*i].drive == site.index && self.is_sampled(*i);
+        site.table == ElementKind::Actuators && (0..self.drives.len()).any(|i| is_it(&i))
     }
 
     /// The first column whose commands are such samples.

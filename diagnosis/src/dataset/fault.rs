@@ -86,8 +86,10 @@ pub enum FaultKind {
         /// Whether the channel measures the position of the machine.
         tells_place: bool,
     },
-    /// The command never changes, so that it excites nothing.
+    /// No command changes, so that nothing excites the machine.
     ConstantCommand,
+    /// A command changes in no experiment, beside others that do.
+    RestingCommand,
     /// The largest or smallest value repeats in many consecutive rows, as in a saturated converter.
     Clipped {
         /// The value.

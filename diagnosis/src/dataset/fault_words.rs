@@ -53,6 +53,7 @@ impl FaultKind {
             }
             Self::Constant { .. } => "the value never changes".into(),
             Self::ConstantCommand => "the command never changes".into(),
+            Self::RestingCommand => "the command changes in no experiment".into(),
             Self::Clipped { value, share, .. } => format!("{:.1} % of rows sit at {value}", 100.0 * share),
             Self::Quantised { step } => {
                 format!("values are multiples of {}, coarser than believed", short(*step))
@@ -118,6 +119,7 @@ impl FaultKind {
             Self::Constant { tells_place: true } | Self::Clipped { tells_place: true, .. } => NOT_PLACED,
             Self::Constant { .. } => "the column does not count in this experiment; check the wiring",
             Self::ConstantCommand => "excite the drive, or remove the experiment",
+            Self::RestingCommand => "if this drive moves, look at its column; otherwise state it as no drive",
             Self::Clipped { .. } => "the column does not count in this experiment; widen its range",
             Self::Quantised { .. } => "taken as a finding, not as noise",
             Self::WeakExcitation { .. } => "it carries little information; excite more strongly",

@@ -24,6 +24,7 @@ pub(crate) fn better(task: &Task<'_>, model: &Model, theta: Vec<f64>, causes: &[
 /// all but the cause linearly, and may promise more than it keeps.
 pub(crate) fn lower(task: &Task<'_>, screened: &Fitted, causes: &[Candidate]) -> Option<Fitted> {
     let theta = point(task, &screened.model, &screened.theta, causes)?;
+    // A cause keeps the rank that its screening promised.
     let cost = task.cost(&screened.model, &theta);
     (cost < task.cost(&screened.model, &screened.theta)).then(|| Fitted {
         theta,

@@ -163,6 +163,8 @@ impl Model {
     /// A point with some parts of the believed machine moved to these factors of what is believed.
     pub(crate) fn scaled(&self, theta: &[f64], factors: &[(Part, f64)]) -> Vec<f64> {
         let part_of = |target: Target| match target {
+            // No balance shows a contact.
+            Target::Value(Site { table: ElementKind::Contacts, .. }, _) => None,
             Target::Value(site, index) => match self.believed_at(site, index)?.dimension() {
                 Dimension::MASS => Some(Part::Mass),
                 Dimension::DAMPING => Some(Part::Damping),

@@ -171,7 +171,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         };
         (role, word)
     } else if let Some(word) = in_own(&VELOCITIES) {
-        (if target.is_some() { Role::TargetVelocity } else { Role::Velocity }, word)
+        (if target.is_some() || is_feed { Role::TargetVelocity } else { Role::Velocity }, word)
     } else if let Some(word) = target {
         (Role::Target, word)
     } else {

@@ -76,8 +76,9 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Rows by which a held command may act late, with a margin.
-pub(crate) const HELD_ROWS: f64 = 0.75;
+/// Rows by which a command may act late and be no finding. It may be held for half a row, and timing is known
+/// to no better than half a row.
+pub(crate) const HELD_ROWS: f64 = 1.0;
 
 /// What the records cover.
 #[derive(Clone, Copy, Debug)]
@@ -93,10 +94,10 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
-    /// The same beside commands that act this many rows after theirs. Those that are held act half a row
-    /// late; what all together is later by [`HELD_ROWS`] or more was not held.
-    pub(crate) fn beside(self, late_rows: f64) -> Self {
-        Self { instant_s: self.instant_s * (HELD_ROWS - late_rows), ..self }
+    /// The same for a drive whose commands act this many rows after theirs; `None` if their instants are
+    /// known. What is later than [`HELD_ROWS`] in all is a finding.
+    pub(crate) fn beside(self, late_rows: Option<f64>) -> Self {
+        Self { instant_s: late_rows.map_or(0.0, |rows| self.instant_s * (HELD_ROWS - rows)), ..self }
     }
 
     /// Whether a command that is late by so much acts when others may act as well.

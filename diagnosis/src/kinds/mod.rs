@@ -234,9 +234,10 @@ mod tests {
     fn truth_what_is_later_than_a_held_command_departs_however_it_is_split() {
         let seen = Seen { stroke_m: 1.0, command_n: 1.0, step_m: 0.0, instant_s: 0.01 };
         for late_rows in [-0.5, -0.1, 0.0, 0.3, 0.5] {
-            let is_held = |rows: f64| seen.beside(late_rows).is_in_time(0.01 * (rows - late_rows));
-            assert!(is_held(0.74) && !is_held(0.76), "{late_rows}");
+            let is_held = |rows: f64| seen.beside(Some(late_rows)).is_in_time(0.01 * (rows - late_rows));
+            assert!(is_held(0.99) && !is_held(1.01), "{late_rows}");
         }
+        assert!(!seen.beside(None).is_in_time(1e-5));
     }
 
     #[test]

@@ -4,9 +4,9 @@ use feeler_diagnosis::Examination;
 use feeler_diagnosis::report::Estimate;
 use feeler_files::{Edit, rounded, with_numbers};
 
-/// Digits of a fitted value: never fewer, since errors of values that were fitted together cancel, and never
-/// more.
-const DIGITS: [usize; 2] = [4, 6];
+/// Digits of a fitted value: never fewer, and never more. Errors of values that were fitted together cancel,
+/// and a delay that is rounded to whole rows moves every step of a command past a reading.
+const DIGITS: [usize; 2] = [5, 7];
 /// Digits beyond the one that the interval decides.
 const SPARE: f64 = 2.0;
 
@@ -50,9 +50,9 @@ mod tests {
 
     #[test]
     fn truth_a_wide_interval_supports_few_digits() {
-        assert_eq!(digits(7.6, [7.1, 8.2]), 4);
-        assert_eq!(digits(7.6, [7.595, 7.605]), 5);
-        assert_eq!(digits(7.6, [7.599_9, 7.600_1]), 6);
-        assert_eq!(digits(7.6, [7.6, 7.6]), 6);
+        assert_eq!(digits(7.6, [7.1, 8.2]), 5);
+        assert_eq!(digits(7.6, [7.599, 7.601]), 6);
+        assert_eq!(digits(7.6, [7.599_9, 7.600_1]), 7);
+        assert_eq!(digits(7.6, [7.6, 7.6]), 7);
     }
 }

@@ -6,7 +6,7 @@ use feeler_files::{Edit, rounded, with_numbers};
 
 /// Digits of a fitted value: never fewer, and never more. Errors of values that were fitted together cancel,
 /// and a delay that is rounded to whole rows moves every step of a command past a reading.
-const DIGITS: [usize; 2] = [5, 7];
+const DIGITS: [usize; 2] = [5, 6];
 /// Digits beyond the one that the interval decides.
 const SPARE: f64 = 2.0;
 
@@ -52,7 +52,7 @@ mod tests {
     fn truth_a_wide_interval_supports_few_digits() {
         assert_eq!(digits(7.6, [7.1, 8.2]), 5);
         assert_eq!(digits(7.6, [7.599, 7.601]), 6);
-        assert_eq!(digits(7.6, [7.599_9, 7.600_1]), 7);
-        assert_eq!(digits(7.6, [7.6, 7.6]), 7);
+        assert_eq!(digits(7.6, [7.599_9, 7.600_1]), 6);
+        assert_eq!(digits(7.6, [7.6, 7.6]), 6);
     }
 }

@@ -34,7 +34,8 @@ impl Checked {
             Page::DataPage { rep_level_encoding, def_level_encoding, .. } => {
                 let mut levels = self.has_levels.iter().zip([rep_level_encoding, def_level_encoding]);
                 let is_other = levels.any(|(is_used, encoding)| *is_used && *encoding != Encoding::RLE);
-                is_other.then_some("the levels of a page have an unknown form")
+                is_other
+                    .then_some("the levels of a page are bit-packed, an outdated form: write the file again")
             }
             Page::DataPageV2 { buf, rep_levels_byte_len, def_levels_byte_len, .. } => {
                 let levels = u64::from(*rep_levels_byte_len) + u64::from(*def_levels_byte_len);

@@ -130,15 +130,17 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
             }
             stable.push(found.is_stable());
         }
-        // At the largest gains rounding may carry eigenvalues over the border. The count half way decides
-        // then.
-        let is_counted = |i: usize| Ok::<_, LtiError>(sample(i + 1)?.unstable().cast_signed() == counts[i]);
+        // At the largest gains rounding may carry eigenvalues over the border. The count at the middle crossing
+        // decides then, unless the sample itself is stable.
         if let Some(last) = counts.len().checked_sub(1)
             && unstable > 0
-            && !is_counted(last)?
-            && !is_counted(last / 2)?
         {
-            return Ok(None);
+            let end = sample(last + 1)?;
+            let is_counted =
+                |i: usize| Ok::<_, LtiError>(sample(i + 1)?.unstable().cast_signed() == counts[i]);
+            if end.unstable().cast_signed() != unstable && (end.is_stable() || !is_counted(last / 2)?) {
+                return Ok(None);
+            }
         }
         let mut intervals = Vec::new();
         let mut lower: Option<Option<GainEdge>> = stable[0].then_some(None);

@@ -176,7 +176,9 @@ fn recorded(
         advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
         if simulation.outpaces_ledger(0) {
             let manner = Manner { energy: false, extends };
-            return recorded(scenario, recording, manner, progress);
+            let mut again = recorded(scenario, recording, manner, progress)?;
+            again.summary.wall_s = started.elapsed().as_secs_f64();
+            return Ok(again);
         }
         until_s *= 2.0;
         let is_longest = extends && until_s > MOST_EXTENSION * duration_s;

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use feeler_lti::{
-    AffineLoop, C64, GainEdge, GainSearch, RankOneLoop, StableGains, TimeDomain, eigen, eigenvalues,
-    stable_gains,
+    AffineLoop, C64, GainEdge, GainSearch, LtiError, RankOneLoop, StableGains, TimeDomain, eigen,
+    eigenvalues, stable_gains,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -268,10 +268,10 @@ impl ControlLoop {
         expand: &DMatrix<f64>,
         alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
-        // Errors do not depend on the value of the gain, so these calls find them all. The value must not be
-        // one: an impedance with force gain -1 does not respond to motion.
-        let unit = finite_unit(&matrix)?;
-        let (low, middle, high) = (matrix(2.0 * unit)?, matrix(4.0 * unit)?, matrix(6.0 * unit)?);
+        // But for loops without a solution at single gains, errors do not depend on the value of the gain, so
+        // these calls find them all. It must not be one: an impedance with force gain -1 does not respond to
+        // motion.
+        let (unit, [low, middle, high]) = finite_unit(&matrix)?;
         let slope = (&middle - &low) / (2.0 * unit);
         let zero = &low - &slope * (2.0 * unit);
         let affine = (&zero + &slope * (6.0 * unit) - &high).amax() <= AFFINE * high.amax();
@@ -376,17 +376,23 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
-/// The largest power of ten, up to one, of which a small multiple still gives a finite matrix. An unstable
-/// loop lifted over thousands of periods overflows.
-fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> Result<f64, AnalysisError> {
-    let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
-    for decade in 0..=decades {
+/// The largest power of ten, up to one, of which small multiples give finite matrices, and those of 2, 4 and 6
+/// times it. An unstable loop lifted over thousands of periods overflows. A loop with direct feed-through has
+/// no solution at single gains.
+fn finite_unit(
+    matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
+) -> Result<(f64, [DMatrix<f64>; 3]), AnalysisError> {
+    let at = |unit: f64| Ok([matrix(2.0 * unit)?, matrix(4.0 * unit)?, matrix(6.0 * unit)?]);
+    for decade in 0..=i32::try_from(DECADES).unwrap_or(i32::MAX) {
         let unit = 10_f64.powi(-decade);
-        if matrix(6.0 * unit)?.iter().all(|v| v.is_finite()) {
-            return Ok(unit);
+        match at(unit) {
+            Err(AnalysisError::Lti(LtiError::AlgebraicLoop)) => {}
+            Err(error) => return Err(error),
+            Ok(found) if found[2].iter().all(|v| v.is_finite()) => return Ok((unit, found)),
+            Ok(_) => {}
         }
     }
-    Ok(1.0)
+    Ok((1.0, at(1.0)?))
 }
 
 /// The smallest gain of the search at which stability can be decided; zero if there is none.

@@ -17,10 +17,10 @@ use crate::{pages, terminal};
 /// Meaning of the last column of the table of runs.
 const ABOUT_LIMIT: &str =
     " limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
+const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
 /// Meaning of the last column of the table of remedies.
 const ABOUT_NOW: &str =
     " than now: beside the bandwidth of the file's loop, which an unstable loop has only on paper";
-const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;

@@ -18,6 +18,9 @@ use crate::{pages, terminal};
 const ABOUT_LIMIT: &str =
     " limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
 const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
+/// Meaning of the last column of the table of remedies.
+const ABOUT_NOW: &str =
+    " than now: beside the bandwidth of the file's loop, which an unstable loop has only on paper";
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -111,9 +114,12 @@ fn details(found: &Explanation, units: Units) -> String {
     } else {
         let settings = table(&["remedy", "applied by"], &[], setting_rows(found));
         let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
-        let costs =
-            table(&["remedies, cheapest first", "gain kept", "bandwidth", "than now"], &[1, 2, 3], remedies);
-        format!("{costs}\n\n{settings}\n {about}")
+        let costs = table(
+            &["remedies, largest bandwidth first", "gain kept", "bandwidth", "than now"],
+            &[1, 2, 3],
+            remedies,
+        );
+        format!("{costs}\n{ABOUT_NOW}\n\n{settings}\n {about}")
     };
     format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{untried}{others}\n\n{remedies}")
 }

@@ -37,7 +37,7 @@ pub struct Explanation {
     pub lift: Option<Lift>,
     /// Smallest sizes of changes after which the force settles, if these have a size.
     pub sizes: Vec<Size>,
-    /// Remedies, cheapest in bandwidth first.
+    /// Remedies, largest bandwidth first.
     pub remedies: Vec<CheckedRemedy>,
 }
 

@@ -37,7 +37,7 @@ struct Way<'a> {
     of: Option<Counterfactual>,
 }
 
-/// Remedies against these causes that settle in simulation, cheapest in bandwidth first, and the sufficient
+/// Remedies against these causes that settle in simulation, largest bandwidth first, and the sufficient
 /// sizes of changes.
 pub(super) fn remedies(
     scenario: &Scenario,

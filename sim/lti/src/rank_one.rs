@@ -130,8 +130,8 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
             }
             stable.push(found.is_stable());
         }
-        // At the largest gains rounding may carry eigenvalues over the border. The count at the middle crossing
-        // decides then, unless the sample itself is stable.
+        // At the largest gains rounding may carry eigenvalues over the border. The count at the middle
+        // crossing decides then, unless the sample itself is stable.
         if let Some(last) = counts.len().checked_sub(1)
             && unstable > 0
         {

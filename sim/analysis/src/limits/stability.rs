@@ -376,8 +376,8 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
-/// The largest power of ten, up to one, of which small multiples give finite matrices, and those of 2, 4 and 6
-/// times it. An unstable loop lifted over thousands of periods overflows. A loop with direct feed-through has
+/// The largest power of ten, up to one, of which small multiples give finite matrices, and those of 2, 4 and
+/// 6 times it. An unstable loop lifted over thousands of periods overflows. A loop with direct feed-through has
 /// no solution at single gains.
 fn finite_unit(
     matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,

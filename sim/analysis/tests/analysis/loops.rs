@@ -430,8 +430,8 @@ fn regress_another_output_changes_neither_the_loop_nor_what_limits_it() {
     assert!(other.zeros_hz != own.zeros_hz);
 }
 
-/// A tool behind the sensor shares the drive's force with its body. At `kp` minus the ratio of both masses the
-/// loop without a computer has no solution, at gains that a search may try.
+/// A tool behind the sensor shares the drive's force with its body. At `kp` minus the ratio of both masses
+/// the loop without a computer has no solution, at gains that a search may try.
 #[test]
 fn regress_a_tool_that_weighs_a_fraction_of_its_body_is_analysed_like_any_other() {
     let edge = |share: f64| {

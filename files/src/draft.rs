@@ -1,7 +1,7 @@
 //! A file as a tree, before it becomes a document: with its base machine and overrides.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use feeler_plant::effects::{LIBRARY, find};
@@ -357,8 +357,8 @@ fn moved(mut node: Node, by: usize) -> Node {
 /// No such file, a folder, more than 16 MiB, or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
-    let metadata =
-        fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
+    let missing = |error: io::Error| unreadable(&name, error.to_string(), &file::remedy_of_missing(path));
+    let metadata = fs::metadata(path).map_err(missing)?;
     if metadata.is_dir() {
         let (what, remedy) = if path.join("dataset.toml").is_file() {
             (
@@ -370,7 +370,7 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
         };
         return Err(unreadable(&name, what.into(), remedy));
     }
-    let refused = |error: std::io::Error| {
+    let refused = |error: io::Error| {
         let remedy = match error.kind() {
             ErrorKind::PermissionDenied => "give yourself permission to read it",
             _ => "name a TOML file: a text in UTF-8",

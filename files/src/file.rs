@@ -1,8 +1,11 @@
 //! Reading files of bounded size.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use feeler_plant::names::nearest;
 
 /// The bytes of a file with at most `most` of them. Devices and pipes do not report their size, so the bytes
 /// are counted.
@@ -29,6 +32,23 @@ pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     })
 }
 
+/// What to do about a file that does not exist: another of its kind in the same folder may be meant.
+pub(super) fn remedy_of_missing(path: &Path) -> String {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let others: Vec<PathBuf> = (std::fs::read_dir(folder).into_iter().flatten().flatten())
+        .map(|entry| PathBuf::from(entry.file_name()))
+        .filter(|other| other.extension() == path.extension())
+        .collect();
+    let stem = |path: &Path| path.file_stem().and_then(OsStr::to_str).map(str::to_owned);
+    let stems: Vec<String> = others.iter().filter_map(|other| stem(other)).collect();
+    let near =
+        stem(path).and_then(|wanted| nearest(&wanted, stems.iter().map(String::as_str)).map(str::to_owned));
+    match near.and_then(|near| others.iter().find(|other| stem(other).as_ref() == Some(&near))) {
+        Some(other) => format!("did you mean `{}`?", path.with_file_name(other).display()),
+        None => "name an existing file".into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,5 +63,17 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         #[cfg(unix)]
         assert!(read_bytes(Path::new("/dev/zero"), 1000).is_err());
+    }
+
+    #[test]
+    fn truth_a_missing_file_is_taken_for_the_nearest_of_its_kind() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["axis.toml", "axes.csv", "sweep.toml"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let near = folder.path().join("axis.toml");
+        let said = format!("did you mean `{}`?", near.display());
+        assert_eq!(remedy_of_missing(&folder.path().join("axes.toml")), said);
+        assert_eq!(remedy_of_missing(&folder.path().join("gripper.toml")), "name an existing file");
     }
 }

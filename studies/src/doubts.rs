@@ -28,7 +28,7 @@ pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     found.extend(of_reference(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
         found.extend(slow_samples(scenario, &whole));
-        found.extend(pushed_away(scenario, &whole));
+        found.extend(off_in_contact(scenario, &whole));
     }
     found
 }
@@ -123,8 +123,8 @@ fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
     .collect()
 }
 
-/// Force loops whose drive pulls the tool off although it is commanded to push.
-fn pushed_away(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
+/// Force loops whose drive pulls the tool off although it is commanded to push, or that have a negative gain.
+fn off_in_contact(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
     let found = ForceLoop::find(scenario)?;
     let used = &scenario.controllers[found.controller];
     let drive = scenario.machine.actuators.get_index_of(&used.drives)?;
@@ -134,8 +134,11 @@ fn pushed_away(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
     let a = plant.a().clone().lu();
     let pressed = a.solve(&plant.b().column(drive).into_owned())?;
     let force = -(&contact.c * pressed)[(0, 0)] + contact.d[drive];
-    if !force.is_finite() || force >= 0.0 {
+    if !force.is_finite() {
         return None;
+    }
+    if force >= 0.0 {
+        return turned_gain(scenario, &found);
     }
     let (name, touched) = scenario.machine.contacts.get_index(found.contact)?;
     let [from, to] = &touched.between;
@@ -146,6 +149,21 @@ fn pushed_away(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
             used.drives
         ),
         format!("write between = [\"{to}\", \"{from}\"], or turn the sign of actuators.{}.gain", used.drives),
+    ))
+}
+
+/// A negative gain of a force law where a positive command raises the reading.
+fn turned_gain(scenario: &Scenario, found: &ForceLoop) -> Option<Problem> {
+    let spec = &scenario.controllers[found.controller].spec;
+    if !matches!(spec.law, Law::ExplicitForce(_)) || scenario.machine.sensors[found.sensor].gain <= 0.0 {
+        return None;
+    }
+    let names = gain_names(&spec.law);
+    let name = names.iter().find(|name| gain(spec, name).is_ok_and(|value| value < 0.0))?;
+    Some(Problem::new(
+        format!("controllers.{}.{name}", found.name),
+        format!("{name} is negative, so the feedback has the wrong sign"),
+        format!("turn the sign of {name}"),
     ))
 }
 
@@ -194,6 +212,11 @@ reference = 20.0
         let reversed =
             AXIS.replace("between = [\"m\", \"ground\"]\nstiff", "between = [\"ground\", \"m\"]\nstiff");
         assert_eq!(keys(&reversed), ["contacts.tool.between"]);
+        let turned = AXIS.replace("kp = 0.4", "kp = -0.4");
+        assert_eq!(keys(&turned), ["controllers.f.kp"]);
+        // A sensor that falls as the tool pushes takes a negative gain.
+        let falling = turned.replace("_force\"", "_force\"\ngain = -1.0");
+        assert_eq!(keys(&falling.replace("reference = 20.0", "reference = -20.0")), Vec::<String>::new());
     }
 
     /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
+use feeler_engine::Scenario;
 use feeler_files::{Document, Draft};
-use feeler_studies::glimpse::Glimpse;
-use feeler_studies::run::about_parquet;
+use feeler_studies::glimpse::{Glimpse, theory};
+use feeler_studies::run::{self as runs, about_parquet};
 use rayon::prelude::*;
 
 use super::run::RESOLVED;
@@ -42,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     }
     let busy = Busy::new("running and analysing each");
     let taken: Vec<Taken> = (documents.into_par_iter())
-        .map(|(name, document)| Taken { glimpse: Glimpse::of(&document.scenario), name, document })
+        .map(|(name, document)| Taken { glimpse: as_run(&document.scenario), name, document })
         .collect();
     drop(busy);
     let table = terminal::table(&compare::heads(&taken), &[], compare::figures(&taken));
@@ -53,6 +54,12 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         terminal::table(&compare::heads(&taken), &[], keys)
     };
     finish(arguments, &compare::page(&taken), &format!("{keys}\n\n{table}"))
+}
+
+/// The run with the rows of `feeler run`, so that both print the same times, and linear theory.
+fn as_run(scenario: &Scenario) -> Glimpse {
+    let (run, theory) = rayon::join(|| runs::run(scenario, &mut |_| {}), || theory(scenario));
+    Glimpse { run, theory }
 }
 
 fn finish(arguments: &Arguments, page: &str, said: &str) -> crate::Result<()> {

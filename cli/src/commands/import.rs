@@ -70,12 +70,14 @@ fn listing(survey: &Survey, is_written: bool) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     for written in &survey.datasets {
+        // A file of one axis names no joint.
+        let joint = if written.joint.is_empty() { "joint" } else { written.joint.as_str() };
         let _ = writeln!(
             text,
             "\nwrote {} with {} of joint `{}`; look at it with: feeler check {}",
             written.folder.display(),
             crate::numbers::count(written.experiments.len(), "experiment", "experiments"),
-            written.joint,
+            joint,
             written.folder.display()
         );
         for assumption in &written.assumptions {

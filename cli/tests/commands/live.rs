@@ -141,7 +141,8 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
     let set = ["--set", "controllers.force.kp=0.3"];
-    assert_eq!(bench.feeler(&["run", "press.toml"]).code, DONE);
+    let ran = bench.feeler(&["run", "press.toml"]);
+    assert_eq!(ran.code, DONE);
     assert_eq!(bench.feeler(&[&["run", "press.toml"][..], &set].concat()).code, DONE);
     assert!(
         exists(bench.path("out/press/report.html")) && exists(bench.path("out/press,kp=0.3/report.html"))
@@ -162,6 +163,12 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
         text[from..text.find("wrote").unwrap()].split_whitespace().map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(figures(&of_runs.out), figures(&of_file.out));
+    // One number for one thing: both measure rows at the same instants.
+    let settling = |text: &str| {
+        let from = text.find("settling time").unwrap();
+        text[from..].split_whitespace().skip(2).take(2).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(settling(&of_runs.out), settling(&ran.out));
     let page = bench.read("runs/report.html");
     assert!(page.contains("What differs"));
     let data = data_of(&page);

@@ -59,6 +59,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
     }
     other_clocks(dataset, &mut faults);
     resting_commands(dataset, &mut faults);
+    copied_checks(dataset, &mut faults);
     faults
 }
 
@@ -264,6 +265,18 @@ fn resting_commands(dataset: &Dataset, faults: &mut Vec<Fault>) {
         if dataset.records.iter().all(|record| is_constant(&record.commands[i])) {
             let (file, column) = (first.name.clone(), Some(driven.column.clone()));
             faults.push(Fault { file, column, row: None, kind: FaultKind::RestingCommand });
+        }
+    }
+}
+
+/// Reports checks that repeat a fitted record row by row: they would score the fit, not a prediction.
+fn copied_checks(dataset: &Dataset, faults: &mut Vec<Fault>) {
+    let has_same_rows = |a: &Record, b: &Record| a.commands == b.commands && a.series == b.series;
+    for check in dataset.records.iter().filter(|record| record.is_check) {
+        let mut fitted = dataset.records.iter().filter(|record| !record.is_check);
+        if let Some(same) = fitted.find(|record| has_same_rows(check, record)) {
+            let kind = FaultKind::CopiedCheck { fitted: same.name.clone() };
+            faults.push(Fault { file: check.name.clone(), column: None, row: None, kind });
         }
     }
 }

@@ -90,6 +90,11 @@ pub enum FaultKind {
     ConstantCommand,
     /// A command changes in no experiment, beside others that do.
     RestingCommand,
+    /// A check has the rows of a fitted experiment, so that it would score the fit and not a prediction.
+    CopiedCheck {
+        /// The fitted file.
+        fitted: String,
+    },
     /// The largest or smallest value repeats in many consecutive rows, as in a saturated converter.
     Clipped {
         /// The value.
@@ -175,6 +180,7 @@ impl FaultKind {
                 | Self::Gap { .. }
                 | Self::ConstantCommand
                 | Self::SlowRows { .. }
+                | Self::CopiedCheck { .. }
         )
     }
 

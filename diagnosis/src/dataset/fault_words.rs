@@ -54,6 +54,7 @@ impl FaultKind {
             Self::Constant { .. } => "the value never changes".into(),
             Self::ConstantCommand => "the command never changes".into(),
             Self::RestingCommand => "the command changes in no experiment".into(),
+            Self::CopiedCheck { fitted } => format!("has the same rows as {fitted}, which is fitted"),
             Self::Clipped { value, share, .. } => format!("{:.1} % of rows sit at {value}", 100.0 * share),
             Self::Quantised { step } => {
                 format!("values are multiples of {}, coarser than believed", short(*step))
@@ -120,6 +121,9 @@ impl FaultKind {
             Self::Constant { .. } => "the column does not count in this experiment; check the wiring",
             Self::ConstantCommand => "excite the drive, or remove the experiment",
             Self::RestingCommand => "if this drive moves, look at its column; otherwise state it as no drive",
+            Self::CopiedCheck { .. } => {
+                "a check must be another measurement: record one, or remove this file"
+            }
             Self::Clipped { .. } => "the column does not count in this experiment; widen its range",
             Self::Quantised { .. } => "taken as a finding, not as noise",
             Self::WeakExcitation { .. } => "it carries little information; excite more strongly",

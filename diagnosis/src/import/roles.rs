@@ -76,6 +76,9 @@ const EFFORTS: [&str; 12] = [
     "effort", "efforts", "torque", "torques", "tau", "current", "currents", "curr", "load", "force", "amps",
     "trq",
 ];
+/// Units at the end of a name by which a column is a force or a torque, or a position.
+const FORCE_UNITS: [&str; 2] = ["n", "nm"];
+const LENGTH_UNITS: [&str; 2] = ["m", "mm"];
 /// Words of a feed-forward: either of the first two, or both others.
 const FEEDS: [&str; 4] = ["ff", "feedforward", "feed", "forward"];
 /// Words by which a column has none of these roles.
@@ -97,7 +100,7 @@ const OTHERS: [&str; 15] = [
     "reward",
 ];
 /// Words that do not identify a joint.
-pub(super) const PLAIN: [&str; 22] = [
+pub(super) const PLAIN: [&str; 23] = [
     "data",
     "motor",
     "joints",
@@ -120,6 +123,7 @@ pub(super) const PLAIN: [&str; 22] = [
     "mm",
     "m",
     "n",
+    "nm",
 ];
 
 /// Words of a name in lower case; numbers are separate words.
@@ -157,13 +161,24 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     let has = |list: &[&str]| all().find(|word| list.contains(&word.as_str())).cloned();
     let in_own =
         |list: &[&str]| of_path.iter().chain(&of_item).find(|word| list.contains(&word.as_str())).cloned();
+    let own: Vec<&String> = of_path.iter().chain(&of_item).collect();
+    // A word before the unit, so that a joint `n` has none.
+    let ends_in =
+        |units: &[&str]| own.last().filter(|last| own.len() > 1 && units.contains(&last.as_str())).copied();
+    // `words` parts the number of `mps2`.
+    let is_acceleration = own.len() > 1 && own[own.len() - 2] == "mps" && own[own.len() - 1] == "2";
     // The last item of a trajectory's points is a plan, and its first one is the present target.
-    if in_own(&OTHERS).is_some() || path.contains("points[") && !path.contains("points[0]") {
+    if is_acceleration || in_own(&OTHERS).is_some() || path.contains("points[") && !path.contains("points[0]")
+    {
         return None;
     }
     let target = has(&TARGETS);
     let is_feed = in_own(&FEEDS[..2]).is_some() || FEEDS[2..].iter().all(|word| in_own(&[*word]).is_some());
-    let (role, why) = if let Some(word) = in_own(&EFFORTS) {
+    let force = in_own(&EFFORTS).or_else(|| {
+        let is_motion = in_own(&POSITIONS).is_some() || in_own(&VELOCITIES).is_some();
+        ends_in(&FORCE_UNITS).filter(|_| !is_motion).cloned()
+    });
+    let (role, why) = if let Some(word) = force {
         let role = match &target {
             _ if is_feed => Role::FeedForward,
             Some(_) => Role::Command,
@@ -178,6 +193,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         (
             Role::Position,
             in_own(&POSITIONS)
+                .or_else(|| ends_in(&LENGTH_UNITS).cloned())
                 .or_else(|| has(&POSITIONS))
                 .or_else(|| has(&EFFORTS).map(|_| String::new()))?,
         )
@@ -342,6 +358,12 @@ mod tests {
             ("log", "q2", Role::Position, "2"),
             ("log", "elbowTarget", Role::Target, "elbow"),
             ("log", "tau_cmd", Role::Command, ""),
+            ("log", "command_n", Role::Command, ""),
+            ("log", "command_nm", Role::Command, ""),
+            ("log", "elbow_nm", Role::Effort, "elbow"),
+            ("log", "command_rad", Role::Target, ""),
+            ("log", "encoder_m", Role::Position, ""),
+            ("log", "slide_mm", Role::Position, "slide"),
             ("curr_data", "Joint_1", Role::Position, "1"),
         ] {
             // The name of a table of currents gives the role of columns named by joints.
@@ -357,6 +379,8 @@ mod tests {
             ("/imu", "orientation.x"),
             ("/joint_trajectory", "points[3].positions[elbow]"),
             ("log", "temperature"),
+            ("log", "tip_mps2"),
+            ("log", "n"),
         ] {
             assert_eq!(told(table, column), None, "{table} {column}");
         }

@@ -56,6 +56,10 @@ pub(super) fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
     if role == Role::TargetVelocity {
         return None;
     }
+    let ending = column.name.trim_end_matches(']').rsplit_once('_').map(|(_, ending)| ending);
+    if let Some(named) = known.into_iter().find(|symbol| ending == Some(*symbol)) {
+        return Some((UnitGuess::Symbol(named), "its name ends in it".into()));
+    }
     let values = || column.values.iter().copied().filter(|x| x.is_finite());
     let most = values().map(f64::abs).fold(0.0, f64::max);
     if most <= MOST_RADIANS {
@@ -69,4 +73,23 @@ pub(super) fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
         return Some((UnitGuess::Counts(std::f64::consts::TAU / turn), why));
     }
     (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20 would be degrees by the numbers alone.
+    #[test]
+    fn truth_the_end_of_a_name_tells_its_unit() {
+        let found = |name: &str, role| {
+            let column = Column { name: name.into(), values: vec![0.0, 20.0], ..Column::default() };
+            unit(role, &column).map(|(unit, _)| unit)
+        };
+        assert_eq!(found("encoder_m", Role::Position), Some(UnitGuess::Symbol("m")));
+        assert_eq!(found("target[elbow_rad]", Role::Target), Some(UnitGuess::Symbol("rad")));
+        assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::Symbol("deg")));
+        assert_eq!(found("elbow", Role::Position), Some(UnitGuess::Symbol("deg")));
+        assert_eq!(found("command_n", Role::Command), None);
+    }
 }

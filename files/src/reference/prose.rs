@@ -14,7 +14,8 @@ is generated from the library: what `feeler effects KIND` prints, for every kind
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
 
 Each drawing shows the law of an effect in outline, without numbers. The solid line is the machine
-with the effect, the dashed line the machine without it.
+with the effect, the dashed line the machine without it. Where no dashed line is drawn, the machine
+without it has none, or it is zero.
 ";
 
 pub(super) const INTRODUCTION: &str = "\

@@ -372,6 +372,24 @@ fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
     assert!(matches!(error, DiagnosisError::Roles { fitted: 0, checked: 2 }), "{error}");
 }
 
+/// A copied check repeats the noise that was fitted. One reading that differs makes another measurement.
+#[test]
+fn regress_a_check_that_copies_a_fitted_record_is_an_error() {
+    let said_with = |check: &str| {
+        let folder = folder(&[("a.csv", csv(&sound()).as_bytes()), ("b.csv", check.as_bytes())]);
+        let file = folder.path().join("dataset.toml");
+        let roles = fs::read_to_string(&file)
+            .expect("it is there")
+            .replace("\"b.csv\"\n", "\"b.csv\"\nrole = \"check\"\n");
+        fs::write(&file, roles).expect("it is written");
+        Dataset::load(folder.path()).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let said = said_with(&csv(&sound())).expect_err("a copy");
+    assert!(said.contains("b.csv: has the same rows as a.csv, which is fitted"), "{said}");
+    let other = spoil(|k, row| row[2] += if k == 700 { 1e-8 } else { 0.0 });
+    assert_eq!(said_with(&other), Ok(()));
+}
+
 #[test]
 fn regress_time_in_milliseconds_is_an_error() {
     let folder =

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 time_constant = \"2 ms\"
 ```
 `feeler run scenarios/effects/actuator-lag.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/actuator-lag.toml` shows the difference.
 
 ## Model
 The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 mass = \"3 kg\"
 ```
 `feeler run scenarios/effects/added-mass.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/added-mass.toml` shows the difference.
 
 ## Model
 The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.

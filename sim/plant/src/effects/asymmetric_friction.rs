@@ -29,6 +29,7 @@ level = \"6 N\"
 asymmetry = 0.5
 ```
 `feeler run scenarios/effects/asymmetric-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/asymmetric-friction.toml` shows the difference.
 
 ## Model
 Sliding forward, the guide resists with `level (1 + asymmetry)`, backward with `level (1 - asymmetry)`. At

@@ -40,15 +40,16 @@ pub(super) static DEFINITION: Definition = Definition {
 width = \"50 um\"
 ```
 `feeler run scenarios/effects/backlash.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/backlash.toml` shows the difference.
 
 ## Model
 Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force is
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
 and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free otherwise,
 would ring at 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu`
-their reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness. Arms hang
-behind their joints: the `gravity` of a guide of the first body then acts on the second. A spring that has
-its own stiffness keeps it and takes neither.
+their reduced mass. So with a width of zero a very stiff spring replaces the rigid one. Arms hang behind
+their joints: the `gravity` of a guide of the first body then acts on the second. A spring that has its own
+stiffness keeps it and takes neither.
 
 ## Where it comes from
 Gears, splines, nuts, keys, worn couplings.

@@ -30,6 +30,7 @@ stiffness = \"1.0232806 MN/m\"
 damping = \"814.3 N s/m\"
 ```
 `feeler run scenarios/effects/base-flexibility.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/base-flexibility.toml` shows the difference.
 
 ## Model
 `mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`. Under

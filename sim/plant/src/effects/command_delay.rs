@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 delay = \"1.2 ms\"
 ```
 `feeler run scenarios/effects/command-delay.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-delay.toml` shows the difference.
 
 ## Model
 The drive receives `u(t - delay)`. Commands are held between controller samples, so the delayed command is

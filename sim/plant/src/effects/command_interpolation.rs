@@ -25,6 +25,8 @@ pub(super) static DEFINITION: Definition = Definition {
 interval = \"3 ms\"
 ```
 `feeler run scenarios/effects/command-interpolation.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-interpolation.toml` shows the
+difference.
 
 ## Model
 A command that differs from the last one is reached after `interval`, at a constant rate from where the

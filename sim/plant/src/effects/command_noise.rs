@@ -27,6 +27,7 @@ pub(super) static DEFINITION: Definition = Definition {
 sigma = \"2 N\"
 ```
 `feeler run scenarios/effects/command-noise.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-noise.toml` shows the difference.
 
 ## Model
 Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,

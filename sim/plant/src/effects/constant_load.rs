@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 force = \"-15 N\"
 ```
 `feeler run scenarios/effects/constant-load.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/constant-load.toml` shows the difference.
 
 ## Model
 A constant force acts on the second body of the spring, and its opposite on the first. Under a guide

@@ -23,6 +23,7 @@ pub(super) static DEFINITION: Definition = Definition {
 damping = \"500 N s/m\"
 ```
 `feeler run scenarios/effects/contact-damping.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/contact-damping.toml` shows the difference.
 
 ## Model
 The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 stiffness = \"120 kN/m\"
 ```
 `feeler run scenarios/effects/contact-stiffness.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/contact-stiffness.toml` shows the difference.
 
 ## Model
 The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of
@@ -36,10 +37,13 @@ Another material than planned, a worn or exchanged pad, a sensor whose own stiff
 sheet.
 
 ## How it shows
-Impacts are shorter and harder by `sqrt(stiffness)`, and the contact mode moves by as much. The loop gain of
-a force loop moves in proportion to the stiffness. Static force under force control is as predicted. At low
-frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode separates
-them. `force-gain` changes the reading in proportion as well, but no frequency.
+Let `r` be the stiffness over the believed one. The peak force of an impact and the frequency of the contact
+mode rise by `sqrt(r)`, and its duration falls by as much. Above the contact mode the gain of a force loop is
+in proportion to the stiffness. Well below it, a force drive gives the same contact force on any wall. On a
+motion-controlled robot the gain is in proportion at all frequencies (Whitney). Static force under force
+control is as predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer
+contact too; only a mode separates them. `force-gain` changes the reading in proportion as well, but no
+frequency.
 
 ## How it is recognised
 The duration of impacts and the frequency of the contact mode are off, while static forces are right.

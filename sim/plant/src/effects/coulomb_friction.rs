@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 level = \"6 N\"
 ```
 `feeler run scenarios/effects/coulomb-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/coulomb-friction.toml` shows the difference.
 
 ## Model
 Sliding at speed `v`, the guide resists with `level sign(v)`; at rest it takes whatever value up to `level`
@@ -47,7 +48,8 @@ amplitudes show it best.
 
 ## Numerical treatment
 Sliding and sticking are modes. Sliding has a constant force, sticking joins two bodies, and both are exact;
-the instants between them are events. Linear theory takes friction as sliding one way, so it drops out.
+the instants between them are events. Linear theory takes friction as sliding one way, so it drops out. LuGre
+friction stays: linear theory takes it at rest, as a spring. So the two give different margins.
 
 ## Source
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction

@@ -30,6 +30,7 @@ damping = \"100 N s/m\"
 asymmetry = 0.8
 ```
 `feeler run scenarios/effects/directional-damping.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/directional-damping.toml` shows the difference.
 
 ## Model
 The guide's own damping grows by `damping` to `c`. Sliding at speed `v` the guide resists with

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 width = \"4 N\"
 ```
 `feeler run scenarios/effects/drive-deadband.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/drive-deadband.toml` shows the difference.
 
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise, before its gain. `width` has

@@ -27,6 +27,7 @@ pub(super) static DEFINITION: Definition = Definition {
 gain = 0.8
 ```
 `feeler run scenarios/effects/drive-gain.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/drive-gain.toml` shows the difference.
 
 ## Model
 The drive acts on `gain * u`: after its deadband, before its limits. This is the error of a motor's torque

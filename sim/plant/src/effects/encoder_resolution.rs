@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 resolution = \"50 um\"
 ```
 `feeler run scenarios/effects/encoder-resolution.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/encoder-resolution.toml` shows the difference.
 
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after gain, offset and noise. If the sensor
@@ -37,7 +38,7 @@ Encoder lines and their interpolation, integers in a counter, a coarse encoder b
 ## How it shows
 Positions take few values. Velocities from their differences are multiples of `resolution` over the sample
 time: in slow motion they are spikes, and joint damping passes these to the drive. Where the position crosses
-many steps in each sample, rounding is white noise of `resolution / sqrt(12)`.
+many steps in each sample, rounding is white noise of `resolution / sqrt(12)` rms.
 
 A virtual wall of stiffness `K` hums if dry friction is below `K resolution / 2`. `force-resolution` does the
 same in the force channel. `timing-jitter` also scatters differences, but in proportion to speed.

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 bias = \"2 N\"
 ```
 `feeler run scenarios/effects/force-bias.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-bias.toml` shows the difference.
 
 ## Model
 The reading is `bias` more than it would be.

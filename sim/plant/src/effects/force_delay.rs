@@ -27,6 +27,7 @@ pub(super) static DEFINITION: Definition = Definition {
 delay = \"1.5 ms\"
 ```
 `feeler run scenarios/effects/force-delay.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-delay.toml` shows the difference.
 
 ## Model
 The sensor reads `F(t - delay)`.

@@ -25,12 +25,13 @@ pub(super) static DEFINITION: Definition = Definition {
 gain = 0.8
 ```
 `feeler run scenarios/effects/force-gain.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-gain.toml` shows the difference.
 
 ## Model
 The reading is `gain` times what it would be; its offset stays.
 
 ## Where it comes from
-Calibration with another amplifier or cable, cross-talk from other axes, a mis-set range.
+Calibration with another amplifier or cable, a mis-set range.
 
 ## How it shows
 In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact

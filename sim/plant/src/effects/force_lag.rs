@@ -28,6 +28,7 @@ pub(super) static DEFINITION: Definition = Definition {
 time_constant = \"2 ms\"
 ```
 `feeler run scenarios/effects/force-lag.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-lag.toml` shows the difference.
 
 ## Model
 The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the

@@ -26,6 +26,7 @@ pub(super) static DEFINITION: Definition = Definition {
 limit = \"25 N\"
 ```
 `feeler run scenarios/effects/force-limit.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-limit.toml` shows the difference.
 
 ## Model
 The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. On a velocity

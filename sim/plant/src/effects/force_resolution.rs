@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 resolution = \"1 N\"
 ```
 `feeler run scenarios/effects/force-resolution.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-resolution.toml` shows the difference.
 
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
@@ -33,10 +34,9 @@ The reading is rounded to the nearest multiple of `resolution`, after whatever r
 Converters with few bits over a wide range, integers on a field bus.
 
 ## How it shows
-Readings take few values. Where the force crosses many steps per sample it is white noise of
-`resolution / sqrt(12)`. Where it crosses few, and the reference lies between two values, an integrating loop
-hunts between them, much as it does with `stribeck-friction`. `encoder-resolution` does the same to
-positions.
+Readings take few values. Where the force crosses many steps per sample it is white noise of `resolution /
+sqrt(12)` rms. Where it crosses few, and the reference lies between two values, an integrating loop hunts
+between them, much as it does with `stribeck-friction`. `encoder-resolution` does the same to positions.
 
 ## How it is recognised
 List the values of the reading: they are multiples of one step. A slow change of force shows the stairs.

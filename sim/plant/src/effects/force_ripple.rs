@@ -35,6 +35,7 @@ pitch = \"2 mm\"
 phase = 1.0
 ```
 `feeler run scenarios/effects/force-ripple.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-ripple.toml` shows the difference.
 
 ## Model
 The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` the position of the driven
@@ -48,12 +49,12 @@ Permanent magnets that pull at teeth and at the ends of an iron core, gears, bal
 
 ## How it shows
 The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much
-shorter than the pitch it is a constant and a slope: `constant-load` then looks the same. A slow axis rests
-in its valleys much as under `coulomb-friction`, but ripple returns its energy.
+shorter than `pitch / harmonic` it is a constant and a slope: `constant-load` then looks the same. A slow axis
+rests in its valleys much as under `coulomb-friction`, but ripple returns its energy.
 
 ## How it is recognised
-Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best, at
-any speed.
+Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best. The
+wave has the same pitch at every speed.
 
 ## Numerical treatment
 The force is a sine of the position, so an extrapolation method integrates the mode to rounding. Linear

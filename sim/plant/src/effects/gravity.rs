@@ -35,12 +35,13 @@ phase = 0.0
 period = \"20 mm\"
 ```
 `feeler run scenarios/effects/gravity.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/gravity.toml` shows the difference.
 
 ## Model
-The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite
-on the first. `x` is the position of the second against the first. A first body that moves, such as a base,
-takes that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is
-a full turn by default, so state it where a gear or a screw lies between position and arm. For an arm of mass
+The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite on
+the first. `x` is the position of the second against the first. A first body that moves, such as a base, takes
+that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is one
+turn (2 pi) by default, so state it where a gear or a screw lies between position and arm. For an arm of mass
 `m` whose centre lies `l` from its joint, `amplitude = m g l 2 pi / period`: just `m g l` where `x` is the
 angle of the arm itself. `phase` is the angle over the hanging arm where the position is zero. The known
 gravity of a rotational body is stated by its keys `gravity` and `gravity_phase`.

@@ -32,6 +32,7 @@ stiffness = \"200 kN/m\"
 damping = \"200 N s/m\"
 ```
 `feeler run scenarios/effects/hard-stop.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/hard-stop.toml` shows the difference.
 
 ## Model
 Beyond `position`, of the second body of the spring against the first, a stop pushes back. Its force is

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 cubic = \"1e13 N/m^3\"
 ```
 `feeler run scenarios/effects/hardening-stiffness.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/hardening-stiffness.toml` shows the difference.
 
 ## Model
 The elastic force of the spring or contact is `k d + cubic d^3`, `d` its elongation or compression (beyond

@@ -30,6 +30,7 @@ exponent = 1.5
 stiffness = \"20 MN/m^1.5\"
 ```
 `feeler run scenarios/effects/hertz-contact.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/hertz-contact.toml` shows the difference.
 
 ## Model
 The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one; the damping

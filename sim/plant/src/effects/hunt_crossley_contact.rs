@@ -25,6 +25,8 @@ pub(super) static DEFINITION: Definition = Definition {
 alpha = \"6 s/m\"
 ```
 `feeler run scenarios/effects/hunt-crossley-contact.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/hunt-crossley-contact.toml` shows the
+difference.
 
 ## Model
 The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression. This is the law of the contact with

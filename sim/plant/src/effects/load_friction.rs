@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 ratio = 0.15
 ```
 `feeler run scenarios/effects/load-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/load-friction.toml` shows the difference.
 
 ## Model
 The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact. `|F|` is the

@@ -26,6 +26,7 @@ pub(super) static DEFINITION: Definition = Definition {
 gain = 0.7
 ```
 `feeler run scenarios/effects/loop-gain.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/loop-gain.toml` shows the difference.
 
 ## Model
 The drive gives `gain` times the force that it would give for the same command at the same motion, before its

@@ -39,6 +39,7 @@ static = \"7 N\"
 velocity = \"5 mm/s\"
 ```
 `feeler run scenarios/effects/lugre-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/lugre-friction.toml` shows the difference.
 
 ## Model
 Bristles bend by `z` under the sliding speed `v` and straighten as they slip:
@@ -61,9 +62,9 @@ elastic flanks. Coarser records see only its sliding level.
 
 ## Numerical treatment
 The bending of the bristles is one more state. Forward and backward are modes, and an extrapolation method
-integrates each to rounding (4e-14). Its steps shorten as `coulomb / (stiffness |v|)`, so that stiff bristles
-at high speed cost time. The energy balance counts what bent bristles store. Linear theory takes the bristles
-at rest: a spring and a damper.
+integrates each to rounding (a relative error of 4e-14). Its steps shorten as `coulomb / (stiffness |v|)`, so
+that stiff bristles at high speed cost time. The energy balance counts what bent bristles store. Linear theory
+takes the bristles at rest: a spring and a damper.
 
 ## Source
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 drag = \"20e3 N s2/m2\"
 ```
 `feeler run scenarios/effects/quadratic-drag.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/quadratic-drag.toml` shows the difference.
 
 ## Model
 The guide resists a speed `v` with `drag |v| v`. Small motions about a steady speed are damped by
@@ -38,8 +39,8 @@ Fast motion takes more force than `viscous-friction` predicts, slow motion less.
 the two apart.
 
 ## How it is recognised
-Move at several steady speeds: the missing force grows with the square of the speed. A line and a parabola
-need three speeds.
+Move at several steady speeds: the missing force grows with the square of the speed. Two speeds separate a
+line from a parabola. With dry friction beside them you need three.
 
 ## Numerical treatment
 Forward and backward are modes, so the law is smooth in each, and an extrapolation method integrates it to

@@ -26,6 +26,7 @@ pub(super) static DEFINITION: Definition = Definition {
 rate = \"1 kN/s\"
 ```
 `feeler run scenarios/effects/slew-limit.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/slew-limit.toml` shows the difference.
 
 ## Model
 What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.

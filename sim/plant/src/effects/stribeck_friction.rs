@@ -34,6 +34,7 @@ static = \"7 N\"
 velocity = \"5 mm/s\"
 ```
 `feeler run scenarios/effects/stribeck-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/stribeck-friction.toml` shows the difference.
 
 ## Model
 Sliding at speed `v`, the guide resists with

@@ -22,6 +22,7 @@ pub(super) static DEFINITION: Definition = Definition {
 sigma = \"0.1 ms\"
 ```
 `feeler run scenarios/effects/timing-jitter.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/timing-jitter.toml` shows the difference.
 
 ## Model
 Sample `i` of the controller is taken at `offset + i period + w_i`. The error `w_i` is normally distributed

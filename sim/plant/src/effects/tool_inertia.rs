@@ -23,6 +23,7 @@ pub(super) static DEFINITION: Definition = Definition {
 mass = \"1.5 kg\"
 ```
 `feeler run scenarios/effects/tool-inertia.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/tool-inertia.toml` shows the difference.
 
 ## Model
 The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
@@ -38,8 +39,9 @@ Free motion gives readings in proportion to acceleration, with no contact at all
 stiffness `k` the reading has a pair of zeros at `sqrt(k / mass)` in rad/s; above it the phase is 180 degrees
 higher. An impact reads too low while the tip decelerates.
 
-A drive that acts on the tip's own body of mass `M`, without a bandwidth, reads `mass / M` of its force at
-once. A fast sampled proportional loop then needs `kp mass / M` below 1, unless a filter removes this part.
+If a drive without a bandwidth acts on the tip's own body of mass `M`, the sensor shows `mass / M` of its
+force at once. A fast sampled proportional loop then needs `kp mass / M` below 1, unless a filter removes this
+part.
 
 For the same command `added-mass` changes the motion; this effect changes only the reading. While the machine
 rings at one frequency, acceleration and force are proportional, and `force-gain` looks the same.

@@ -30,6 +30,7 @@ force = \"35 N\"
 speed = \"30 mm/s\"
 ```
 `feeler run scenarios/effects/torque-speed-line.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/torque-speed-line.toml` shows the difference.
 
 ## Model
 The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of

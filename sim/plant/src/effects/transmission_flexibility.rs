@@ -30,6 +30,8 @@ damping = \"60 N s/m\"
 tip_mass = \"4 kg\"
 ```
 `feeler run scenarios/effects/transmission-flexibility.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/transmission-flexibility.toml` shows the
+difference.
 
 ## Model
 Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring

@@ -25,6 +25,7 @@ pub(super) static DEFINITION: Definition = Definition {
 damping = \"300 N s/m\"
 ```
 `feeler run scenarios/effects/viscous-friction.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/viscous-friction.toml` shows the difference.
 
 ## Model
 The guide resists with `damping v` on top of the damping it has.

@@ -31,6 +31,7 @@ stiffness = \"500 kN/m\"
 damping = \"150 N s/m\"
 ```
 `feeler run scenarios/effects/workpiece-dynamics.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/workpiece-dynamics.toml` shows the difference.
 
 ## Model
 `mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture.

@@ -26,6 +26,7 @@ const SOFT_M: f64 = 0.02;
 pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     let mut found = without_gains(scenario);
     found.extend(of_reference(scenario));
+    found.extend(overlaps(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
         found.extend(slow_samples(scenario, &whole));
         found.extend(off_in_contact(scenario, &whole));
@@ -93,6 +94,26 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
             "stiffness is in N/m unless a unit is given: write \"kN/m\" if that is meant",
         )
     })
+}
+
+/// Contacts with a negative gap whose bodies overlap at the start.
+fn overlaps(scenario: &Scenario) -> Vec<Problem> {
+    let machine = &scenario.machine;
+    let unit = if machine.axis == Axis::Translational { "m" } else { "rad" };
+    let starts_at = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
+    let mut found = Vec::new();
+    for (name, contact) in &machine.contacts {
+        let [from, to] = &contact.between;
+        let inside = starts_at(from) - starts_at(to) - contact.gap_m;
+        if contact.engagement == Engagement::Unilateral && contact.gap_m < 0.0 && inside > 0.0 {
+            found.push(Problem::new(
+                format!("contacts.{name}.gap"),
+                format!("`{from}` starts {} inside `{to}`", with_unit(inside, unit)),
+                "a positive gap keeps them apart",
+            ));
+        }
+    }
+    found
 }
 
 /// Controllers with less than two samples per cycle of a motion of the machine in contact.
@@ -217,6 +238,14 @@ reference = 20.0
         // A sensor that falls as the tool pushes takes a negative gain.
         let falling = turned.replace("_force\"", "_force\"\ngain = -1.0");
         assert_eq!(keys(&falling.replace("reference = 20.0", "reference = -20.0")), Vec::<String>::new());
+    }
+
+    #[test]
+    fn truth_a_tool_that_starts_inside_the_wall_is_doubted() {
+        let gap =
+            |gap: &str| keys(&AXIS.replace("damping = 120.0", &format!("damping = 120.0\ngap = {gap}")));
+        assert_eq!(gap("-0.001"), ["contacts.tool.gap"]);
+        assert_eq!(gap("0.001"), Vec::<String>::new());
     }
 
     /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.

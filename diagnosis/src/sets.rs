@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::budget::Stage;
-use crate::fit::balanced;
+use crate::fit::balanced::better;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::scored::Scored;
 use crate::fit::search::score;
@@ -56,7 +56,7 @@ impl Judge<'_> {
                 });
             let mut start = model.start();
             start[..calibrated.theta.len()].copy_from_slice(&calibrated.theta);
-            let start = balanced::better(task, &model, start, &pair);
+            let start = better(task, &model, start, &balanced);
             score(task, pair.to_vec(), task.fit(&model, &start, STEPS))
         };
         let mut fitted: Vec<Scored> = proposed.into_par_iter().map(fit).collect();
@@ -147,7 +147,11 @@ impl Judge<'_> {
         let mut causes = scored.causes.clone();
         causes.remove(i);
         causes.push(other);
-        let start = balanced::better(task, &model, start, &causes);
+        let found = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&causes));
+        let start = match found {
+            Some(found) => better(task, &model, start, &found),
+            None => start,
+        };
         score(task, causes, task.fit(&model, &start, STEPS))
     }
 }

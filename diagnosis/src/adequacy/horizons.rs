@@ -67,7 +67,7 @@ pub(super) fn left(
 /// Whether the calibrated machine's errors are small against the signal at every horizon of up to a second.
 pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
     let most = |seconds: f64| if seconds > WINDOWS_S[0] { criteria.slight_far } else { criteria.slight };
-    let mut ahead = horizons.iter().filter_map(|horizon| Some((horizon.seconds?, horizon.refit))).peekable();
+    let mut ahead = ahead(horizons).filter_map(|horizon| Some((horizon.seconds?, horizon.refit))).peekable();
     ahead.peek().is_some() && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
 }
 
@@ -79,7 +79,12 @@ pub(super) fn are_fair(horizons: &[Horizon], criteria: &Criteria) -> bool {
             after < criteria.most_left && (!near || after < criteria.most_floors * horizon.floor)
         })
     };
-    reach_far(horizons) && horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_fair)
+    reach_far(horizons) && ahead(horizons).all(is_fair)
+}
+
+/// The horizons of up to a second.
+fn ahead(horizons: &[Horizon]) -> impl Iterator<Item = &Horizon> {
+    horizons.iter().filter(|horizon| horizon.seconds.is_some())
 }
 
 /// Whether a horizon of up to a second is longer than the shortest: that alone says little of slow motion.
@@ -87,14 +92,14 @@ fn reach_far(horizons: &[Horizon]) -> bool {
     horizons.iter().any(|horizon| horizon.seconds > Some(WINDOWS_S[0]))
 }
 
-/// Whether a repaired machine is off by less than half of what the calibrated one is, at every horizon of up
-/// to a second.
+/// Whether a repaired machine removes at least [`Criteria::least_closed`] of the calibrated one's error, at
+/// every horizon of up to a second.
 pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
     let is_better = |horizon: &Horizon| {
         let errors = horizon.after.zip(horizon.refit);
-        errors.is_some_and(|(after, refit)| after < criteria.most_of_missing_force * refit)
+        errors.is_some_and(|(after, refit)| after < (1.0 - criteria.least_closed) * refit)
     };
-    reach_far(horizons) && horizons.iter().filter(|horizon| horizon.seconds.is_some()).all(is_better)
+    reach_far(horizons) && ahead(horizons).all(is_better)
 }
 
 /// Says at which horizon of up to a second predictions lose the motion, the shortest of these.

@@ -18,7 +18,7 @@ use crate::gap::replay::free_run;
 use crate::gap::size;
 use crate::gap::unknown;
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
-use crate::kinds::HELD_ROWS;
+use crate::kinds::LATE_ROWS;
 use crate::report::{Cause, Diagnosis, Gap, GapCell, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
@@ -193,7 +193,7 @@ impl Judge<'_> {
             "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state \
              `hold`; without it a command that is late by less than {:.2} ms in all may have been held)",
             rows * row_ms,
-            HELD_ROWS * row_ms
+            LATE_ROWS * row_ms
         ))
     }
 

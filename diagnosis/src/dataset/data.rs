@@ -233,8 +233,8 @@ impl Dataset {
 
     /// The same of the drive that an element is; other elements are none.
     pub(crate) fn is_sampled_at(&self, site: Site) -> bool {
-        let is_it = |i: &usize| self.drives[*i].drive == site.index && self.is_sampled(*i);
-        site.table == ElementKind::Actuators && (0..self.drives.len()).any(|i| is_it(&i))
+        let is_it = |i: usize| self.drives[i].drive == site.index && self.is_sampled(i);
+        site.table == ElementKind::Actuators && (0..self.drives.len()).any(is_it)
     }
 
     /// The first column whose commands are such samples.

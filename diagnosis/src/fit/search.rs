@@ -17,7 +17,7 @@ use crate::fit::nested;
 use crate::fit::odds::{ACCEPT_ALL, evidence};
 use crate::fit::scored::Scored;
 use crate::fit::screen::{Linearised, Screened};
-use crate::inverse::Inverse;
+use crate::inverse::{Balanced, Inverse};
 use crate::kinds::{Element, Glance, Seen, dossier};
 use crate::predict::{Prediction, Predictor};
 
@@ -184,6 +184,9 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
     Scored { causes, fitted, misfits, balanced }
 }
 
+/// The first steps of a candidate, and its balance of forces.
+type Begun = (Screened, Option<Balanced>);
+
 /// Adds each candidate to `base`. All are fitted for a few steps; the best, and the best of every place, are
 /// fitted to the end.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
@@ -192,13 +195,16 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         return Extended { fits, others, silent: all.to_vec(), untried };
     };
     let is_late = || task.budget.is_over(Stage::Screen);
-    let begun: Vec<(Candidate, bool, Option<Screened>)> = all
-        .par_iter()
-        .map(|&candidate| {
-            let begun = if is_late() { None } else { screen(task, &linearised, base, candidate, glance) };
-            (candidate, begun.is_none() && is_late(), begun)
-        })
-        .collect();
+    let beside = |candidate: Candidate| base.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
+    let begin = |&candidate: &Candidate| {
+        if is_late() {
+            return (candidate, true, None);
+        }
+        let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&beside(candidate)));
+        let begun = screen(task, &linearised, base, candidate, balanced.as_ref(), glance);
+        (candidate, begun.is_none() && is_late(), begun.map(|begun| (begun, balanced)))
+    };
+    let begun: Vec<(Candidate, bool, Option<Begun>)> = all.par_iter().map(begin).collect();
     let without = |late: bool| -> Vec<Candidate> {
         let is_left = |(_, is_late, begun): &&(_, bool, Option<_>)| begun.is_none() && *is_late == late;
         begun.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
@@ -206,15 +212,15 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let (silent, untried) = (without(false), without(true));
     // A linearised cost may become negative.
     let decline = |fitted: &Fitted| (base.fitted.cost / fitted.cost.max(1.0)).ln();
-    let begun: Vec<(Candidate, Screened)> =
+    let begun: Vec<_> =
         begun.into_iter().filter_map(|(candidate, _, begun)| Some((candidate, begun?))).collect();
-    let steepest = begun.iter().map(|(_, begun)| decline(&begun.fitted)).fold(0.0, f64::max);
+    let steepest = begun.iter().map(|(_, (begun, _))| decline(&begun.fitted)).fold(0.0, f64::max);
     let goes_on = |begun: &Screened| {
         begun.fitted.cost - STILL_TO_GAIN * begun.gain < base.fitted.cost - WORTH_FITTING
             && (decline(&begun.fitted) > PROMISING * steepest || begun.fitted.cost > base.fitted.cost)
             && !is_late()
     };
-    let go_on = |(candidate, begun): (Candidate, Screened)| {
+    let go_on = |(candidate, (begun, balanced)): (Candidate, Begun)| {
         let further = if goes_on(&begun) {
             let mut start = begun.fitted.theta.clone();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
@@ -224,17 +230,14 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
             None
         };
         let fitted = further.unwrap_or(begun.fitted);
-        let causes: Vec<Candidate> = base.causes.iter().copied().chain([candidate]).collect();
-        let is_early = !task.budget.is_over(Stage::Fit);
-        let better = if is_early { balanced::lower(task, &fitted, &causes) } else { None };
-        (candidate, better.unwrap_or(fitted))
+        let balanced = balanced.filter(|_| !task.budget.is_over(Stage::Fit));
+        let lower = balanced.and_then(|found| balanced::lower(task, &fitted, &found));
+        (candidate, lower.unwrap_or(fitted))
     };
     let mut screened: Vec<(Candidate, Fitted)> = begun.into_par_iter().map(go_on).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let steepest = screened.first().map_or(0.0, |(_, fitted)| decline(fitted));
-    let with = |candidate: Candidate, fitted: Fitted| {
-        score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted)
-    };
+    let with = |candidate: Candidate, fitted: Fitted| score(task, beside(candidate), fitted);
     let mut places = Vec::new();
     let mut taken = 0;
     let (chosen, left): (Vec<_>, Vec<_>) = screened.into_iter().partition(|(candidate, fitted)| {
@@ -291,11 +294,12 @@ fn screen(
     linearised: &Linearised<'_>,
     base: &Scored,
     candidate: Candidate,
+    balanced: Option<&Balanced>,
     glance: &Glance,
 ) -> Option<Screened> {
     let element = Element::at(candidate.site, &task.dataset.machine, &task.dataset.tolerance);
     let mut starts = (dossier(candidate.definition.kind).starts)(&element, glance);
-    starts.extend(balanced_start(task, base, candidate));
+    starts.extend(balanced.and_then(|found| balanced_start(found, candidate)));
     let mut begun: Vec<(f64, Model, Vec<f64>)> = starts
         .into_iter()
         .take_while(|_| !task.budget.is_over(Stage::Screen))
@@ -321,16 +325,15 @@ fn screen(
         .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
 }
 
-/// Values of a candidate beside `base` that a balance of forces gives.
-fn balanced_start(task: &Task<'_>, base: &Scored, candidate: Candidate) -> Option<Vec<f64>> {
-    let causes: Vec<Candidate> = base.causes.iter().copied().chain([candidate]).collect();
-    let values = task.inverse.as_ref()?.weigh(&causes)?.values.pop()?;
+/// Values of a candidate, the last cause of a balance of forces, if a fit may begin there.
+fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
+    let values = found.values.last()?;
     let parameters = candidate.definition.parameters;
     let is_within = |(value, parameter): (&f64, &Parameter)| {
         let (low, high) = parameter.bounds;
         value.is_finite() && (low..=high).contains(value) && Some(*value) != parameter.null
     };
-    values.iter().zip(parameters).all(is_within).then_some(values)
+    values.iter().zip(parameters).all(is_within).then(|| values.clone())
 }
 
 /// Whether two starts of a candidate are so close that fits from both end at the same point.

@@ -78,7 +78,7 @@ impl<'a> Element<'a> {
 
 /// Rows by which a command may act late and be no finding. It may be held for half a row, and timing is known
 /// to no better than half a row.
-pub(crate) const HELD_ROWS: f64 = 1.0;
+pub(crate) const LATE_ROWS: f64 = 1.0;
 
 /// What the records cover.
 #[derive(Clone, Copy, Debug)]
@@ -95,9 +95,9 @@ pub(crate) struct Seen {
 
 impl Seen {
     /// The same for a drive whose commands act this many rows after theirs; `None` if their instants are
-    /// known. What is later than [`HELD_ROWS`] in all is a finding.
+    /// known. What is later than [`LATE_ROWS`] in all is a finding.
     pub(crate) fn beside(self, late_rows: Option<f64>) -> Self {
-        Self { instant_s: late_rows.map_or(0.0, |rows| self.instant_s * (HELD_ROWS - rows)), ..self }
+        Self { instant_s: late_rows.map_or(0.0, |rows| self.instant_s * (LATE_ROWS - rows)), ..self }
     }
 
     /// Whether a command that is late by so much acts when others may act as well.

@@ -138,9 +138,14 @@ impl Halves {
     }
 }
 
-/// Sorts by weight, and names what decides most.
-pub(super) fn decisive(halves: &mut [Halves]) -> Option<String> {
+/// Puts the number that decides most first.
+pub(super) fn by_weight(mut halves: Vec<Halves>) -> Vec<Halves> {
     halves.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    halves
+}
+
+/// Names what decides most, the first of these.
+pub(super) fn decisive(halves: &[Halves]) -> Option<String> {
     let first = halves.first()?;
     if first.weight < DEVIATIONS {
         return Some("No number of these decides by itself whether it settles. ".into());
@@ -216,11 +221,11 @@ mod tests {
         let gain = Halves::of("kp", "", points(f64::from)).unwrap();
         let mass = Halves::of("mass", "kg", points(|i| f64::from(i % 32))).unwrap();
         assert_eq!(gain.cells(), ["kp", "32", "100.0 %", "0.0 %"]);
-        let mut both = vec![mass, gain];
-        let told = decisive(&mut both).unwrap();
+        let both = by_weight(vec![mass, gain]);
+        let told = decisive(&both).unwrap();
         assert_eq!(told, "kp matters most: below 32, 100.0 % settle; above it, 0.0 %. ");
         assert_eq!(both[1].key, "mass");
-        let told = decisive(&mut both[1..]).unwrap();
+        let told = decisive(&both[1..]).unwrap();
         assert!(told.starts_with("No number"), "{told}");
         assert!(Halves::of("kp", "", std::iter::once((1.0, true))).is_none());
     }

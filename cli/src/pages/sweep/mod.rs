@@ -148,7 +148,7 @@ impl Report<'_> {
             return None;
         }
         if self.axes.len() > 1 && self.is_random() {
-            return answer::decisive(&mut self.halves());
+            return answer::decisive(&self.halves());
         }
         let panels = Panels::of(&self.sweep.file);
         match panels.count() {
@@ -187,14 +187,15 @@ impl Report<'_> {
         self.axes.iter().all(|axis| axis.points.is_none())
     }
 
-    /// For each random number, how many variants come to rest on both sides of its middle.
+    /// For each random number, how many variants come to rest on both sides of its middle, the one that
+    /// decides most first.
     fn halves(&self) -> Vec<Halves> {
         let of = |axis: &DrawnAxis| {
             let at = self.table.reals(&axis.key)?;
             let points = at.into_iter().zip(&self.outcomes);
             Halves::of(&axis.key, &axis.unit, points.filter_map(|(at, name)| Some((at?, rests(name)?))))
         };
-        self.axes.iter().filter_map(of).collect()
+        answer::by_weight(self.axes.iter().filter_map(of).collect())
     }
 
     /// A table of the random numbers, the one that decides most first.
@@ -202,10 +203,8 @@ impl Report<'_> {
         if self.axes.len() < 2 || !self.is_random() || !self.sweep.file.keep.outcome {
             return;
         }
-        let mut halves = self.halves();
-        let _ = answer::decisive(&mut halves);
         page.heading("Which number decides");
-        let rows: Vec<Vec<String>> = halves.iter().map(Halves::cells).collect();
+        let rows: Vec<Vec<String>> = self.halves().iter().map(Halves::cells).collect();
         page.table(&["number", "middle", "settle below it", "settle above it"], &[1, 2, 3], &rows);
     }
 

@@ -5,6 +5,7 @@ mod chains;
 mod closed_loop;
 mod common;
 mod delays;
+mod feed_through;
 mod frf;
 mod linearise;
 mod loops;

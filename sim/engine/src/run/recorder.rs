@@ -54,14 +54,18 @@ impl<L: Lane> Recorder<L> {
     /// When the next signal for a delayed reading is due, s.
     #[inline(always)]
     pub(crate) fn next_take_s(&self) -> f64 {
-        let takes = self.readings.iter().flatten().map(Reading::next_s);
-        if self.any_delayed { takes.fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+        self.earliest_take(Reading::next_s)
     }
 
     /// When the first of these signals later than `t_s` is due, s; not later if that is not known yet.
     #[inline(always)]
     pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
-        let takes = self.readings.iter().flatten().map(|reading| reading.next_after_s(t_s));
+        self.earliest_take(|reading| reading.next_after_s(t_s))
+    }
+
+    #[inline(always)]
+    fn earliest_take(&self, of: impl Fn(&Reading<L>) -> f64) -> f64 {
+        let takes = self.readings.iter().flatten().map(of);
         if self.any_delayed { takes.fold(f64::INFINITY, earlier) } else { f64::INFINITY }
     }
 

@@ -130,17 +130,20 @@ impl<L: Lane, O> Sampler<L, O> {
     /// When the next signal for a delayed reading is due, s.
     #[inline(always)]
     pub fn next_take_s(&self) -> f64 {
-        let of = |reading: &Option<Reading<L>>| reading.as_ref().map_or(f64::INFINITY, Reading::next_s);
-        of(&self.readings[0]).min(of(&self.readings[1]))
+        self.earliest_take(Reading::next_s)
     }
 
     /// When the first of these signals later than `t_s` is due, s (see [`Reading::next_after_s`]).
     #[inline(always)]
     pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
-        let of = |reading: &Option<Reading<L>>| {
-            reading.as_ref().map_or(f64::INFINITY, |reading| reading.next_after_s(t_s))
-        };
-        of(&self.readings[0]).min(of(&self.readings[1]))
+        self.earliest_take(|reading| reading.next_after_s(t_s))
+    }
+
+    #[inline(always)]
+    fn earliest_take(&self, of: impl Fn(&Reading<L>) -> f64) -> f64 {
+        let [first, second] =
+            self.readings.each_ref().map(|reading| reading.as_ref().map_or(f64::INFINITY, &of));
+        first.min(second)
     }
 
     /// The signals that delayed readings take.

@@ -8,6 +8,7 @@ use crate::run::program::Program;
 use crate::sample::clock::{GapClock, due};
 use crate::sample::control_loop::ControlLoop;
 use crate::sample::drive::DriveChain;
+use crate::sample::sampler::Sampler;
 use crate::sample::sensing::Sensing;
 use crate::sample::servo_loop::ServoLoop;
 
@@ -79,15 +80,19 @@ impl<L: Lane> Sampling<L> {
     /// When the next signal for a delayed reading is due, s.
     #[inline(always)]
     pub(crate) fn next_take_s(&self) -> f64 {
-        let of = |control: &ControlLoop<L>| control.sampler.next_take_s();
-        if self.any_delayed { self.loops.iter().map(of).fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+        self.earliest_take(Sampler::next_take_s)
     }
 
     /// When the first of these signals later than `t_s` is due, s; not later if that is not known yet.
     #[inline(always)]
     pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
-        let of = |control: &ControlLoop<L>| control.sampler.take_after_s(t_s);
-        if self.any_delayed { self.loops.iter().map(of).fold(f64::INFINITY, earlier) } else { f64::INFINITY }
+        self.earliest_take(|sampler| sampler.take_after_s(t_s))
+    }
+
+    #[inline(always)]
+    fn earliest_take(&self, of: impl Fn(&Sampler<L>) -> f64) -> f64 {
+        let takes = self.loops.iter().map(|control| of(&control.sampler));
+        if self.any_delayed { takes.fold(f64::INFINITY, earlier) } else { f64::INFINITY }
     }
 
     /// The signals that delayed readings take.

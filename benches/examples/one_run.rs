@@ -1,6 +1,7 @@
 //! One run and nothing else, for instruction counters. `one_run M2 exact 8 2.0` steps M2 for two seconds in
 //! eight lanes. `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the hand-written loop.
-//! `chain-32` is a chain of 32 bodies. Prints the wall time.
+//! `chain-32` is a chain of 32 bodies, `force-loop` the loop with everything of a real one. Prints the wall
+//! time; a fifth argument repeats the run and prints medians.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -8,7 +9,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, run};
-use feeler_benches::machines::{FILTERED_LOOP, REFERENCES, chain};
+use feeler_benches::machines::{FILTERED_LOOP, FORCE_LOOP, REFERENCES, chain, load};
 use feeler_engine::{Integrator, Program, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
 
@@ -16,24 +17,32 @@ const STEP_S: f64 = 1e-4;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [machine, method, lanes, duration_s] = arguments.as_slice() else {
-        return Err("machine, method, lanes, seconds".into());
+    let [machine, method, lanes, duration_s, times @ ..] = arguments.as_slice() else {
+        return Err("machine, method, lanes, seconds, and how many times".into());
     };
+    let times = times.first().map_or(Ok(1), |times| times.parse())?;
     let duration_s: f64 = duration_s.parse()?;
     if let Some(name) = method.strip_prefix("hand-written-") {
         hand_written(machine, name, (duration_s * 1e3) as usize)
     } else if lanes == "8" {
-        simulate::<Pack<8>>(machine, method, duration_s)
+        simulate::<Pack<8>>(machine, method, duration_s, times)
     } else {
-        simulate::<f64>(machine, method, duration_s)
+        simulate::<f64>(machine, method, duration_s, times)
     }
 }
 
-fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(), Box<dyn std::error::Error>> {
+fn simulate<L: Lane>(
+    machine: &str,
+    method: &str,
+    duration_s: f64,
+    times: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
     let (integrator, _) =
         Integrator::ALL.into_iter().find(|(_, name)| *name == method).ok_or("no such integrator")?;
     let mut scenario = if let Some(bodies) = machine.strip_prefix("chain-") {
         chain(bodies.parse()?)?
+    } else if machine == "force-loop" {
+        load(FORCE_LOOP)?
     } else {
         let mut references = REFERENCES.iter().chain([&FILTERED_LOOP]);
         references
@@ -45,19 +54,27 @@ fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(),
         (integrator, STEP_S, duration_s);
     scenario.run.record.clear();
     let program = Program::new(&scenario)?;
-    let started = Instant::now();
-    let mut simulation = Simulation::<L>::new(vec![program; L::WIDTH])?;
-    let constructed = started.elapsed();
-    let begun = Instant::now();
-    simulation.run(&mut Unobserved)?;
-    let stepped = begun.elapsed();
     let per = |time: Duration, of: f64| 1e9 * time.as_secs_f64() / of / L::WIDTH as f64;
-    let stepping = per(stepped, 1e3 * duration_s);
+    let mut took = Vec::new();
+    for _ in 0..times {
+        let programs = vec![program.clone(); L::WIDTH];
+        let started = Instant::now();
+        let mut simulation = Simulation::<L>::new(programs)?;
+        let constructed = started.elapsed();
+        simulation.run(&mut Unobserved)?;
+        took.push([per(constructed, 1.0), per(started.elapsed() - constructed, 1e3 * duration_s)]);
+        black_box(simulation.steps());
+    }
+    let median = |which: usize| {
+        let mut all: Vec<f64> = took.iter().map(|took| took[which]).collect();
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    };
     println!(
-        "{:.0} ns of construction, {stepping:.1} ns per simulated millisecond, each of one variant",
-        per(constructed, 1.0)
+        "{:.0} ns of construction, {:.1} ns per simulated millisecond, each of one variant",
+        median(0),
+        median(1)
     );
-    black_box(simulation.steps());
     Ok(())
 }
 

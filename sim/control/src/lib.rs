@@ -52,7 +52,7 @@ pub use error::ControlError;
 pub use law::{AdmittanceGains, AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, READS};
 pub use linear::LinearLaw;
 pub use listing::{Line, Listing};
-pub use noise::Stream;
+pub use noise::{Draws, Stream};
 pub use reference::{Reference, ReferenceSpec};
 pub use spec::{Approach, ControllerSpec, LowPassSpec, NotchSpec};
 pub use timing::SampleClock;

@@ -6,67 +6,160 @@
 //! the order or the number of readings.
 //!
 //! The generator is `ChaCha` with 8 rounds (Bernstein, "`ChaCha`, a variant of Salsa20", 2008), read at a
-//! computed position: the same bits on every machine. Normal numbers use the platform's `ln`, `sin` and
+//! computed position: the same bits on every machine. Several positions are computed side by side, which
+//! generators that count on from one position do not offer. Normal numbers use the platform's `ln`, `sin` and
 //! `cos`, whose last bit may differ between platforms.
 
 use std::f64::consts::TAU;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use feeler_lanes::dispatch;
 
 /// Separates the keys of this project from other uses of the generator, and versions the layout below.
 const DOMAIN: u64 = u64::from_le_bytes(*b"feeler-1");
 
-/// 32-bit words per index: four for a pair of normals, two for a uniform, two spare for block alignment.
-const WORDS_PER_INDEX: u128 = 8;
+/// "expand 32-byte k", with which a block begins.
+const WORDS: [u32; 4] = [0x6170_7865, 0x3320_646e, 0x7962_2d32, 0x6b20_6574];
 
-/// Words of an index before its uniform number.
-const WORDS_BEFORE_UNIFORM: u128 = 4;
+/// Positions whose blocks are computed side by side: one AVX2 register of words.
+const ABREAST: usize = 8;
 
 /// The random numbers of one element.
 #[derive(Clone, Debug)]
 pub struct Stream {
-    key: [u8; 32],
+    key: [u32; 8],
 }
 
 impl Stream {
     /// The stream of element `name` (its full key, such as `sensors.force`) in a run with `seed`.
     pub fn new(seed: u64, name: &str) -> Self {
-        let mut key = [0; 32];
-        for (bytes, word) in key.chunks_exact_mut(8).zip([seed, fnv1a(name), name.len() as u64, DOMAIN]) {
-            bytes.copy_from_slice(&word.to_le_bytes());
+        let mut key = [0; 8];
+        for (words, long) in key.chunks_exact_mut(2).zip([seed, fnv1a(name), name.len() as u64, DOMAIN]) {
+            words.copy_from_slice(&[long as u32, (long >> 32) as u32]);
         }
         Self { key }
     }
 
     /// The standard normal number at `index`: mean 0, variance 1.
     pub fn normal_at(&self, index: u64) -> f64 {
-        let mut generator = self.at(index, 0);
-        normal_pair(generator.next_u64(), generator.next_u64())[0]
+        let [[a, b, _]] = self.drawn_at([index]);
+        normal_pair(a, b)[0]
     }
 
     /// The uniform number at `index`, in `[0, 1)`; independent of [`Self::normal_at`] at the same index.
     pub fn uniform_at(&self, index: u64) -> f64 {
-        unit_interval(self.at(index, WORDS_BEFORE_UNIFORM).next_u64())
+        let [[.., uniform]] = self.drawn_at([index]);
+        unit_interval(uniform)
     }
 
     /// Two independent standard normal numbers for each of `N` indices from `first` on; the first of each
     /// pair is [`Self::normal_at`].
     pub fn normal_pairs_from<const N: usize>(&self, first: u64) -> [[f64; 2]; N] {
-        let mut generator = self.at(first, 0);
-        std::array::from_fn(|_| {
-            let pair = normal_pair(generator.next_u64(), generator.next_u64());
-            // The uniform number and the spare words of this index.
-            generator.next_u64();
-            generator.next_u64();
-            pair
-        })
+        let mut pairs = [[0.0; 2]; N];
+        for (start, pairs) in (first..).step_by(ABREAST).zip(pairs.chunks_mut(ABREAST)) {
+            let drawn = self.drawn_at::<ABREAST>(std::array::from_fn(|i| start + i as u64));
+            pairs.iter_mut().zip(drawn).for_each(|(pair, [a, b, _])| *pair = normal_pair(a, b));
+        }
+        pairs
     }
 
-    fn at(&self, index: u64, word: u128) -> ChaCha8Rng {
-        let mut generator = ChaCha8Rng::from_seed(self.key);
-        generator.set_word_pos(u128::from(index) * WORDS_PER_INDEX + word);
-        generator
+    /// The bits of a pair of normals and of a uniform number at each index. An index has half a block.
+    fn drawn_at<const N: usize>(&self, indices: [u64; N]) -> [[u64; 3]; N] {
+        let words = dispatch(
+            #[inline(always)]
+            || blocks(&self.key, indices.map(|index| index / 2)),
+        );
+        std::array::from_fn(|i| {
+            let half = (indices[i] % 2) as usize * 8;
+            [0, 2, 4].map(|at| u64::from(words[half + at][i]) | u64::from(words[half + at + 1][i]) << 32)
+        })
+    }
+}
+
+/// The normal numbers of a stream for one reader. Readers follow clocks, so the numbers of the next instants
+/// are drawn together. They are those of [`Stream::normal_at`] whatever the instants.
+#[derive(Clone, Debug)]
+pub struct Draws {
+    stream: Stream,
+    /// Index and number of the next instants, if they keep their distance.
+    ahead: [(u64, f64); ABREAST],
+    /// The next of these.
+    next: usize,
+    /// Index of the last instant, and its distance from the one before.
+    last: u64,
+    distance: u64,
+}
+
+impl Draws {
+    /// The numbers of a stream.
+    pub fn new(stream: Stream) -> Self {
+        Self { stream, ahead: [(0, 0.0); ABREAST], next: ABREAST, last: 0, distance: 0 }
+    }
+
+    /// The standard normal number at `index`.
+    #[inline(always)]
+    pub fn normal_at(&mut self, index: u64) -> f64 {
+        let normal = match self.ahead.get(self.next) {
+            Some((known, normal)) if *known == index => {
+                self.next += 1;
+                *normal
+            }
+            _ => self.draw(index),
+        };
+        self.last = index;
+        normal
+    }
+
+    #[cold]
+    fn draw(&mut self, index: u64) -> f64 {
+        let distance = index.wrapping_sub(self.last);
+        let is_even = distance == self.distance;
+        self.distance = distance;
+        if !is_even {
+            self.next = ABREAST;
+            return self.stream.normal_at(index);
+        }
+        let indices: [u64; ABREAST] =
+            std::array::from_fn(|i| index.wrapping_add(distance.wrapping_mul(i as u64)));
+        let drawn = self.stream.drawn_at(indices);
+        self.ahead = std::array::from_fn(|i| (indices[i], normal_pair(drawn[i][0], drawn[i][1])[0]));
+        self.next = 1;
+        self.ahead[0].1
+    }
+}
+
+/// A block of the generator at each counter, word by word.
+#[inline(always)]
+fn blocks<const N: usize>(key: &[u32; 8], counters: [u64; N]) -> [[u32; N]; 16] {
+    let mut start = [[0; N]; 16];
+    for (row, word) in start.iter_mut().zip(WORDS.iter().chain(key)) {
+        *row = [*word; N];
+    }
+    start[12] = counters.map(|counter| counter as u32);
+    start[13] = counters.map(|counter| (counter >> 32) as u32);
+    let mut words = start;
+    for _ in 0..4 {
+        for i in 0..4 {
+            quarter_round(&mut words, [i, 4 + i, 8 + i, 12 + i]);
+        }
+        for i in 0..4 {
+            quarter_round(&mut words, [i, 4 + (i + 1) % 4, 8 + (i + 2) % 4, 12 + (i + 3) % 4]);
+        }
+    }
+    for (row, start) in words.iter_mut().zip(&start) {
+        for (word, start) in row.iter_mut().zip(start) {
+            *word = word.wrapping_add(*start);
+        }
+    }
+    words
+}
+
+#[inline(always)]
+fn quarter_round<const N: usize>(words: &mut [[u32; N]; 16], [a, b, c, d]: [usize; 4]) {
+    for (to, other, turned, bits) in [(a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)] {
+        for i in 0..N {
+            words[to][i] = words[to][i].wrapping_add(words[other][i]);
+            words[turned][i] = (words[turned][i] ^ words[to][i]).rotate_left(bits);
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Random streams and sample clocks.
 
-use feeler_control::{ControllerSpec, Law, SampleClock, Stream};
+use feeler_control::{ControllerSpec, Draws, Law, SampleClock, Stream};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 const DRAWS: u64 = 100_000;
 
@@ -24,6 +26,40 @@ fn regress_draws_are_the_same_on_every_machine() {
             "index {index}: {:?}",
             stream.normal_at(index)
         );
+    }
+}
+
+/// The bits of the uniform number are words 4 and 5 of the eight of an index, as an independent generator
+/// counts them.
+#[test]
+fn truth_bits_are_those_of_chacha_with_eight_rounds() {
+    let mut key = [0; 32];
+    let name = "sensors.force";
+    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    let words = [7, hash, name.len() as u64, u64::from_le_bytes(*b"feeler-1")];
+    key.chunks_exact_mut(8).zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
+    let mut peer = ChaCha8Rng::from_seed(key);
+    let stream = Stream::new(7, name);
+    for index in (0..200).chain([1 << 33, (1 << 40) + 1, u64::MAX - 1, u64::MAX]) {
+        peer.set_word_pos(u128::from(index) * 8 + 4);
+        let uniform = (peer.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        assert_eq!(stream.uniform_at(index).to_bits(), uniform.to_bits(), "index {index}");
+    }
+}
+
+/// Even distances, repeated readings, jumps back and changes of distance.
+#[test]
+fn prop_numbers_drawn_ahead_are_those_of_their_index() {
+    let stream = Stream::new(4, "sensors.force");
+    let mut draws = Draws::new(stream.clone());
+    let even = (0..50).map(|k| k * 1_000_000_000);
+    let halves = (0..40).map(|k| 50_000_000_000 + k * 500_000_000);
+    let odd = (0..200).map(|k: u64| k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (k % 7));
+    let repeated = (0..30).map(|k| 7 * (k / 3));
+    for index in even.chain(halves).chain(odd).chain(repeated).chain([u64::MAX - 1, u64::MAX, 0, 1, 2, 3]) {
+        assert_eq!(draws.normal_at(index).to_bits(), stream.normal_at(index).to_bits(), "index {index}");
     }
 }
 

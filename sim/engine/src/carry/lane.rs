@@ -229,6 +229,9 @@ impl LaneCore {
         let mut event = None;
         if push.is_none() {
             for (i, guard) in flow.equations.guards.iter().enumerate() {
+                if self.series.stays_positive(&guard.row, xi, flow.width, h) {
+                    continue;
+                }
                 let polynomial = self.series.functional(&guard.row, xi, flow.width);
                 if let Some(s) = polynomial.first_crossing(h, || flow.slope_size(&guard.row, xi))
                     && (event.is_none() || s < h)

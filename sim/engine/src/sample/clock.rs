@@ -7,6 +7,7 @@ use feeler_plant::description::Profile;
 pub const SAME_INSTANT_S: f64 = 1e-12;
 
 /// Whether an instant is due at `t_s`.
+#[inline(always)]
 pub fn due(instant_s: f64, t_s: f64) -> bool {
     instant_s <= t_s + SAME_INSTANT_S
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use feeler_control::Stream;
+use feeler_control::{Draws, Stream};
 use feeler_lanes::Lane;
 use feeler_plant::assembly::Drive;
 
@@ -18,8 +18,8 @@ pub struct DriveChain<L> {
     gain: L,
     /// Infinite if the limit applies to the force after its dynamics.
     limit: L,
-    /// Standard deviation of the noise on each command, and its random stream; `None` without noise.
-    noise: Option<(L, Stream)>,
+    /// Standard deviation of the noise on each command, and its random numbers; `None` without noise.
+    noise: Option<(L, Draws)>,
     /// Commands in transit: arrival time and value.
     pending: VecDeque<(f64, L)>,
     /// The command as the controllers issued it.
@@ -40,7 +40,7 @@ impl<L: Lane> DriveChain<L> {
             limit: number(&|drive| of(drive, f64::INFINITY, drive.held_limit())),
             noise: of_lane.iter().any(|drive| drive.noise > 0.0).then(|| {
                 let stream = Stream::new(seed, &format!("actuators.{}", of_lane[0].name));
-                (number(&|drive| drive.noise), stream)
+                (number(&|drive| drive.noise), Draws::new(stream))
             }),
             pending: VecDeque::new(),
             command: L::zero(),
@@ -50,8 +50,8 @@ impl<L: Lane> DriveChain<L> {
     /// Takes a new command at `t_s`. Returns the command on which the drive now acts, unless it is delayed.
     pub fn issue(&mut self, t_s: f64, command: L) -> Option<L> {
         self.command = command;
-        let command = match &self.noise {
-            Some((sigma, stream)) => command + *sigma * L::splat(stream.normal_at(noise_index(t_s))),
+        let command = match &mut self.noise {
+            Some((sigma, draws)) => command + *sigma * L::splat(draws.normal_at(noise_index(t_s))),
             None => command,
         };
         if self.delay_s > 0.0 {

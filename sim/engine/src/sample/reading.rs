@@ -1,5 +1,6 @@
 //! A sensor as read by a controller or a recorder.
 
+use feeler_control::Draws;
 use feeler_lanes::Lane;
 
 use crate::run::wanted::Tapped;
@@ -13,6 +14,7 @@ pub(crate) struct Reading<L> {
     tapped: Tapped,
     /// Where the sensor is delayed.
     tap: Option<Tap<L>>,
+    draws: Draws,
 }
 
 impl<L: Lane> Reading<L> {
@@ -20,7 +22,7 @@ impl<L: Lane> Reading<L> {
     pub(crate) fn new(tapped: Tapped, sensors: &[Sensing<L>], first_s: f64) -> Self {
         let delay_s = sensors[tapped.sensor].delay_s;
         let tap = (delay_s > 0.0).then(|| Tap::new(tapped.signal, delay_s, first_s));
-        Self { tapped, tap }
+        Self { tapped, tap, draws: sensors[tapped.sensor].draws() }
     }
 
     pub(crate) fn is_delayed(&self) -> bool {
@@ -60,6 +62,6 @@ impl<L: Lane> Reading<L> {
             Some(tap) => tap.pop(),
             None => signals[self.tapped.signal],
         };
-        sensors[self.tapped.sensor].read(t_s, signal)
+        sensors[self.tapped.sensor].read_ahead(t_s, signal, &mut self.draws)
     }
 }

@@ -1,6 +1,6 @@
 //! From the filtered signal of a sensor to the number that a controller or a recorder reads.
 
-use feeler_control::Stream;
+use feeler_control::{Draws, Stream};
 use feeler_lanes::Lane;
 use feeler_plant::assembly::SensorPart;
 
@@ -8,6 +8,7 @@ use feeler_plant::assembly::SensorPart;
 const PICOSECONDS: f64 = 1e12;
 
 /// Index of the noise value of an instant.
+#[inline(always)]
 pub(crate) fn noise_index(t_s: f64) -> u64 {
     (t_s * PICOSECONDS).round() as u64
 }
@@ -46,12 +47,32 @@ impl<L: Lane> Sensing<L> {
 
     /// The reading at `t_s` of a (delayed, filtered) signal.
     pub fn read(&self, t_s: f64, signal: L) -> L {
+        self.read_with(signal, || self.stream.normal_at(noise_index(t_s)))
+    }
+
+    /// The same with the numbers that one reader has drawn ahead.
+    #[inline(always)]
+    pub(crate) fn read_ahead(&self, t_s: f64, signal: L, draws: &mut Draws) -> L {
+        self.read_with(signal, || draws.normal_at(noise_index(t_s)))
+    }
+
+    /// The numbers of its noise for one reader.
+    pub(crate) fn draws(&self) -> Draws {
+        Draws::new(self.stream.clone())
+    }
+
+    #[inline(always)]
+    fn read_with(&self, signal: L, normal: impl FnOnce() -> f64) -> L {
         let mut reading = self.gain * signal + self.bias;
         if self.noisy {
-            reading += self.noise * L::splat(self.stream.normal_at(noise_index(t_s)));
+            reading += self.noise * L::splat(normal());
         }
         for &step in &self.resolutions {
-            reading = reading.zip(step, |x, q| if q > 0.0 { (x / q).round() * q } else { x });
+            reading = reading.zip(
+                step,
+                #[inline(always)]
+                |x, q| if q > 0.0 { (x / q).round() * q } else { x },
+            );
         }
         reading
     }

@@ -63,6 +63,7 @@ impl<L: Lane> Tap<L> {
     }
 
     /// The signal for the next reading.
+    #[inline(always)]
     pub fn pop(&mut self) -> L {
         if self.initial_left > 0 {
             self.initial_left -= 1;

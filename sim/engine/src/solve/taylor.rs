@@ -44,7 +44,7 @@ impl Series {
         self.states = n;
         self.stride = stride;
         self.rate = flow.rate;
-        let expected = terms(flow.rate * span_s);
+        let reach = flow.rate * span_s;
         self.terms = MOST_TERMS;
         self.coefficients.resize(stride * MOST_TERMS, 0.0);
         self.coefficients[..n].copy_from_slice(&xi[..n]);
@@ -52,6 +52,8 @@ impl Series {
         self.sizes.clear();
         self.sizes.extend(xi[..n].iter().map(|x| x.abs()));
         let mut power = 1.0;
+        // Bound of a term by the norm alone, and whether it has been negligible.
+        let (mut bound, mut is_enough) = (1.0, false);
         for k in 1..MOST_TERMS {
             let (known, next) = self.coefficients.split_at_mut(k * stride);
             let next = &mut next[..stride];
@@ -81,7 +83,9 @@ impl Series {
                 is_negligible &= term <= REMAINDER * *size;
                 *size += term;
             }
-            if k + 1 >= expected && is_negligible {
+            bound *= reach / k as f64;
+            is_enough |= bound < REMAINDER;
+            if is_enough && is_negligible {
                 self.terms = k + 1;
                 break;
             }
@@ -104,13 +108,35 @@ impl Series {
         }
     }
 
+    /// Whether a linear functional surely stays positive up to `span_s`, at most the span of the expansion:
+    /// it starts above the sum of the magnitudes of all its terms, and above the trace of an event.
+    pub(crate) fn stays_positive(&self, row: &[f64], xi: &[f64], width: usize, span_s: f64) -> bool {
+        let n = self.states;
+        let (mut start, mut size, mut swing) = (0.0, 0.0, 0.0);
+        for (j, (r, x)) in row[..width].iter().zip(&xi[..width]).enumerate() {
+            start += r * x;
+            size += (r * x).abs();
+            if j < n {
+                swing += r.abs() * (self.sizes[j] - x.abs());
+            }
+        }
+        start > (1.0 + AT_ZERO + AT_ZERO_S / span_s) * swing + 2.0 * AT_ZERO * size
+    }
+
     /// The polynomial of a linear functional of states and held inputs.
     pub(crate) fn functional(&self, row: &[f64], xi: &[f64], width: usize) -> Polynomial {
         let n = self.states;
         let mut polynomial =
             Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0, rate: self.rate };
-        for (k, c) in polynomial.c[..self.terms].iter_mut().enumerate() {
-            *c = row[..n].iter().zip(&self.coefficients[k * self.stride..]).map(|(r, x)| r * x).sum();
+        // Most rows hold one or two states.
+        for (j, r) in row[..n].iter().enumerate().filter(|(_, r)| **r != 0.0) {
+            for (c, of_power) in polynomial
+                .c
+                .iter_mut()
+                .zip(self.coefficients[..self.terms * self.stride].chunks_exact(self.stride))
+            {
+                *c += r * of_power[j];
+            }
         }
         for (r, x) in row[..width].iter().zip(&xi[..width]) {
             polynomial.size += (r * x).abs();
@@ -118,18 +144,6 @@ impl Series {
         polynomial.c[0] += row[n..width].iter().zip(&xi[n..width]).map(|(r, u)| r * u).sum::<f64>();
         polynomial
     }
-}
-
-/// Terms needed for a remainder below [`REMAINDER`] at `z = rate * span`.
-fn terms(z: f64) -> usize {
-    let mut term = 1.0;
-    for k in 1..MOST_TERMS {
-        term *= z / k as f64;
-        if term < REMAINDER {
-            return k + 1;
-        }
-    }
-    MOST_TERMS
 }
 
 /// A guard along the motion.
@@ -166,7 +180,7 @@ impl Polynomial {
     /// it has already crossed. `slope_size` gives the sum of the magnitudes of the parts of its slope at
     /// zero. It is called if the sign of that slope may be rounding.
     pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
-        let start = self.at(0.0);
+        let start = self.c[0];
         let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
         if start < -trace {
             return Some(0.0);
@@ -200,7 +214,7 @@ impl Polynomial {
 
     /// The largest value in `[0, span]`, and its instant.
     pub(crate) fn largest(&self, span: f64) -> (f64, f64) {
-        let mut best = (0.0, self.at(0.0));
+        let mut best = (0.0, self.c[0]);
         let mut evaluate = |s: f64| {
             let value = self.at(s);
             if value > best.1 {
@@ -252,7 +266,7 @@ impl Polynomial {
 
     /// Whether the sum of its terms may exceed a level.
     pub(crate) fn may_exceed(&self, level: f64, span: f64) -> bool {
-        self.at(0.0) + self.swing(span) > level
+        self.c[0] + self.swing(span) > level
     }
 
     /// Sum of the magnitudes of all terms but the first at the end of a span: an upper bound on the change of

@@ -128,12 +128,13 @@ impl<L: Lane> Carrier<L> {
             self.go_alone(lanes, span_s);
             return Ok(());
         }
-        // Usually the same span as last time: a comparison is cheaper than rounding.
+        // Usually the same span as last time, or one of a few: comparisons are cheaper than rounding.
         let until_note_s = note_s.map(|note_s| note_s - lanes.t_s);
-        if let Some(last) = self.transitions.get(self.last_transition)
-            && last.is_over(span_s, until_note_s)
-        {
-            return self.travel(lanes, self.last_transition);
+        let is_over = |known: &Transition<L>| known.is_over(span_s, until_note_s);
+        let last = Some(self.last_transition).filter(|&i| self.transitions.get(i).is_some_and(is_over));
+        if let Some(index) = last.or_else(|| self.transitions.iter().position(is_over)) {
+            self.last_transition = index;
+            return self.travel(lanes, index);
         }
         let (span_fs, note_fs) = (in_femtoseconds(span_s), until_note_s.map(in_femtoseconds));
         let is_known = |known: &Transition<L>| known.span_fs == span_fs && known.note_fs == note_fs;

@@ -49,6 +49,7 @@ impl<L: Lane> Reading<L> {
 
     /// Takes the signal for every later reading that needs it now; `instant_of(k)` is the time of reading
     /// `k`.
+    #[inline(always)]
     pub(crate) fn take(&mut self, t_s: f64, signals: &[L], instant_of: impl Fn(u64) -> f64) {
         if let Some(tap) = &mut self.tap {
             tap.take(t_s, signals[tap.signal], instant_of);

@@ -121,6 +121,7 @@ impl<L: Lane, O> Sampler<L, O> {
     }
 
     /// Takes the signals that delayed readings will need.
+    #[inline(always)]
     pub fn take_delayed(&mut self, t_s: f64, signals: &[L]) {
         for reading in self.readings.iter_mut().flatten() {
             reading.take(t_s, signals, |k| self.clock.sample_time_s(k));

@@ -44,6 +44,7 @@ impl<L: Lane> Tap<L> {
 
     /// Takes the signal for every reading that needs it at `t_s`; `instant_of(k)` is the time of reading `k`.
     /// Before the start the signal has its initial value.
+    #[inline(always)]
     pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
         let before = self.count;
         if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {

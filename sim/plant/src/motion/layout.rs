@@ -113,6 +113,7 @@ impl Layout {
     }
 
     /// Number of states.
+    #[inline]
     pub fn states(&self) -> usize {
         self.states
     }
@@ -124,6 +125,7 @@ impl Layout {
     }
 
     /// Position of the input of drive `i`.
+    #[inline]
     pub fn input(&self, i: usize) -> usize {
         self.states + i
     }
@@ -134,6 +136,7 @@ impl Layout {
     }
 
     /// Number of states, inputs and the constant: the extended vector of a linear mode.
+    #[inline]
     pub fn linear_width(&self) -> usize {
         self.states + self.inputs + 1
     }
@@ -149,6 +152,7 @@ impl Layout {
     }
 
     /// The state of the ramping command of a drive.
+    #[inline]
     pub fn ramp(&self, drive: usize) -> Option<usize> {
         self.drives[drive].ramp
     }

@@ -101,6 +101,7 @@ impl Motion {
     }
 
     /// Positions in the extended vector.
+    #[inline]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }

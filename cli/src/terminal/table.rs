@@ -1,26 +1,40 @@
 //! Tables for the terminal.
 
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width, presets};
 
 /// Narrower terminals do not wrap cells.
 const LEAST_WIDTH: u16 = 60;
+/// Blanks on both sides of a cell.
+const PADDING: usize = 2;
 
-/// A table without lines, with numbers of the named columns to the right.
+/// A table without lines, with numbers of the named columns to the right. In a terminal it is as wide as that
+/// at most.
 pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let rows: Vec<Vec<String>> = rows.into_iter().collect();
+    // A terminal that reports a width of a few characters is wrong.
+    let width = Table::new().width().filter(|width| *width >= LEAST_WIDTH);
+    arranged(header, right, &rows, width)
+}
+
+/// The same within a width, or as wide as its content.
+fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Option<u16>) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    // A terminal that reports a width of a few characters is wrong.
-    let fits = table.width().is_some_and(|width| width >= LEAST_WIDTH);
-    table.set_content_arrangement(if fits {
-        ContentArrangement::Dynamic
-    } else {
-        ContentArrangement::Disabled
-    });
+    table.set_content_arrangement(ContentArrangement::Disabled);
     if !header.is_empty() {
         table.set_header(header.iter().copied());
     }
     for row in rows {
         table.add_row(row);
+    }
+    if let Some(width) = width {
+        table.set_width(width);
+        table.set_content_arrangement(ContentArrangement::Dynamic);
+        for (column, least) in unbroken(header, rows, usize::from(width)) {
+            if let Some(column) = table.column_mut(column) {
+                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(least)));
+            }
+        }
     }
     for &column in right {
         if let Some(column) = table.column_mut(column) {
@@ -28,4 +42,45 @@ pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<It
         }
     }
     table.to_string().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
+/// The columns of single words (keys, numbers) of a table that must be wrapped, with the widths that keep
+/// these whole. Empty if other columns would have no room for their own words.
+fn unbroken(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, u16)> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or_default().max(header.len());
+    let size = |text: &str| text.chars().count();
+    let word = |text: &str| text.split_whitespace().map(size).max().unwrap_or_default();
+    let (mut natural, mut least) = (0, 0);
+    let mut single = Vec::new();
+    for column in 0..columns {
+        let head = header.get(column).copied().unwrap_or_default();
+        let cells = || rows.iter().filter_map(|row| row.get(column)).map(String::as_str);
+        let texts = || cells().chain([head]);
+        let longest_word = texts().map(word).max().unwrap_or_default() + PADDING;
+        natural += texts().map(size).max().unwrap_or_default() + PADDING;
+        least += longest_word;
+        if cells().all(|cell| word(cell) == size(cell)) {
+            single.extend(u16::try_from(longest_word).ok().map(|wide| (column, wide)));
+        }
+    }
+    if natural > width && least <= width { single } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 110 columns in 80: the text is wrapped, and no key is broken.
+    #[test]
+    fn truth_a_wide_table_wraps_its_text_and_keeps_its_keys_whole() {
+        let key = "springs.transmission.stiffness";
+        let text = "the first limit of the gain comes from a mode at which motor and tip move apart";
+        let rows = [vec![key.to_owned(), "1200000".to_owned(), text.to_owned()]];
+        let header = ["number", "value that it has", "why"];
+        let narrow = arranged(&header, &[1], &rows, Some(80));
+        assert!(narrow.lines().all(|line| line.chars().count() <= 80), "{narrow}");
+        assert!(narrow.contains(key) && narrow.contains("1200000"), "{narrow}");
+        let wide = arranged(&header, &[1], &rows, None);
+        assert!(wide.contains(text) && wide.lines().count() == 2, "{wide}");
+    }
 }

@@ -123,8 +123,8 @@ fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
     if arguments.as_sweep || summary.energy.is_some() {
         return "";
     }
-    "\nThe energies are left out: powers would have to be followed through every swing of the fastest \
-     motion.\n"
+    "\nThe energies are left out: powers would have to be followed through every oscillation of the \
+     fastest motion.\n"
 }
 
 fn read(arguments: &Run) -> crate::Result<Draft> {

@@ -441,6 +441,7 @@ fn truth_an_undecided_run_says_where_its_force_is() {
     let mean = 10.0 + summary["response"]["steady_error_n"].as_f64().unwrap();
     let swings = summary["verdict"]["amplitudes_n"][2].as_f64().unwrap();
     // Four digits.
-    let told = format!("So far the force is {mean:.2} N at the end, and swings by {:.1} mN", 1e3 * swings);
+    let told =
+        format!("So far the force is {mean:.2} N at the end, and oscillates by {:.1} mN", 1e3 * swings);
     assert!(said.out.contains(&told), "{told}: {}", said.out);
 }

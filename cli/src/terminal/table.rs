@@ -54,7 +54,7 @@ fn unbroken(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, 
     let mut single = Vec::new();
     for column in 0..columns {
         let head = header.get(column).copied().unwrap_or_default();
-        let cells = || rows.iter().filter_map(|row| row.get(column)).map(String::as_str);
+        let cells = || rows.iter().filter_map(move |row| row.get(column)).map(String::as_str);
         let texts = || cells().chain([head]);
         let longest_word = texts().map(word).max().unwrap_or_default() + PADDING;
         natural += texts().map(size).max().unwrap_or_default() + PADDING;

@@ -116,9 +116,10 @@ fn delays(scenario: &Scenario) -> String {
 }
 
 fn text(report: &Report) -> String {
-    let mut parts: Vec<String> = pages::analyze::as_set(report).into_iter().collect();
+    let mut parts: Vec<String> =
+        pages::analyze::as_set(report).map(|sentence| terminal::wrapped(&sentence)).into_iter().collect();
     parts.extend([
-        pages::analyze::sentences(report).join("\n"),
+        terminal::wrapped(&pages::analyze::sentences(report).join("\n")),
         pages::analyze::subject(report),
         roots(report),
     ]);

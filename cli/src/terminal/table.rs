@@ -11,9 +11,12 @@ const PADDING: usize = 2;
 /// at most.
 pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let rows: Vec<Vec<String>> = rows.into_iter().collect();
-    // A terminal that reports a width of a few characters is wrong.
-    let width = Table::new().width().filter(|width| *width >= LEAST_WIDTH);
-    arranged(header, right, &rows, width)
+    arranged(header, right, &rows, terminal_width())
+}
+
+/// Width of the terminal; `None` if there is none. One that reports a width of a few characters is wrong.
+pub(super) fn terminal_width() -> Option<u16> {
+    Table::new().width().filter(|width| *width >= LEAST_WIDTH)
 }
 
 /// The same within a width, or as wide as its content.

@@ -49,7 +49,7 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     if is_unstable(report, gain) {
         let beyond = limit.filter(|limit| gain.present > *limit).map_or_else(String::new, |limit| {
             let over = 100.0 * (gain.present / limit - 1.0);
-            format!(": {} % above the limit of {}{by}{swings}", plain(over), plain(limit))
+            format!(": {} % above the limit of {}{by}{swings}", plain(two_digits(over)), plain(limit))
         });
         return Some(format!("{set} is unstable{beyond}."));
     }

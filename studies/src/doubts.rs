@@ -328,8 +328,8 @@ reference = 20.0
         assert_eq!(gap("0.001"), Vec::<String>::new());
         // 1 mm of 100 kN/m.
         let inside = Document::parse(&AXIS.replace("damping = 120.0", "damping = 120.0\ngap = -0.001"), "it");
-        let said = &doubts(&inside.unwrap().scenario)[0].message;
-        assert!(said.ends_with("a push of 100 N"), "{said}");
+        let found = doubts(&inside.unwrap().scenario);
+        assert!(found[0].message.ends_with("a push of 100 N"), "{found:?}");
     }
 
     /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.

@@ -47,8 +47,8 @@ fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Optio
     table.to_string().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
 
-/// The columns of single words (keys, numbers) of a table that must be wrapped, with the widths that keep
-/// these whole. Empty if other columns would have no room for their own words.
+/// The columns of a table that must be wrapped whose longest cell is a single word (a key, a number), with the
+/// widths that keep it whole. Empty if other columns would have no room for their own words.
 fn unbroken(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, u16)> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default().max(header.len());
     let size = |text: &str| text.chars().count();
@@ -62,7 +62,7 @@ fn unbroken(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, 
         let longest_word = texts().map(word).max().unwrap_or_default() + PADDING;
         natural += texts().map(size).max().unwrap_or_default() + PADDING;
         least += longest_word;
-        if cells().all(|cell| word(cell) == size(cell)) {
+        if cells().map(word).max() == cells().map(size).max() {
             single.extend(u16::try_from(longest_word).ok().map(|wide| (column, wide)));
         }
     }

@@ -33,9 +33,9 @@ fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Optio
     if let Some(width) = width {
         table.set_width(width);
         table.set_content_arrangement(ContentArrangement::Dynamic);
-        for (column, least) in unbroken(header, rows, usize::from(width)) {
+        for (column, fixed) in fixed_widths(header, rows, usize::from(width)) {
             if let Some(column) = table.column_mut(column) {
-                column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(least)));
+                column.set_constraint(ColumnConstraint::Absolute(Width::Fixed(fixed)));
             }
         }
     }
@@ -47,26 +47,43 @@ fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Optio
     table.to_string().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
 
-/// The columns of a table that must be wrapped whose longest cell is a single word (a key, a number), with the
-/// widths that keep it whole. Empty if other columns would have no room for their own words.
-fn unbroken(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, u16)> {
+/// Widths that a column needs, with its padding.
+struct Needs {
+    /// For header and cells in one line each.
+    lines: usize,
+    /// For cells in one line and a header between words.
+    cells: usize,
+    /// For whole words.
+    words: usize,
+}
+
+/// Widths of columns of a table that must be wrapped. They keep the cells of all but the widest column in one
+/// line, else those of keys and numbers. Empty if even words have no room.
+fn fixed_widths(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, u16)> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default().max(header.len());
     let size = |text: &str| text.chars().count();
     let word = |text: &str| text.split_whitespace().map(size).max().unwrap_or_default();
-    let (mut natural, mut least) = (0, 0);
-    let mut single = Vec::new();
-    for column in 0..columns {
+    let needs_of = |column: usize| {
         let head = header.get(column).copied().unwrap_or_default();
         let cells = || rows.iter().filter_map(move |row| row.get(column)).map(String::as_str);
-        let texts = || cells().chain([head]);
-        let longest_word = texts().map(word).max().unwrap_or_default() + PADDING;
-        natural += texts().map(size).max().unwrap_or_default() + PADDING;
-        least += longest_word;
-        if cells().map(word).max() == cells().map(size).max() {
-            single.extend(u16::try_from(longest_word).ok().map(|wide| (column, wide)));
-        }
+        // An empty column has a blank.
+        let cell = cells().map(size).max().unwrap_or_default().max(1);
+        let words = cells().map(word).max().unwrap_or_default().max(word(head)).max(1);
+        let (lines, cells) = (cell.max(size(head)), cell.max(word(head)));
+        Needs { lines: lines + PADDING, cells: cells + PADDING, words: words + PADDING }
+    };
+    let needs: Vec<Needs> = (0..columns).map(needs_of).collect();
+    let widest = (0..columns).max_by_key(|&column| needs[column].cells).unwrap_or_default();
+    let sum = |of: &dyn Fn(usize) -> usize| (0..columns).map(of).sum::<usize>();
+    if sum(&|column| needs[column].lines) <= width || sum(&|column| needs[column].words) > width {
+        return Vec::new();
     }
-    if natural > width && least <= width { single } else { Vec::new() }
+    let all_but_widest = |i: usize| if i == widest { needs[i].words } else { needs[i].cells };
+    let is_kept = |i: usize| {
+        if sum(&all_but_widest) <= width { i != widest } else { needs[i].cells == needs[i].words }
+    };
+    let kept = (0..columns).filter(|&i| is_kept(i));
+    kept.filter_map(|i| Some((i, u16::try_from(needs[i].cells).ok()?))).collect()
 }
 
 #[cfg(test)]

@@ -246,7 +246,9 @@ fn uncertain() -> Vec<Uncertain> {
 /// The same with a guide of unknown friction.
 fn with_friction() -> Vec<Uncertain> {
     let key = "springs.guide.effects.coulomb-friction.level".to_owned();
-    [uncertain(), vec![Uncertain { key, value: 3.0, interval: [0.0, 6.0] }]].concat()
+    let mut all = uncertain();
+    all.insert(1, Uncertain { key, value: 3.0, interval: [0.0, 6.0] });
+    all
 }
 
 /// Tuned on some draws, it comes to rest on those and on as many others of the same intervals. Prints a row

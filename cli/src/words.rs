@@ -279,7 +279,7 @@ fn so_far(summary: &Summary, units: Units) -> String {
     let mean = response.final_reference_n.zip(response.steady_error_n).map(|(wanted, error)| wanted + error);
     mean.filter(|mean| (mean + swings).is_finite()).map_or_else(String::new, |mean| {
         let [mean, swings] = [mean, swings].map(|force| with_unit(force, units.force));
-        format!(" So far the force is {mean} at the end, and swings by {swings} either way.")
+        format!(" So far the force is {mean} at the end, and oscillates by {swings} either way.")
     })
 }
 

@@ -164,12 +164,17 @@ impl fmt::Display for AttemptOutcome {
                 f.write_str("its fitted value leaves no effect of its kind (nearly zero, or out of range)")
             }
             Self::TooLittle { gained_nats, needed_nats } => {
-                write!(f, "gains {gained_nats:.0} nats on the check experiments; {needed_nats:.0} are needed")
+                write!(
+                    f,
+                    "gains log odds of {gained_nats:.0} on the check experiments; {needed_nats:.0} are needed"
+                )
             }
             Self::AsMuch => f.write_str("explains as much as what was accepted"),
-            Self::Less { nats } => write!(f, "explains {nats:.0} nats less than what was accepted"),
+            Self::Less { nats } => {
+                write!(f, "explains less than what was accepted, by log odds of {nats:.0}")
+            }
             Self::More { nats } => {
-                write!(f, "explains {nats:.0} nats more than what was accepted, too little for what it adds")
+                write!(f, "explains more (log odds of {nats:.0}), which is too little for what it adds")
             }
             Self::LeftEarly => f.write_str("dropped after a few steps, in which others gained more"),
             Self::NotTried => f.write_str("not tried: the time ran out"),

@@ -167,8 +167,8 @@ impl Draft {
 
 /// The mistake of a scenario of a whole arm where a single axis is needed.
 pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
-    let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with \
-                  `feeler reduce`";
+    let remedy = "`feeler run` simulates it; for this command, reduce it to one axis along the contact \
+                  normal with `feeler reduce`";
     problems.add(
         &entry.key,
         "arm",

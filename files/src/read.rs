@@ -62,7 +62,12 @@ impl Reader<'_> {
         if let Some(Some(variant)) = chosen {
             keys.extend(variant.keys);
         }
-        let known = if matches!(chosen, Some(None)) { shape.all_keys().collect() } else { keys.clone() };
+        let known: Vec<_> = match chosen {
+            Some(None) => shape.all_keys().collect(),
+            // A message lists the first of them: what this variant has, before what all have.
+            Some(Some(variant)) => variant.keys.iter().chain(shape.keys).collect(),
+            None => keys.clone(),
+        };
         let misspelt = self.unknown(shape, &known, besides, table, path);
         for key in keys {
             let path = join(path, key.name);

@@ -1,23 +1,24 @@
 //! Doubtful values in a file without mistakes.
 
-use feeler_analysis::{ControlLoop, gain, gain_names, modes};
-use feeler_control::{ControllerSpec, Law, Reference};
-use feeler_engine::Scenario;
+use feeler_analysis::{ControlLoop, LinearMachine, LoopController, VibrationMode, gain, gain_names, modes};
+use feeler_control::{Law, Reference};
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Axis, ContactLaw, Engagement, Quantity};
+use feeler_plant::description::{Axis, Contact, ContactLaw, Engagement, Quantity};
 use feeler_problem::Problem;
+use nalgebra::DMatrix;
 
 use crate::numbers::{plain, two_digits, with_unit};
 use crate::operating_point::contact_view;
 use crate::run::ForceLoop;
 
-/// Smallest number of samples in one cycle of a motion that a controller can observe.
-const LEAST_SAMPLES: f64 = 2.0;
 /// Largest damping ratio of the modes that are checked; others hardly oscillate.
 const HARDLY_SWINGS: f64 = 0.5;
 
 /// Instants of a run at which a reference is evaluated.
 const INSTANTS: u32 = 200;
+/// Growth of a command that a machine follows as if at rest, 1/s: slower than its motion.
+const SLOW_PER_S: f64 = 1.0;
 /// Farthest that a tool plausibly sinks into what it presses on, m: a thick foam gives way by this.
 const SOFT_M: f64 = 0.02;
 
@@ -28,28 +29,38 @@ pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     found.extend(of_reference(scenario));
     found.extend(overlaps(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
-        found.extend(slow_samples(scenario, &whole));
+        found.extend(slow_samples(&whole));
         found.extend(off_in_contact(scenario, &whole));
     }
     found
 }
 
-/// Laws whose gains are all zero.
+/// Laws whose gains are all zero, and force laws that feed nothing back.
 fn without_gains(scenario: &Scenario) -> Vec<Problem> {
-    let is_idle = |spec: &ControllerSpec| {
-        let zero = |name: &&str| gain(spec, name).is_ok_and(|value| value == 0.0);
-        !matches!(spec.law, Law::OpenLoop) && gain_names(&spec.law).iter().all(zero)
+    let zero = |value: &f64| *value == 0.0;
+    let of_controller = |(name, used): (&String, &ControllerUse)| {
+        let law = &used.spec.law;
+        let names = gain_names(law);
+        let is_zero = |name: &&str| gain(&used.spec, name).is_ok_and(|value| zero(&value));
+        if matches!(law, Law::OpenLoop) {
+            return None;
+        }
+        let (doubt, remedy) = if names.iter().all(is_zero) {
+            (
+                format!("every gain of controller `{name}` is zero, so that it never acts"),
+                format!("give it one of {}, or leave it out", names.join(", ")),
+            )
+        } else if matches!(law, Law::ExplicitForce(g) if [g.kp, g.ki, g.kd, g.damping].iter().all(zero)) {
+            (
+                format!("controller `{name}` has only feed_forward, so that the force is not fed back"),
+                "give it kp or ki; law = \"open-loop\" says that no feedback is meant".to_owned(),
+            )
+        } else {
+            return None;
+        };
+        Some(Problem::new(format!("controllers.{name}"), doubt, remedy))
     };
-    let idle = scenario.controllers.iter().filter(|(_, used)| is_idle(&used.spec));
-    idle.map(|(name, used)| {
-        let names = gain_names(&used.spec.law);
-        Problem::new(
-            format!("controllers.{name}"),
-            format!("every gain of controller `{name}` is zero, so that it never acts"),
-            format!("give it one of {}, or leave it out", names.join(", ")),
-        )
-    })
-    .collect()
+    scenario.controllers.iter().filter_map(of_controller).collect()
 }
 
 /// A contact that only pushes and is asked for a pull, or sinks in by centimetres under the force asked for.
@@ -80,9 +91,7 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
         ));
     }
     let sinks = most_n / contact.stiffness;
-    // A law of its own takes the place of the stiffness.
-    let is_linear = contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty();
-    let is_soft = sinks > SOFT_M && is_linear && scenario.machine.axis == Axis::Translational;
+    let is_soft = sinks > SOFT_M && is_plain(contact) && scenario.machine.axis == Axis::Translational;
     is_soft.then(|| {
         Problem::new(
             format!("contacts.{touched}.stiffness"),
@@ -96,19 +105,35 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
     })
 }
 
+/// Whether a contact pushes with its stiffness times its compression. A law of its own, or an effect, takes
+/// the place of the stiffness.
+fn is_plain(contact: &Contact) -> bool {
+    contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty()
+}
+
 /// Contacts with a negative gap whose bodies overlap at the start.
 fn overlaps(scenario: &Scenario) -> Vec<Problem> {
     let machine = &scenario.machine;
-    let unit = if machine.axis == Axis::Translational { "m" } else { "rad" };
+    let [unit, force] = if machine.axis == Axis::Translational { ["m", "N"] } else { ["rad", "N m"] };
     let starts_at = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
     let mut found = Vec::new();
     for (name, contact) in &machine.contacts {
         let [from, to] = &contact.between;
         let inside = starts_at(from) - starts_at(to) - contact.gap_m;
         if contact.engagement == Engagement::Unilateral && contact.gap_m < 0.0 && inside > 0.0 {
+            let pushes = is_plain(contact).then(|| {
+                format!(
+                    ": the contact begins with a push of {}",
+                    with_unit(contact.stiffness * inside, force)
+                )
+            });
             found.push(Problem::new(
                 format!("contacts.{name}.gap"),
-                format!("`{from}` starts {} inside `{to}`", with_unit(inside, unit)),
+                format!(
+                    "`{from}` starts {} inside `{to}`{}",
+                    with_unit(inside, unit),
+                    pushes.unwrap_or_default()
+                ),
                 "a positive gap keeps them apart",
             ));
         }
@@ -116,32 +141,61 @@ fn overlaps(scenario: &Scenario) -> Vec<Problem> {
     found
 }
 
-/// Controllers with less than two samples per cycle of a motion of the machine in contact.
-fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
-    let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
-    let swings =
-        modes.iter().filter(|mode| mode.damping_ratio() < HARDLY_SWINGS && mode.damping_ratio() > 0.0);
-    let Some(slowest_hz) = swings.map(feeler_analysis::VibrationMode::frequency_hz).reduce(f64::min) else {
+/// Controllers whose samples are too far apart for the motion that they control.
+fn slow_samples(whole: &ControlLoop) -> Vec<Problem> {
+    let closes = |own: &&LoopController| !own.is_servo && !matches!(own.spec.law, Law::OpenLoop);
+    let closing: Vec<&LoopController> = whole.controllers().iter().filter(closes).collect();
+    if closing.is_empty() {
         return Vec::new();
-    };
-    let closing = scenario.controllers.iter().filter(|(_, used)| !matches!(used.spec.law, Law::OpenLoop));
-    let slow = closing.filter(|(_, used)| used.spec.period_s * slowest_hz * LEAST_SAMPLES > 1.0);
-    slow.map(|(name, used)| {
-        Problem::new(
-            format!("controllers.{name}.period"),
+    }
+    let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
+    let swings = |mode: &&VibrationMode| (f64::MIN_POSITIVE..HARDLY_SWINGS).contains(&mode.damping_ratio());
+    let slowest_hz = modes.iter().find(swings).map(VibrationMode::frequency_hz);
+    closing.into_iter().filter_map(|own| slow_sample(whole.plant(), own, slowest_hz)).collect()
+}
+
+/// A controller that takes less than two samples of each cycle of the slowest mode, or whose loop gain is
+/// above one at half of the sampling rate.
+fn slow_sample(plant: &LinearMachine, own: &LoopController, slowest_hz: Option<f64>) -> Option<Problem> {
+    let sensor = own.fed_back()?;
+    let channel = plant.channel_of(own.drive, &plant.output(Source::Sensor(sensor)).ok()?).ok()?;
+    let response = |hz: f64| channel.frequency_response(&[hz]).ok().map(|values| values[0].norm());
+    let half_rate_hz = 0.5 / own.spec.period_s;
+    let at_half_rate = response(half_rate_hz)?;
+    let key = format!("controllers.{}.period", own.name);
+    let period = with_unit(own.spec.period_s, "s");
+    // The loop of a velocity drive has a fast mode of its own, of which the reading hardly shows anything.
+    let is_seen = |hz: f64| response(hz).is_none_or(|peak| peak > at_half_rate);
+    if let Some(mode_hz) = slowest_hz.filter(|&hz| hz > half_rate_hz && is_seen(hz)) {
+        return Some(Problem::new(
+            key,
             format!(
-                "a period of {} takes {} samples of each cycle of the machine's slowest mode, {}",
-                with_unit(used.spec.period_s, "s"),
-                plain(two_digits(1.0 / (used.spec.period_s * slowest_hz))),
-                with_unit(slowest_hz, "Hz")
+                "a period of {period} takes {} samples of each cycle of the machine's slowest mode, {}",
+                plain(two_digits(1.0 / (own.spec.period_s * mode_hz))),
+                with_unit(mode_hz, "Hz")
             ),
             format!(
                 "a period of {} takes ten; a number without a unit is in seconds",
-                with_unit(two_digits(0.1 / slowest_hz), "s")
+                with_unit(two_digits(0.1 / mode_hz), "s")
             ),
+        ));
+    }
+    let law = own.spec.linear(own.motion_is_velocity).ok()?;
+    let [_, of_reading, of_motion] = law.d;
+    let direct = if own.reading == Some(sensor) { of_reading } else { of_motion };
+    let gain = direct.abs() * at_half_rate;
+    (gain > 1.0).then(|| {
+        Problem::new(
+            key,
+            format!(
+                "a period of {period} is too long for this loop: at half of the sampling rate, {}, its gain \
+                 is still {}",
+                with_unit(half_rate_hz, "Hz"),
+                plain(two_digits(gain))
+            ),
+            "shorten the period, or lower the gain; a number without a unit is in seconds",
         )
     })
-    .collect()
 }
 
 /// Force loops whose drive pulls the tool off although it is commanded to push, or that have a negative gain.
@@ -151,10 +205,12 @@ fn off_in_contact(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
     let drive = scenario.machine.actuators.get_index_of(&used.drives)?;
     let plant = whole.plant();
     let contact = plant.output(Source::Contact(found.contact, Quantity::Force)).ok()?;
-    // With the contact held, a pushing drive gives a static force of the same sign.
-    let a = plant.a().clone().lu();
-    let pressed = a.solve(&plant.b().column(drive).into_owned())?;
-    let force = -(&contact.c * pressed)[(0, 0)] + contact.d[drive];
+    // With the contact held, the force that grows slowly with a pushing drive has the same sign. At rest, a
+    // body that nothing holds in place has no answer.
+    let n = plant.a().nrows();
+    let growing = (DMatrix::<f64>::identity(n, n) * SLOW_PER_S - plant.a()).lu();
+    let pressed = growing.solve(&plant.b().column(drive).into_owned())?;
+    let force = (&contact.c * pressed)[(0, 0)] + contact.d[drive];
     if !force.is_finite() {
         return None;
     }
@@ -183,7 +239,7 @@ fn turned_gain(scenario: &Scenario, found: &ForceLoop) -> Option<Problem> {
     let name = names.iter().find(|name| gain(spec, name).is_ok_and(|value| value < 0.0))?;
     Some(Problem::new(
         format!("controllers.{}.{name}", found.name),
-        format!("{name} is negative, so the feedback has the wrong sign"),
+        format!("{name} is negative, so the feedback pushes away from the reference"),
         format!("turn the sign of {name}"),
     ))
 }
@@ -230,6 +286,8 @@ reference = 20.0
         assert_eq!(keys(&AXIS.replace("period = 0.001", "period = 0.03")), ["controllers.f.period"]);
         let idle = AXIS.replace("kp = 0.4", "kp = 0.0").replace("feed_forward = 1.0", "feed_forward = 0.0");
         assert_eq!(keys(&idle), ["controllers.f"]);
+        assert_eq!(keys(&AXIS.replace("kp = 0.4", "kp = 0.0")), ["controllers.f"]);
+        assert_eq!(keys(&AXIS.replace("kp = 0.4", "ki = 4.0")), Vec::<String>::new());
         let reversed =
             AXIS.replace("between = [\"m\", \"ground\"]\nstiff", "between = [\"ground\", \"m\"]\nstiff");
         assert_eq!(keys(&reversed), ["contacts.tool.between"]);
@@ -240,12 +298,28 @@ reference = 20.0
         assert_eq!(keys(&falling.replace("reference = 20.0", "reference = -20.0")), Vec::<String>::new());
     }
 
+    /// A stiff velocity drive has a mode of its own, here at 6.5 kHz. The loop is an integrator with a gain
+    /// of kp k / (2 pi f): 0.14 at half of 200 Hz, and 141 at half of 0.2 Hz.
+    #[test]
+    fn truth_the_mode_of_a_velocity_drive_asks_for_no_faster_samples_than_its_loop() {
+        let kind = "kind = \"velocity-source\"\ndamping = 1e6\ntime_constant = 1e-4\n";
+        let source = AXIS.replace("on = \"m\"\n", &format!("on = \"m\"\n{kind}"));
+        let source = source.replace("feed_forward = 1.0\nkp = 0.4", "kp = 0.0009");
+        let every = |period: &str| keys(&source.replace("period = 0.001", &format!("period = {period}")));
+        assert_eq!(every("0.005"), Vec::<String>::new());
+        assert_eq!(every("5.0"), ["controllers.f.period"]);
+    }
+
     #[test]
     fn truth_a_tool_that_starts_inside_the_wall_is_doubted() {
         let gap =
             |gap: &str| keys(&AXIS.replace("damping = 120.0", &format!("damping = 120.0\ngap = {gap}")));
         assert_eq!(gap("-0.001"), ["contacts.tool.gap"]);
         assert_eq!(gap("0.001"), Vec::<String>::new());
+        // 1 mm of 100 kN/m.
+        let inside = Document::parse(&AXIS.replace("damping = 120.0", "damping = 120.0\ngap = -0.001"), "it");
+        let found = doubts(&inside.unwrap().scenario);
+        assert!(found[0].message.ends_with("a push of 100 N"), "{found:?}");
     }
 
     /// 20 N sink 100 mm into 200 N/m, and 10 mm into 2 kN/m.

@@ -11,7 +11,7 @@ use feeler_studies::{ALL_PROCESSORS, signals};
 
 use super::operating_point;
 use crate::arguments::Analyze;
-use crate::numbers::{plain, with_unit};
+use crate::numbers::{plain, two_digits, with_unit};
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Busy;
 use crate::terminal::table;
@@ -116,9 +116,10 @@ fn delays(scenario: &Scenario) -> String {
 }
 
 fn text(report: &Report) -> String {
-    let mut parts: Vec<String> = pages::analyze::as_set(report).into_iter().collect();
+    let mut parts: Vec<String> =
+        pages::analyze::as_set(report).map(|sentence| terminal::wrapped(&sentence)).into_iter().collect();
     parts.extend([
-        pages::analyze::sentences(report).join("\n"),
+        terminal::wrapped(&pages::analyze::sentences(report).join("\n")),
         pages::analyze::subject(report),
         roots(report),
     ]);
@@ -195,24 +196,25 @@ fn modes(report: &Report) -> String {
     table(&header, &[0, 1, 3, 4, 5], rows)
 }
 
-/// What a small change of each number changes.
+/// What a small change of each number changes. The JSON has all digits.
 fn sensitivities(report: &Report) -> String {
     let rows = report.sensitivities().iter().map(|s| {
         let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
-        let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
-        let numbers =
-            [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
-        [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
+        let or_none = |value: f64, text: String| if value.is_finite() { text } else { "-".to_owned() };
+        // Zero has no sign here.
+        let share = |value: f64| or_none(value, format!("{:.2}", (100.0 * value).round() / 100.0 + 0.0));
+        let number = |value: f64, digits: f64| or_none(value, plain(digits));
+        vec![
+            s.key.clone(),
+            number(s.value, s.value),
+            share(s.bandwidth_relative),
+            share(s.largest_gain_relative),
+            number(s.bandwidth_hz_per_unit, two_digits(s.bandwidth_hz_per_unit)),
+            trade.to_owned(),
+        ]
     });
     let achieved = pages::analyze::achieved_name(report);
-    let header = [
-        "1 % more of",
-        "value (SI)",
-        &format!("{achieved} (%)"),
-        "largest gain (%)",
-        &format!("{achieved} (Hz per unit)"),
-        "",
-    ];
+    let header = ["1 % more of", "value (SI)", &format!("{achieved} (%)"), "limit (%)", "Hz per unit", ""];
     table(&header, &[1, 2, 3, 4], rows)
 }
 

@@ -102,8 +102,16 @@ fn summary(answer: &Examination) -> String {
             table(&["", "cause", "on", "probability", "parameters (90 %)"], &[3], rows)
         );
     }
-    for sentence in words::advice(diagnosis) {
-        let _ = write!(said, "\n{sentence}");
+    let advice = words::Advice::of(diagnosis);
+    said.push_str("\nWhat to do");
+    for (i, step) in advice.steps.iter().enumerate() {
+        let _ = write!(said, "\n  {}. {step}", i + 1);
+    }
+    if !advice.remarks.is_empty() {
+        said.push('\n');
+    }
+    for remark in &advice.remarks {
+        let _ = write!(said, "\n{remark}");
     }
     for warning in &diagnosis.warnings {
         let _ = write!(said, "\nwarning: {warning}");

@@ -69,7 +69,7 @@ fn text(response: &Response) -> String {
     });
     let band = format!("{} % band (dB)", plain(100.0 * response.confidence));
     let header = [
-        "frequency (Hz)",
+        "f (Hz)",
         "measured (dB)",
         &band,
         "phase (deg)",

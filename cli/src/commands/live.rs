@@ -49,7 +49,7 @@ fn of_arm(file: &CellFile, arm: &Path) -> Failure {
     BadInput::error(
         "this is a scenario of a whole arm, whose run takes seconds: too long to follow a slider",
         format!(
-            "make the axis that it is along its normal, and move that: feeler reduce {} --pose={} \
+            "reduce it to one axis along the contact normal, and move that: feeler reduce {} --pose={} \
              --normal={}{hold}{contact} --out axis.toml, then feeler live axis.toml",
             arm.display(),
             list(&start.pose),

@@ -60,8 +60,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
         }
         other => other.into(),
     })?;
-    // A run that ends well answers every doubt about its file.
-    let doubts = if result.summary.outcome.is_stable() { Vec::new() } else { doubts(&document.scenario) };
+    let doubts = doubts(&document.scenario);
     for Problem { key, message, remedy, .. } in &doubts {
         terminal::complain(&format!("warning: {key}: {message}; {remedy}"));
     }
@@ -124,8 +123,8 @@ fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
     if arguments.as_sweep || summary.energy.is_some() {
         return "";
     }
-    "\nThe energies are left out: powers would have to be followed through every swing of the fastest \
-     motion.\n"
+    "\nThe energies are left out: powers would have to be followed through every oscillation of the \
+     fastest motion.\n"
 }
 
 fn read(arguments: &Run) -> crate::Result<Draft> {

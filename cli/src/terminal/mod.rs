@@ -5,9 +5,11 @@ pub(crate) mod progress;
 pub(crate) mod results;
 mod stderr;
 mod table;
+mod wrap;
 
 pub(crate) use stderr::{complain, has_colours};
 pub(crate) use table::table;
+pub(crate) use wrap::wrapped;
 
 use std::borrow::Cow;
 use std::fmt::Write as _;

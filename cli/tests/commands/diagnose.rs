@@ -80,6 +80,7 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
         said.out
     );
     assert!(said.out.contains("[springs.guide.effects.coulomb-friction]"), "{}", said.out);
+    assert!(said.out.contains("\nWhat to do\n  1. "), "{}", said.out);
     let answer: Value = serde_json::from_str(&bench.read("answer/diagnosis.json")).unwrap();
     // Three short records may not decide whether the friction falls with speed. The answer then names the
     // next experiment.
@@ -101,6 +102,8 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
         "The force that is missing",
         "Measured against predicted",
         "What was tried",
+        "<ol>\n<li>",
+        "log odds",
     ] {
         assert!(page.contains(heading), "{heading}");
     }

@@ -374,6 +374,31 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(pulled.out.contains("does not end above zero"), "{}", pulled.out);
 }
 
+/// A run that ends well once kept quiet about its doubtful file. 1 mm of 10 kN/m push with 10 N.
+#[test]
+fn regress_a_run_that_settles_prints_what_a_check_doubts_once() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "contacts.tool.gap=-1 mm", "--out", "out"]);
+    assert_eq!(summary(&bench, "out")["outcome"], "settled");
+    let doubt = "`tip` starts 1 mm inside `ground`: the contact begins with a push of 10 N";
+    assert_eq!(said.err.matches(doubt).count(), 1, "{}", said.err);
+    assert!(bench.read("out/report.html").contains("Doubtful in the file: contacts.tool.gap"));
+    bench.write("forward.toml", &PRESS.replace("kp           = 0.2\n", ""));
+    let said = bench.feeler(&["run", "forward.toml", "--out", "out"]);
+    assert!(said.err.contains("`force` has only feed_forward"), "{}", said.err);
+    assert!(bench.feeler(&["check", "forward.toml"]).out.contains("`force` has only feed_forward"));
+}
+
+#[test]
+fn regress_the_keys_of_a_law_come_first_where_a_key_is_unknown() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "controllers.force.gain=2"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("`kp`, `ki`, `kd`, `damping`"), "{}", said.err);
+}
+
 /// Under 10 N a surface of 10 kN/m yields by 1 mm on average while it moves up and down by another.
 #[test]
 fn truth_a_surface_that_moves_is_drawn_and_the_error_of_tracking_is_told() {
@@ -416,6 +441,7 @@ fn truth_an_undecided_run_says_where_its_force_is() {
     let mean = 10.0 + summary["response"]["steady_error_n"].as_f64().unwrap();
     let swings = summary["verdict"]["amplitudes_n"][2].as_f64().unwrap();
     // Four digits.
-    let told = format!("So far the force is {mean:.2} N at the end, and swings by {:.1} mN", 1e3 * swings);
+    let told =
+        format!("So far the force is {mean:.2} N at the end, and oscillates by {:.1} mN", 1e3 * swings);
     assert!(said.out.contains(&told), "{told}: {}", said.out);
 }

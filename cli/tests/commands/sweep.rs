@@ -200,7 +200,7 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     let said = bench.feeler(&["sweep", "sweep.toml", "--out", "out"]);
     assert_eq!(said.code, DONE, "{}", said.err);
     let page = bench.read("out/report.html");
-    assert!(page.contains("0.0 % settle, 100.0 % swing between limits."));
+    assert!(page.contains("0.0 % settle, 100.0 % oscillate between limits."));
     assert!(page.contains("Theory beside it") && page.contains("predict a cycle for 2 variants"));
     assert!(!exists(bench.path("out/impacts.svg")), "no impacts, no drawing of them");
     assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");

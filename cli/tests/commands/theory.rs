@@ -74,9 +74,17 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
         first.starts_with("kp = 0.75 is stable but fragile (phase margin 5.791°, gain margin 2.009, "),
         "{first}"
     );
-    let limit = "up to the limit of 1.507, set by sampling and delay, where it oscillates at 32.52 Hz.";
+    let limit = "its limit is 1.507, set by sampling and delay, where the loop oscillates at 32.52 Hz.";
     assert!(first.ends_with(limit), "{first}");
     assert!(!first.contains(". "), "{first}");
+    // The second says what would raise it.
+    let second = text.lines().nth(2).unwrap();
+    assert!(
+        second.starts_with("To raise bandwidth and limit, first: 1 % more contacts.tool.damping ("),
+        "{second}"
+    );
+    let raises = |line: &str| line.contains("(bandwidth +0.13 %, limit +0.51 %)");
+    assert!(raises(second) && !raises(text.lines().nth(3).unwrap()), "{text}");
 }
 
 #[test]
@@ -439,7 +447,7 @@ fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
         "--set",
         "controllers.damper.period=0.5 ms",
     ];
-    let swings = |hz: &str| format!("where it begins to oscillate at {hz} Hz");
+    let swings = |hz: &str| format!("oscillates at {hz} Hz");
     let text = printed(&asked);
     assert!(text.contains(&swings("502.9")), "{text}");
     let text = printed(&[&asked[..], &["--set", "controllers.force.period=0.5 ms"]].concat());

@@ -15,7 +15,7 @@ const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// A force this much above the largest that any run shows is none that the model knows. The margin is a
 /// quarter, the half of what a gain margin of 6 dB leaves in amplitude.
 const BEYOND: f64 = 1.25;
-/// A swing that many times as wide as the whole band in which the force counts as settled is no rest.
+/// An oscillation that many times as wide as the whole band in which the force counts as settled is no rest.
 const SWINGS: f64 = 2.0;
 /// A wait that many times as long as the slowest run needs means that it does not settle.
 const WAITS: f64 = 2.0;
@@ -36,7 +36,7 @@ pub struct Step {
     pub expected: Runs,
     /// Stop where the reading passes this, N.
     pub stop_force_n: f64,
-    /// Stop where the reading swings by more than this after `wait_s`, N; absent if no force rests.
+    /// Stop where the reading oscillates by more than this after `wait_s`, N; absent if no force rests.
     pub stop_swing_n: Option<f64>,
     /// At about this frequency it would, Hz: where the loop comes nearest to instability.
     pub swing_hz: f64,

@@ -33,7 +33,7 @@ pub struct Figures {
     /// Factor by which the gain may rise, or its inverse fall, whichever is less; absent if none
     /// destabilises.
     pub gain_margin: Option<f64>,
-    /// Where the loop would swing with that gain, Hz.
+    /// Where the loop would oscillate with that gain, Hz.
     pub gain_margin_hz: Option<f64>,
     /// Largest modulus of the sensitivity, and where it is, Hz.
     pub sensitivity: f64,

@@ -3,6 +3,7 @@
 mod arms;
 mod cells;
 mod common;
+mod controller_code;
 mod events;
 mod frf;
 mod limit_cycles;

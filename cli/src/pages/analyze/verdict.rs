@@ -1,6 +1,6 @@
 //! An analysis in plain words.
 
-use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, WhyNoWaterfall};
+use feeler_analysis::{Edge, GainReport, Limit, ModeClass, RankedBy, Report, Sensitivity, WhyNoWaterfall};
 
 use crate::numbers::{plain, two_digits, with_unit};
 
@@ -44,18 +44,18 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     let swings = gain
         .sampled
         .edge_hz
-        .map_or_else(String::new, |f| format!(", where it oscillates at {}", with_unit(f, "Hz")));
+        .map_or_else(String::new, |f| format!(", where the loop oscillates at {}", with_unit(f, "Hz")));
     let limit = gain.sampled.stable[1].filter(|limit| *limit > 0.0);
-    if gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0) {
+    if is_unstable(report, gain) {
         let beyond = limit.filter(|limit| gain.present > *limit).map_or_else(String::new, |limit| {
             let over = 100.0 * (gain.present / limit - 1.0);
-            format!(": {} % above the limit of {}{by}{swings}", plain(over), plain(limit))
+            format!(": {} % above the limit of {}{by}{swings}", plain(two_digits(over)), plain(limit))
         });
         return Some(format!("{set} is unstable{beyond}."));
     }
     let top = limit.map_or_else(
         || ", and no larger gain is unstable".to_owned(),
-        |limit| format!(", up to the limit of {}{by}{swings}", plain(limit)),
+        |limit| format!("; its limit is {}{by}{swings}", plain(limit)),
     );
     let margins = report.margins();
     let phase = margins.and_then(|margins| margins.phase_deg);
@@ -75,6 +75,10 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     Some(format!("{set} is stable{how}{figures}{top}."))
 }
 
+fn is_unstable(report: &Report, gain: &GainReport) -> bool {
+    gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0)
+}
+
 /// What sets the largest stable gain, if it is a part of the loop.
 fn sets(limit: Limit) -> Option<&'static str> {
     match limit {
@@ -86,7 +90,7 @@ fn sets(limit: Limit) -> Option<&'static str> {
     }
 }
 
-/// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.
+/// What to change first, which of the three problems limits the bandwidth, and how far the gain may rise.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let Some(gain) = report.gain() else {
         return vec![format!(
@@ -94,7 +98,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             report.input, report.output
         )];
     };
-    let mut said = Vec::new();
+    let mut said = advice(report);
     match (report.limit(), gain.sampled.all.bands.is_empty()) {
         (_, true) => {
             let spans = gain.sampled.intervals.iter().map(|band| {
@@ -125,30 +129,13 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             said.push(untold(report));
         }
     }
-    let [low, high] = gain.sampled.stable;
-    if let Some(high) = high {
-        let at = gain.sampled.edge_hz.map_or_else(String::new, |f| {
-            format!(", where it begins to oscillate at {}", with_unit(f, "Hz"))
-        });
-        let swings =
-            |edge: &Edge| format!(" (where it oscillates at {})", with_unit(edge.frequency_hz, "Hz"));
-        let low_edge = gain.sampled.edges[0]
-            .as_ref()
-            .filter(|edge| edge.frequency_hz > 0.0)
-            .map_or_else(String::new, swings);
-        let from = low
-            .filter(|low| *low > 0.0)
-            .map_or_else(String::new, |low| format!(" from {}{low_edge}", plain(low)));
-        let unbounded = gain
-            .continuous
-            .as_ref()
-            .is_some_and(|range| !range.all.bands.is_empty() && range.stable[1].is_none());
-        let paper = if unbounded { "; on paper, without sampling, no gain is too large" } else { "" };
-        said.push(format!(
-            "Sampled, the loop is stable{from} up to {} = {}{at}{paper}.",
-            gain.key,
-            plain(high)
-        ));
+    said.extend(stable_interval(report, gain));
+    let unbounded = gain
+        .continuous
+        .as_ref()
+        .is_some_and(|range| !range.all.bands.is_empty() && range.stable[1].is_none());
+    if unbounded && gain.sampled.stable[1].is_some() {
+        said.push("On paper, without sampling, no gain is too large.".to_owned());
     }
     if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {
         said.push(format!(
@@ -157,8 +144,27 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             with_unit(cycle.peak_force_n, "N")
         ));
     }
-    said.extend(advice(report));
     said
+}
+
+/// The stable gains, if [`as_set`] does not say all of them.
+fn stable_interval(report: &Report, gain: &GainReport) -> Option<String> {
+    let [low, high] = gain.sampled.stable;
+    let (low, high) = (low.filter(|low| *low > 0.0), high?);
+    let is_stated = high > 0.0 && (gain.present > high || !is_unstable(report, gain));
+    if is_stated && low.is_none() {
+        return None;
+    }
+    let at = |edge: &Edge| format!(" (where it oscillates at {})", with_unit(edge.frequency_hz, "Hz"));
+    let low_edge = gain.sampled.edges[0].as_ref().filter(|edge| edge.frequency_hz > 0.0);
+    let from = low.map_or_else(String::new, |low| {
+        format!(" from {}{}", plain(low), low_edge.map_or_else(String::new, at))
+    });
+    let begins = gain
+        .sampled
+        .edge_hz
+        .map_or_else(String::new, |f| format!(", where it begins to oscillate at {}", with_unit(f, "Hz")));
+    Some(format!("Sampled, the loop is stable{from} up to {} = {}{begins}.", gain.key, plain(high)))
 }
 
 /// Why no problem is named.
@@ -194,87 +200,77 @@ fn untold(report: &Report) -> String {
 /// Numbers named in an advice, and the smallest relative change that is named.
 const NAMED: usize = 3;
 const TELLING: f64 = 0.1;
+/// Of two changes, one below this share of the other is left out.
+const BESIDE: f64 = 0.1;
 
-/// A share whose further digits change no decision.
-fn brief(share: f64) -> String {
-    plain(two_digits(share))
+/// What a change of a number by 1 % does to bandwidth and limit, as in `(bandwidth +0.09 %, limit +0.37 %)`.
+fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
+    let (bandwidth, limit) = (way * s.bandwidth_relative, way * s.largest_gain_relative);
+    // Further digits change no decision.
+    let percent = |share: f64| {
+        let sign = if share > 0.0 { "+" } else { "" };
+        format!("{sign}{} %", plain(two_digits(share)))
+    };
+    match by {
+        RankedBy::LargestGain => format!("({})", percent(limit)),
+        RankedBy::Saturation => format!("({})", percent(bandwidth)),
+        RankedBy::BandwidthAndGain => {
+            let least = if s.is_trade(by) { 0.0 } else { BESIDE * bandwidth.abs().max(limit.abs()) };
+            let both = [("bandwidth", bandwidth), ("limit", limit)];
+            let named = both.into_iter().filter(|(_, share)| share.abs() >= least);
+            let named = named.map(|(what, share)| format!("{what} {}", percent(share)));
+            format!("({})", named.collect::<Vec<_>>().join(", "))
+        }
+    }
 }
 
 /// What to change first, its effect, and changes that only seem to help.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
-    let mut said = Vec::new();
-    if let Some(mode) = report.waterfall().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
-        said.push(format!(
-            "The bandwidth lies on the flank of the mode at {}, and moves with that peak. A softer or less \
-             damped mode may seem to raise it. So changes are ranked by the largest stable gain.",
-            with_unit(mode.frequency_hz, "Hz")
-        ));
-    }
     if by == RankedBy::Saturation
         && report.waterfall().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0)
     {
-        said.push(
-            "The reference asks for more than the drive's limit even at rest: no stiffness, mass or \
-                   damping changes that, only a higher limit."
+        return vec![
+            "The reference asks for more than the drive's limit even at rest: no stiffness, mass or damping \
+             changes that, only a higher limit."
                 .to_owned(),
-        );
-        return said;
+        ];
     }
-    let telling = |s: &&Sensitivity| s.worth(by).is_finite() && s.worth(by).abs() > TELLING;
-    let way = |s: &Sensitivity| if s.worth(by) > 0.0 { "more" } else { "less" };
-    let gives = |s: &Sensitivity| {
-        let (bandwidth, gain) =
-            (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
-        match by {
-            RankedBy::BandwidthAndGain => {
-                let of = |share: f64, what: &str| format!("{} % of {what}", brief(share.abs()));
-                let (bandwidth, gain) =
-                    ((bandwidth, of(bandwidth, "bandwidth")), (gain, of(gain, "the largest gain")));
-                match (bandwidth.0 < 0.0, gain.0 < 0.0) {
-                    (true, _) => format!("{} and costs {}", gain.1, bandwidth.1),
-                    (_, true) => format!("{} and costs {}", bandwidth.1, gain.1),
-                    _ => format!("{} and {}", bandwidth.1, gain.1),
-                }
-            }
-            RankedBy::LargestGain => format!("{} %", brief(gain)),
-            RankedBy::Saturation => format!("{} %", brief(bandwidth)),
-        }
+    let mut said = Vec::new();
+    let better = |s: &Sensitivity| {
+        let way = s.worth(by).signum();
+        format!("1 % {} {} {}", if way > 0.0 { "more" } else { "less" }, s.key, effect(s, by, way))
     };
-    let first: Vec<String> =
-        (report.sensitivities().iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
-            .map(|s| format!("{} {} (1 % gives {})", way(s), s.key, gives(s)))
-            .collect();
+    let telling = |s: &&Sensitivity| s.worth(by).is_finite() && s.worth(by).abs() > TELLING;
+    let (trades, others): (Vec<_>, Vec<_>) =
+        report.sensitivities().iter().filter(telling).partition(|s| s.is_trade(by));
+    let first: Vec<String> = others.into_iter().take(NAMED).map(better).collect();
     let aim = match by {
-        RankedBy::BandwidthAndGain => "For more bandwidth and gain",
-        RankedBy::LargestGain => "For more gain",
-        RankedBy::Saturation => "For a higher frequency at which the drive saturates",
+        RankedBy::BandwidthAndGain => "bandwidth and limit",
+        RankedBy::LargestGain => "the limit",
+        RankedBy::Saturation => "the frequency at which the drive saturates",
     };
     let most = || report.sensitivities().iter().find(|s| s.worth(by).is_finite() && !s.is_trade(by));
     if !first.is_empty() {
-        said.push(format!("{aim}, first: {}.", first.join("; ")));
+        said.push(format!("To raise {aim}, first: {}.", first.join("; ")));
     } else if let Some(most) = most() {
         said.push(format!(
-            "No single mass, stiffness or damping helps much: the most telling is {} {}, of which 1 % gives \
-             {}.",
-            way(most),
-            most.key,
-            gives(most)
+            "No single mass, stiffness or damping helps much. The most telling change is {}.",
+            better(most)
         ));
     }
-    let trades =
-        report.sensitivities().iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
-            let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(brief);
-            let (won, lost) =
-                if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
-            format!(
-                "1 % more {} {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %",
-                s.key
-            )
-        });
+    let trades = trades.into_iter().take(NAMED);
+    let trades = trades.map(|s| format!("1 % more {} {}", s.key, effect(s, by, 1.0)));
     let trades = trades.collect::<Vec<_>>().join("; ");
     if !trades.is_empty() {
-        said.push(format!("What trades one for the other: {trades}."));
+        said.push(format!("These raise one and lower the other: {trades}."));
+    }
+    if let Some(mode) = report.waterfall().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
+        said.push(format!(
+            "The bandwidth lies on the flank of the mode at {}, and moves with that peak. A softer or less \
+             damped mode may seem to raise it. So changes are ranked by the limit alone.",
+            with_unit(mode.frequency_hz, "Hz")
+        ));
     }
     said
 }
@@ -294,9 +290,6 @@ fn unlimited(report: &Report) -> String {
 
 fn limited(report: &Report, limit: Limit) -> String {
     let achieved = report.waterfall().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
-    let reach = achieved.map_or_else(String::new, |f| {
-        format!(", to {} at half of the largest stable gain", with_unit(f, "Hz"))
-    });
     let modes = |class: ModeClass| {
         let of_class = report
             .modes
@@ -306,10 +299,12 @@ fn limited(report: &Report, limit: Limit) -> String {
         if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) }
     };
     let what = match limit {
-        Limit::RigidBody => "The rigid body and its actuator limit".to_owned(),
-        Limit::NoncolocatedMode => format!("A noncolocated mode{} limits", modes(ModeClass::Noncolocated)),
-        Limit::ColocatedMode => format!("A colocated mode{} limits", modes(ModeClass::Colocated)),
-        Limit::Sampling => "Sampling, that is hold, delay and filters of the controller, limits".to_owned(),
+        Limit::RigidBody => "The rigid body and its actuator limit this loop".to_owned(),
+        Limit::NoncolocatedMode => {
+            format!("A noncolocated mode{} limits this loop", modes(ModeClass::Noncolocated))
+        }
+        Limit::ColocatedMode => format!("A colocated mode{} limits this loop", modes(ModeClass::Colocated)),
+        Limit::Sampling => "Sampling limits this loop: hold, delay and filters of the controller".to_owned(),
         Limit::Saturation if achieved.is_some_and(|f| f <= 0.0) => {
             return "The limit of the drive's force or command is below what the reference asks for at rest: \
                     it is never reached."
@@ -318,12 +313,15 @@ fn limited(report: &Report, limit: Limit) -> String {
         Limit::Nothing => return unlimited(report),
         Limit::UndampedMode => return "An undamped mode makes every gain unstable.".to_owned(),
         Limit::Saturation => {
-            "The limit of the drive's force or command, rather than stability, limits".to_owned()
+            "The drive's force or command reaches its limit before the loop is unstable".to_owned()
         }
     };
     let of = report
         .pair()
         .filter(|of| of.controlled != of.output)
         .map_or_else(String::new, |of| format!(" of {}", of.controlled));
-    format!("{what} the bandwidth{of}{reach}.")
+    let reach = achieved.map_or_else(String::new, |f| {
+        format!(" At half of the largest stable gain, the bandwidth{of} is {}.", with_unit(f, "Hz"))
+    });
+    format!("{what}.{reach}")
 }

@@ -27,8 +27,10 @@ pub(crate) fn page(answer: &Examination) -> String {
     page.tiles(&tiles(answer, units));
     page.paragraph(&words::closed(diagnosis, answer.checks()));
     page.heading("What to do");
-    for sentence in words::advice(diagnosis) {
-        page.paragraph(&sentence);
+    let advice = words::Advice::of(diagnosis);
+    page.steps(&advice.steps);
+    for remark in &advice.remarks {
+        page.paragraph(remark);
     }
     next(&mut page, diagnosis, units);
     changes(&mut page, answer);
@@ -253,9 +255,10 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     page.heading("The force that is missing");
     page.paragraph(
         "An unknown force (or reading error) is allowed at one place at a time. The evidence says how much \
-         of the calibrated machine's error it removes there. Each nat multiplies the odds by 2.7: 5 nats \
-         are 150 to 1. The shape of the force suggests its kind. Friction follows the sign of velocity, a \
-         load is constant, ripple repeats over position, and a lag follows the drive.",
+         of the calibrated machine's error it removes there. Its odds are given as their natural \
+         logarithm: log odds of 1 are 2.7 to 1, of 5 they are 150 to 1. The shape of the force suggests its \
+         kind. Friction follows the sign of velocity, a load is constant, ripple repeats over position, and \
+         a lag follows the drive.",
     );
     let rows: Vec<Vec<String>> = diagnosis
         .ladder
@@ -278,7 +281,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         })
         .collect();
     page.table(
-        &["allowed at", "evidence", "log odds (nats)", "rms", "share of its variance that depends on"],
+        &["allowed at", "evidence", "log odds", "rms", "share of its variance that depends on"],
         &[2, 3],
         &rows,
     );
@@ -314,7 +317,7 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     page.heading("What was tried");
     page.paragraph(
         "Every effect that the machine can have, each by itself, then beside others. The evidence is that \
-         gained over calibration alone, as log odds in nats (1 nat is 2.7 to 1, 5 are 150 to 1).",
+         gained over calibration alone, as log odds (1 is 2.7 to 1, 5 are 150 to 1).",
     );
     let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();
     for attempt in &diagnosis.attempts {
@@ -331,6 +334,6 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
         if !beside.is_empty() {
             page.paragraph(&format!("Beside {}:", said(beside)));
         }
-        page.table(&["cause", "on check (nats)", "on all (nats)", "why (not)"], &[1, 2], &rows);
+        page.table(&["cause", "log odds, check", "log odds, all", "why (not)"], &[1, 2], &rows);
     }
 }

@@ -185,87 +185,100 @@ pub(crate) fn parameters(cause: &Cause) -> String {
         .join(", ")
 }
 
-/// Recommendations from the answer, a sentence each.
-pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut said: Vec<String> =
-        diagnosis.contradictions.iter().map(|fault| format!("First correct the records: {fault}.")).collect();
-    let head = if said.is_empty() { "Do" } else { "Then, if the corrected records agree" };
-    said.push(format!("{head}: {}.", to_do(diagnosis)));
-    said.extend(adequacy::reasons(&diagnosis.adequacy));
-    for [a, b] in &diagnosis.look_alikes {
-        if diagnosis.verdict == Verdict::UnknownCause {
-            said.push(format!(
-                "{a} and {b} look alike in these records. Neither explains them, so \
-                               separating them would not find the cause."
-            ));
-            continue;
-        }
-        said.push(format!("{a} and {b} look alike in these records."));
-        if diagnosis.next_experiment.is_none() {
-            said.push(match apart(*a, *b) {
-                Some(what) => format!("To separate {a} from {b}: {what}."),
-                None => format!(
-                    "No known command separates {a} from {b} within the travel and speed of these records."
-                ),
-            });
-        }
-    }
-    for left in &diagnosis.left {
-        said.push(format!("Still unexplained: {left}."));
-    }
-    if let Some(next) = &diagnosis.next_experiment {
-        said.push(format!(
-            "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in \
-             next-experiment.csv.",
-            sentence(&next.what),
-            next.separates[0],
-            next.separates[1],
-            odds(next.expected_odds)
-        ));
-    }
-    said
+/// Recommendations from the answer.
+pub(crate) struct Advice {
+    /// What to do, in this order; a sentence or two each.
+    pub(crate) steps: Vec<String>,
+    /// What limits the answer, a sentence each.
+    pub(crate) remarks: Vec<String>,
 }
 
-/// Recommendation for the machine.
-fn to_do(diagnosis: &Diagnosis) -> String {
+impl Advice {
+    pub(crate) fn of(diagnosis: &Diagnosis) -> Self {
+        let correct = |fault: &String| format!("Correct the records: {fault}.");
+        let mut steps: Vec<String> = diagnosis.contradictions.iter().map(correct).collect();
+        if !steps.is_empty() {
+            steps.push("Diagnose again. Only if the corrected records agree, do what follows.".into());
+        }
+        steps.extend(to_do(diagnosis));
+        let mut remarks = adequacy::reasons(&diagnosis.adequacy);
+        for [a, b] in &diagnosis.look_alikes {
+            if diagnosis.verdict == Verdict::UnknownCause {
+                remarks.push(format!(
+                    "{a} and {b} look alike in these records. Neither explains them, so separating them \
+                     would not find the cause."
+                ));
+                continue;
+            }
+            remarks.push(format!("{a} and {b} look alike in these records."));
+            if diagnosis.next_experiment.is_none() {
+                match apart(*a, *b) {
+                    Some(what) => steps.push(format!("To separate {a} from {b}: {what}.")),
+                    None => remarks.push(format!(
+                        "No known command separates {a} from {b} within the travel and speed of these \
+                         records."
+                    )),
+                }
+            }
+        }
+        remarks.extend(diagnosis.left.iter().map(|left| format!("Still unexplained: {left}.")));
+        if let Some(next) = &diagnosis.next_experiment {
+            steps.push(format!(
+                "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in \
+                 next-experiment.csv.",
+                sentence(&next.what),
+                next.separates[0],
+                next.separates[1],
+                odds(next.expected_odds)
+            ));
+        }
+        Self { steps, remarks }
+    }
+}
+
+/// Recommendations for the machine.
+fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
     let words = match diagnosis.verdict {
         Verdict::Explained => {
             let found = diagnosis.effects.iter().filter(|effect| effect.accepted);
-            let places: Vec<String> = found
-                .map(|cause| format!("{} for {}, {}", cause.on, cause.kind, parameters(cause)))
-                .collect();
-            return format!(
-                "simulate with the repaired machine.toml from now on. On the real machine, inspect {}",
-                places.join("; and ")
-            );
+            let inspect = |cause: &Cause| {
+                format!(
+                    "On the real machine, inspect {} for {}, {}.",
+                    cause.on,
+                    cause.kind,
+                    parameters(cause)
+                )
+            };
+            let simulate = "Simulate with the repaired machine.toml from now on.".to_owned();
+            return std::iter::once(simulate).chain(found.map(inspect)).collect();
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {
-            "correct the believed value named below, or state a wider tolerance, and diagnose again"
+            "Correct the believed value named below, or state a wider tolerance, and diagnose again."
         }
         Verdict::Ambiguous | Verdict::NotIdentifiable => {
             match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
                 (Some(_), _) => {
-                    "run the experiment below and diagnose again; until then machine.toml is one of several \
-                     that fit"
+                    "Run the experiment below and diagnose again. Until then machine.toml is one of several \
+                     that fit."
                 }
                 (None, true) => {
-                    "record with more excitation and diagnose again; until then machine.toml is one of \
-                     several that fit"
+                    "Record with more excitation and diagnose again. Until then machine.toml is one of \
+                     several that fit."
                 }
                 (None, false) => {
-                    "simulate with machine.toml: it predicts these records as well as its rivals would; do \
-                     not rely on its cause before an experiment separates them"
+                    "Simulate with machine.toml: it predicts these records as well as its rivals would. Do \
+                     not rely on its cause before an experiment separates them."
                 }
             }
         }
         Verdict::UnknownCause => {
-            "inspect the first place and the shape of the missing force there; no value in the machine file \
-             removes it"
+            "Inspect the first place and the shape of the missing force there. No value in the machine file \
+             removes it."
         }
-        Verdict::NoGap if is_slight(diagnosis) => "use the calibrated values of machine.toml",
-        Verdict::NoGap => "use the calibrated values of machine.toml; there is no further cause to find",
+        Verdict::NoGap if is_slight(diagnosis) => "Use the calibrated values of machine.toml.",
+        Verdict::NoGap => "Use the calibrated values of machine.toml. There is no further cause to find.",
     };
-    words.to_owned()
+    vec![words.to_owned()]
 }
 
 /// Odds against one. Odds above a million are not distinguished.

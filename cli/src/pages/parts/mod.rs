@@ -114,6 +114,15 @@ impl Page {
         let _ = writeln!(self.body, "<p>{}</p>", escape(text));
     }
 
+    /// Numbered steps.
+    pub(crate) fn steps(&mut self, steps: &[String]) {
+        self.body.push_str("<ol>\n");
+        for step in steps {
+            let _ = writeln!(self.body, "<li>{}</li>", escape(step));
+        }
+        self.body.push_str("</ol>\n");
+    }
+
     pub(crate) fn tiles(&mut self, tiles: &[Tile]) {
         self.body.push_str(&tiles_html(tiles));
     }

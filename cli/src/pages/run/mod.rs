@@ -29,8 +29,12 @@ pub(crate) fn page(
     let mut page = Page::new(&machine.name, &machine.about);
     let units = Units::of(machine);
     page.lead(&words::outcome(summary, units));
-    if let Some(reason) = words::reason(&document.scenario, summary, doubts) {
+    let reason = words::reason(&document.scenario, summary, doubts).unwrap_or_default();
+    if !reason.is_empty() {
         page.paragraph(&reason);
+    }
+    for Problem { key, message, remedy } in doubts.iter().filter(|doubt| !reason.contains(&doubt.message)) {
+        page.paragraph(&format!("Doubtful in the file: {key}: {message}; {remedy}."));
     }
     page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);

@@ -411,7 +411,7 @@ fn headline(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Chatter => "chatter",
         Outcome::Unstable => "are unstable",
-        Outcome::LimitCycle => "swing between limits",
+        Outcome::LimitCycle => "oscillate between limits",
         Outcome::Hunting => "hunt",
         Outcome::Oscillates => "oscillate in contact",
         Outcome::NoContact => "make no contact",

@@ -18,7 +18,7 @@ const FLAT: f64 = 1e-6;
 pub struct MarginReport {
     /// Factor by which the gain may rise; absent if no rise destabilises or the loop is unstable.
     pub gain: Option<f64>,
-    /// Frequency at which the loop swings with that gain, Hz.
+    /// Frequency at which the loop oscillates with that gain, Hz.
     pub gain_hz: Option<f64>,
     /// Factor by which the gain of a stable loop may fall, or to which that of an unstable loop must fall.
     /// Absent if no fall destabilises the one or stabilises the other.

@@ -46,11 +46,11 @@ Machine frames on rubber feet, robot columns, benches, floors.
 A pole pair beside a zero pair, mostly at 5 to 20 Hz. In contact the phase dips and recovers, since in the
 mode drive and contact move the same way against the base (it is colocated). It hardly bounds the gain where
 its damping suffices. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In
-free motion the base shows in a position read against it, where the phase swings up and returns. A slow
+free motion the base shows in a position read against it, where the phase rises and returns. A slow
 oscillation after steps looks like that of a force loop with an `actuator-lag`.
 
 ## How it is recognised
-The phase of the contact force dips between 5 and 20 Hz. In free motion it swings up there in a position
+The phase of the contact force dips between 5 and 20 Hz. In free motion it rises there in a position
 against the base, while an absolute position shows next to nothing. An accelerometer on the base decides.
 
 ## Numerical treatment

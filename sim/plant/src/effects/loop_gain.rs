@@ -40,7 +40,7 @@ voltage that sags. A torque constant that is not that of the data sheet.
 
 ## How it shows
 A servo with too small a gain lags more and, without an integral part, hangs lower under a load. One with too
-large a gain is stiffer and swings faster. Friction, loads and inertia keep their sizes. Without a load,
+large a gain is stiffer and oscillates faster. Friction, loads and inertia keep their sizes. Without a load,
 `added-mass` and friction that are wrong by one factor look the same. `viscous-friction` alone changes the
 lag, and not how a load is held.
 

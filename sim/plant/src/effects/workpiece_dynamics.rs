@@ -44,13 +44,13 @@ Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 
 ## How it shows
 In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair. Between the two the phase
-swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It swings
+turns by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It turns
 up where the zeros lie above the contact mode, and down where they lie below it. Free motion is as predicted,
 which separates it from `base-flexibility`. Far below the mode only the series stiffness counts, so
 `contact-stiffness` looks the same there.
 
 ## How it is recognised
-A swing of the phase, up or down and back, appears in contact and vanishes in free motion. The response must
+A turn of the phase, up or down and back, appears in contact and vanishes in free motion. The response must
 reach the frequency of the workpiece; below it, only a softer contact shows.
 
 ## Numerical treatment

@@ -11,9 +11,9 @@ use serde::Serialize;
 /// A controller as source text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Code {
-    /// C99.
+    /// The controller in C99.
     pub c: String,
-    /// Rust.
+    /// The controller in Rust.
     pub rust: String,
 }
 

@@ -53,9 +53,9 @@ const JOINING: usize = 4;
 /// A tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuned {
-    /// The controller.
+    /// Name of the controller that is tuned.
     pub controller: String,
-    /// The specification.
+    /// What was asked for.
     pub spec: Spec,
     /// Number of machines: the most probable one and those drawn.
     pub machines: usize,

@@ -16,7 +16,7 @@ pub struct Explanation {
     /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
     /// infinite or if linear theory fails.
     pub gain_margin: Option<f64>,
-    /// Whether the loop is stable in contact by linear theory.
+    /// Whether the loop is stable in contact by linear theory; `None` if linear theory fails.
     pub linear_stable: Option<bool>,
     /// Whether the force feedback has the wrong sign: the loop in contact pushes itself away without
     /// oscillation, and with reversed sign it would not.
@@ -44,7 +44,7 @@ pub struct Explanation {
 /// A change that raises the largest stable gain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lift {
-    /// The change.
+    /// What is changed.
     pub change: Counterfactual,
     /// Largest factor on the loop's gain without the change.
     pub from: f64,
@@ -67,14 +67,14 @@ pub struct Trial {
     /// Whether it counts as cured although it grows. By linear theory it grows only by the short period of a
     /// controller that represents a continuous one.
     pub only_by_period: bool,
-    /// Amplitude of what lasts, N.
+    /// Amplitude of the oscillation that lasts, N; `None` if none does.
     pub amplitude_n: Option<f64>,
-    /// Its frequency, Hz.
+    /// Its frequency, Hz; `None` without an oscillation.
     pub frequency_hz: Option<f64>,
     /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
     /// unbounded or unknown.
     pub gain_margin: Option<f64>,
-    /// Why it could not be run.
+    /// Why it could not be run; `None` if it could.
     pub error: Option<String>,
 }
 
@@ -91,7 +91,8 @@ pub struct CheckedRemedy {
     /// Frequency up to which the force then follows its reference, to 3 dB, Hz; `None` if linear theory has
     /// no answer.
     pub bandwidth_hz: Option<f64>,
-    /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth.
+    /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth, `None` without a
+    /// bandwidth to compare.
     pub cost: Option<f64>,
     /// Whether the force then settles in simulation, within the run of the file with its settings.
     pub settles: bool,

@@ -10,7 +10,7 @@ pub struct EnergyItem {
     /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or
     /// `controller-work`.
     pub what: &'static str,
-    /// The element.
+    /// Name of the element.
     pub on: String,
     /// Energy, J; positive into the machine for works, out of it for losses.
     pub joule: f64,

@@ -286,7 +286,7 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// The gap by channel, band of frequencies, phase of the motion and amplitude.
     pub cells: Vec<GapCell>,
-    /// What an unknown disturbance at each place would explain, with its portrait.
+    /// Misfit that an unknown force at each place would explain, with a portrait of that force.
     pub ladder: Vec<Rung>,
     /// Root mean square of the missing force on the check experiments, after calibration and with the
     /// accepted effects, N.

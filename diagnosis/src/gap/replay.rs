@@ -21,7 +21,7 @@ pub struct ColumnError {
     pub scale: f64,
     /// Root mean square error of the free prediction from the first row, signal units.
     pub rms: f64,
-    /// The same over the scale; infinite (`null` in JSON) if the column never changes.
+    /// That error over the scale; infinite (`null` in JSON) if the column never changes.
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,

@@ -30,9 +30,9 @@ pub enum EngineError {
          one second takes {looks_per_s:.1e} guard evaluations"
     )]
     TooFast {
-        /// At which frequency.
+        /// Its frequency.
         frequency_hz: f64,
-        /// Looks that a second takes.
+        /// Guard evaluations in one second.
         looks_per_s: f64,
     },
     /// Variants that run side by side differ in more than numbers.

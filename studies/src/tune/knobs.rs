@@ -143,7 +143,7 @@ impl Knobs {
             if !knob.keep(limit) {
                 return Err(refused(
                     format!("--spec: no value of `{}` is within its limits", limit.of),
-                    format!("give limits of the sign of its present value, {}", gain(base, &limit.of)?),
+                    format!("give limits with the sign of its present value, {}", gain(base, &limit.of)?),
                 ));
             }
         }

@@ -32,7 +32,7 @@ pub struct Step {
     /// Factor by which the gain may still rise, by linear theory, on the worst machine; `None` if none
     /// destabilises.
     pub gain_margin: Option<f64>,
-    /// What the runs of this step come to.
+    /// Outcomes and measures of the runs of this step.
     pub expected: Runs,
     /// Stop if the reading passes this, N.
     pub stop_force_n: f64,

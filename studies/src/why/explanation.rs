@@ -44,7 +44,7 @@ pub struct Explanation {
 /// A change that raises the largest stable gain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lift {
-    /// What is changed.
+    /// The change: one property made ideal.
     pub change: Counterfactual,
     /// Largest factor on the loop's gain without the change.
     pub from: f64,
@@ -81,7 +81,7 @@ pub struct Trial {
 /// A remedy, checked by simulation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckedRemedy {
-    /// What to do.
+    /// The remedy in words.
     pub what: String,
     /// The `--set` arguments of the remedy, including the gain; `feeler why FILE --try N --out FILE` writes
     /// it.

@@ -16,7 +16,7 @@ const UNDETERMINED: f64 = 1e-3;
 /// Result of a fit from one start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fit {
-    /// Where the fit ended.
+    /// The chain that was found.
     pub chain: Chain,
     /// Its landmarks, by linear theory.
     pub landmarks: Landmarks,

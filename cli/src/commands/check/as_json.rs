@@ -41,9 +41,9 @@ struct Finding {
     /// Dotted path of the key; absent if it concerns none.
     #[serde(skip_serializing_if = "Option::is_none")]
     key: Option<String>,
-    /// What is wrong or doubtful.
+    /// The finding in words.
     message: String,
-    /// What to do about it.
+    /// Advice on how to mend it.
     remedy: String,
 }
 

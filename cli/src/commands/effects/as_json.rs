@@ -16,13 +16,13 @@ pub(super) struct Effect {
     site: &'static str,
     /// Parameters of the effect.
     parameters: Vec<Parameter>,
-    /// What it is, in one line.
+    /// Its meaning, in one line.
     summary: &'static str,
     /// Its page, as Markdown.
     documentation: &'static str,
     /// Whether it can only dissipate energy.
     dissipative: bool,
-    /// What it changes: `plant` or `controller`.
+    /// The part of the model that it changes: `plant` or `controller`.
     disturbs: &'static str,
 }
 
@@ -33,7 +33,7 @@ struct Parameter {
     name: &'static str,
     /// SI unit on a translational axis.
     unit: String,
-    /// What it is, in one line.
+    /// Its meaning, in one line.
     text: &'static str,
     /// Its value in the ideal machine; `None` if it has none, or if that is infinite.
     null: Option<f64>,

@@ -49,7 +49,7 @@ pub struct AnsweredEffect {
 /// One line of the table of measures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measure {
-    /// What is measured.
+    /// Name of the measure.
     pub what: &'static str,
     /// The measured number; `None` if no case counts.
     pub value: Option<f64>,
@@ -58,9 +58,9 @@ pub struct Measure {
     pub unit: Unit,
     /// Number of cases that count.
     pub cases: usize,
-    /// What it has to reach, in words.
+    /// The goal, in words.
     pub wanted: String,
-    /// Whether it is reached.
+    /// Whether the goal is reached.
     pub reached: bool,
 }
 

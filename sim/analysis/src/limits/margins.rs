@@ -33,7 +33,7 @@ pub struct MarginReport {
     pub disk: f64,
     /// Largest modulus of the sensitivity.
     pub sensitivity_peak: f64,
-    /// Where it is, Hz.
+    /// Frequency of that peak, Hz.
     pub sensitivity_peak_hz: f64,
     /// Largest modulus of the complementary sensitivity.
     pub complementary_sensitivity_peak: f64,

@@ -47,7 +47,7 @@ pub enum Limit {
 /// One step down.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
-    /// What has been added.
+    /// The ingredient that this stage adds.
     pub added: String,
     /// Largest stable gain; `None` if there is none.
     pub largest_gain: Option<f64>,

@@ -28,7 +28,7 @@ struct Flat<'a> {
     zeros: &'a [[f64; 2]],
     /// Moduli of the poles over 2 pi; conjugate pairs once.
     poles_hz: &'a [f64],
-    /// The same of the zeros.
+    /// Moduli of the zeros over 2 pi; conjugate pairs once.
     zeros_hz: &'a [f64],
     /// Factor of the product of (s - zero) over that of (s - pole); `None` if the output does not depend on
     /// the input.

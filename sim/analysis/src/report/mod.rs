@@ -88,11 +88,11 @@ pub struct StateSpaceReport {
     pub c: Vec<Vec<f64>>,
     /// Rows of D.
     pub d: Vec<Vec<f64>>,
-    /// What the states are.
+    /// Names of the states.
     pub states: Vec<String>,
-    /// What the inputs are.
+    /// Names of the inputs.
     pub inputs: Vec<String>,
-    /// What the outputs are.
+    /// Names of the outputs.
     pub outputs: Vec<String>,
 }
 

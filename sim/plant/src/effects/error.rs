@@ -32,9 +32,9 @@ pub enum EffectError {
     #[error("`{kind}` has {expected} parameters, not {given}")]
     Count {
         kind: Kind,
-        /// As many as it has.
+        /// Number of parameters of the kind.
         expected: usize,
-        /// As many as were given.
+        /// Number that was given.
         given: usize,
     },
     /// A value outside the bounds of the parameter.

@@ -25,8 +25,7 @@ pub struct ColumnError {
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
-    /// Root mean square error over the scale if the prediction restarts every [`WINDOW_S`] from the measured
-    /// motion.
+    /// Root mean square error over the scale if the prediction restarts every 50 ms from the measured motion.
     pub relative_in_windows: f64,
 }
 

@@ -20,7 +20,7 @@ pub struct Fit {
     pub chain: Chain,
     /// Its landmarks, by linear theory.
     pub landmarks: Landmarks,
-    /// Whether each of them is within [`LANDMARK_HZ`] of the paper's.
+    /// Whether each of them is within 1 Hz of the paper's.
     pub reached: bool,
     /// Steps that it took.
     pub iterations: usize,

@@ -32,7 +32,7 @@ pub(super) struct PredictedLoop {
     start: LoopState,
 }
 
-/// What a loop reads.
+/// The reading of a loop.
 #[derive(Clone, Debug)]
 enum Reads {
     /// The stroke of its drive, in steps, after a target.

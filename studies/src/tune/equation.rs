@@ -34,13 +34,13 @@ pub struct Equation {
 /// A linear law in matrices.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Linear {
-    /// From state to next state.
+    /// Matrix from state to next state.
     pub a: Vec<Vec<f64>>,
-    /// From inputs to next state.
+    /// Matrix from inputs to next state.
     pub b: Vec<[f64; 3]>,
-    /// From state to output.
+    /// Matrix from state to output.
     pub c: Vec<f64>,
-    /// From inputs to output.
+    /// Matrix from inputs to output.
     pub d: [f64; 3],
 }
 

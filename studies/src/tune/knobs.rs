@@ -24,7 +24,7 @@ const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
 
-/// What a knob sets.
+/// The setting of a knob.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     /// A factor on all gains on errors.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::change::{Cause, Counterfactual};
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
-/// What was found.
+/// The findings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
     /// Outcome of the unchanged scenario.
@@ -55,7 +55,7 @@ pub struct Lift {
 /// A run with some changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
-    /// What was changed.
+    /// The changes.
     pub changes: Vec<Counterfactual>,
     /// Whether the scenario has the property that the changes remove; if not, they were not run, and the
     /// figures are those of the unchanged scenario.

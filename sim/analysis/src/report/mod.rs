@@ -180,7 +180,7 @@ impl Report {
         self.looped.as_ref()?.waterfall.as_ref()
     }
 
-    /// What limits the bandwidth.
+    /// The problem, or the limit, that bounds the bandwidth.
     pub fn limit(&self) -> Option<Limit> {
         self.looped.as_ref()?.limit()
     }

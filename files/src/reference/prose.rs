@@ -9,6 +9,8 @@ feeler effects EXAMPLE
 feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 ```
 
+![law of EXAMPLE](images/effects/EXAMPLE.svg)
+
 An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
 is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).

@@ -162,6 +162,9 @@ pub(crate) struct Sweep {
     /// Run only part K of N, K from 1 on; all parts together are the sweep
     #[arg(long, value_name = "K/N")]
     pub(crate) shard: Option<Shard>,
+    /// Print the number of variants with each outcome as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -175,6 +178,9 @@ pub(crate) struct Merge {
     /// Folder for the results [default: the first of the folders]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Print the number of variants with each outcome as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

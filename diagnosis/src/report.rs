@@ -45,11 +45,11 @@ pub struct Gap {
 /// A fitted number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
-    /// SI.
+    /// The most probable value, SI.
     pub value: f64,
-    /// 90 % interval.
+    /// Its 90 % interval, SI.
     pub ci90: [f64; 2],
-    /// SI unit.
+    /// The SI unit.
     pub unit: String,
 }
 
@@ -75,9 +75,9 @@ pub struct Where {
 pub struct Cause {
     /// Its kind in the library.
     pub kind: Kind,
-    /// The element.
+    /// Name of the element that has it.
     pub on: String,
-    /// Its place.
+    /// Place on the machine.
     pub place: &'static str,
     /// Probability that it is the cause or part of it.
     pub probability: f64,
@@ -97,7 +97,7 @@ pub struct Attempt {
     /// Gain of evidence over calibration alone on the check experiments, nats. `None` if nothing in the
     /// records suggested the set.
     pub gain_check: Option<f64>,
-    /// The same over all experiments.
+    /// The same over all experiments; `None` likewise.
     pub gain_all: Option<f64>,
     /// Gain on the check experiments in a balance of forces, nats. `None` if the balance shows none of the
     /// causes.
@@ -192,13 +192,13 @@ impl Serialize for AttemptOutcome {
 /// The gap in one cell: root mean square of the anchored prediction's error over the channel's scale.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GapCell {
-    /// Column.
+    /// Name of the column.
     pub channel: String,
-    /// Frequency band.
+    /// Band of frequencies.
     pub band_hz: [f64; 2],
-    /// `free`, `approach`, `impact`, `contact` or `release`.
+    /// Phase of the motion: `free`, `approach`, `impact`, `contact` or `release`.
     pub phase: &'static str,
-    /// `low`, `middle` or `high` command level among experiments of the same engagement.
+    /// Command level among experiments of the same engagement: `low`, `middle` or `high`.
     pub amplitude: &'static str,
     /// Error of the machine as given.
     pub before: f64,
@@ -219,7 +219,7 @@ pub struct PortraitPoint {
     pub position_m: f64,
     /// Speed there, m/s.
     pub velocity_m_per_s: f64,
-    /// Drive force.
+    /// Force of the drive.
     pub drive_n: f64,
     /// Time within the experiment.
     pub time_s: f64,
@@ -230,15 +230,15 @@ pub struct PortraitPoint {
 /// One rung of the disturbance ladder: what an unknown force or error at one place would explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rung {
-    /// The place.
+    /// Place on the machine.
     pub place: &'static str,
-    /// Misfit of the calibrated machine that it would explain, nats.
+    /// Misfit of the calibrated machine that a force there would explain, nats.
     pub evidence: f64,
-    /// Its root mean square, N.
+    /// Root mean square of that force, N.
     pub rms_n: f64,
     /// Share of its variance that depends on position, velocity, drive force and time.
     pub goes_with: [(&'static str, f64); 4],
-    /// Its portrait.
+    /// The force at single instants, with the motion.
     pub portrait: Vec<PortraitPoint>,
 }
 
@@ -291,7 +291,7 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// The gap by channel, band of frequencies, phase of the motion and amplitude.
     pub cells: Vec<GapCell>,
-    /// What an unknown disturbance at each place would explain, with its portrait.
+    /// Misfit that an unknown force at each place would explain, with a portrait of that force.
     pub ladder: Vec<Rung>,
     /// Root mean square of the missing force on the check experiments, after calibration and with the
     /// accepted effects, N.

@@ -18,9 +18,9 @@ pub struct Located {
     pub column: usize,
     /// Dotted path of the key; empty if there is none.
     pub key: String,
-    /// What is wrong.
+    /// The mistake in words.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to mend it.
     pub remedy: String,
     /// Bytes of the file.
     pub span: Range<usize>,

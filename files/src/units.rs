@@ -16,19 +16,19 @@ pub(crate) enum UnitError {
     /// It does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber {
-        /// What was written.
+        /// The text that was written.
         text: String,
     },
     /// A number alone, where a unit is needed.
     #[error("`{text}` has no unit")]
     NoUnit {
-        /// What was written.
+        /// The text that was written.
         text: String,
     },
     /// A comma instead of the decimal point.
     #[error("`{text}` has a decimal comma")]
     DecimalComma {
-        /// What was written.
+        /// The text that was written.
         text: String,
         /// The same with a point.
         meant: String,
@@ -36,7 +36,7 @@ pub(crate) enum UnitError {
     /// A symbol that is not a unit.
     #[error("`{symbol}` is not a unit")]
     UnknownUnit {
-        /// What was written.
+        /// The text that was written.
         symbol: String,
         /// The unit most like it.
         nearest: Option<String>,
@@ -44,7 +44,7 @@ pub(crate) enum UnitError {
     /// Two slashes, an unclosed parenthesis, a denominator of several factors.
     #[error("the unit `{unit}` {why}")]
     Malformed {
-        /// What was written.
+        /// The text that was written.
         unit: String,
         /// What is wrong with it.
         why: &'static str,
@@ -52,9 +52,9 @@ pub(crate) enum UnitError {
     /// A unit of another dimension.
     #[error("`{text}` is {given}")]
     WrongDimension {
-        /// What was written.
+        /// The text that was written.
         text: String,
-        /// What that is.
+        /// The dimension of the text.
         given: String,
     },
 }

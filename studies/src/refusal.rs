@@ -9,7 +9,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{message}")]
 pub struct Refusal {
-    /// What is wrong.
+    /// The mistake in words.
     pub message: String,
     /// What to do about it.
     pub remedy: String,

@@ -39,7 +39,7 @@ const FINEST: f64 = 1e-2;
 /// One machine in both engines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EngineAgreement {
-    /// The machine.
+    /// Name of the machine.
     pub machine: String,
     /// Whether the tip hits the workpiece, or is attached to it.
     pub impact: bool,

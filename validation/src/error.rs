@@ -22,7 +22,7 @@ pub enum ValidationError {
     #[error(transparent)]
     Engine(#[from] EngineError),
     /// A machine is not a chain of the kind that is fitted to the paper's landmarks.
-    #[error("this machine is not of the fitted chain's kind: {what}")]
+    #[error("this machine is no chain that can be fitted: {what}")]
     Chain {
         /// The missing element, or the one that is not above zero.
         what: String,

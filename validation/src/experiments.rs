@@ -20,7 +20,7 @@ pub const BAND_HZ: (f64, f64) = (1.0, 400.0);
 /// Tolerance of measured responses, dB and degrees.
 const MAGNITUDE_DB: f64 = 0.05;
 const PHASE_DEG: f64 = 0.3;
-/// Where they are compared.
+/// Least coherence of the compared frequencies.
 const COHERENCE: f64 = 0.99;
 /// Tolerance of the onset of instability, relative to the predicted gain.
 const ONSET: f64 = 1e-3;

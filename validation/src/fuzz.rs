@@ -59,7 +59,7 @@ pub struct Case {
     pub number: u64,
     /// The original file.
     pub from: PathBuf,
-    /// What it holds.
+    /// Text of the file.
     pub text: String,
 }
 

@@ -31,7 +31,7 @@ pub struct Axis {
     pub base: Option<(f64, f64, f64)>,
     /// Mass, stiffness and damping of the workpiece.
     pub workpiece: Option<(f64, f64, f64)>,
-    /// What drives the motor.
+    /// The drive of the motor.
     pub drive: ActuatorKind,
     /// Whether the controller reads the total contact force, or its elastic part.
     pub total_force: bool,

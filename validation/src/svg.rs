@@ -16,7 +16,7 @@ pub enum Scale {
 pub struct Axis {
     /// Its quantity, with its unit.
     pub label: String,
-    /// How it is divided.
+    /// Its scale.
     pub scale: Scale,
     /// Ends.
     pub range: (f64, f64),

@@ -6,28 +6,28 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RowKind {
-    /// Close to the expectation.
+    /// The value is close to the expectation.
     Close,
-    /// Not to exceed the tolerance.
+    /// The value is at most the tolerance.
     AtMost,
-    /// To exceed what is expected.
+    /// The value is above the expectation.
     Above,
-    /// Equal to 1, that is, true.
+    /// The value is 1: the claim is true.
     Holds,
 }
 
 /// One check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// What is checked.
+    /// Name of the checked quantity.
     pub name: String,
     /// Source of the expectation: a closed form, independent numbers, or a claim of the paper.
     pub claim: String,
-    /// What is asked of the value.
+    /// The criterion that the value must meet.
     pub kind: RowKind,
     /// The expected value; NaN if there is only a bound.
     pub expected: f64,
-    /// The value found.
+    /// The value that was found.
     pub got: f64,
     /// Largest difference allowed.
     pub tolerance: f64,

@@ -10,7 +10,7 @@ use crate::{claims, closed_forms, convergence, engines, files, landmarks, models
 /// Delays of the simulated onsets of instability, in samples.
 pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
 
-/// How thorough to be.
+/// Extent of a validation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Text of the independent critical gains (`critical-gains.json`), if available.

@@ -1,5 +1,7 @@
 //! `feeler check`.
 
+mod as_json;
+
 use std::path::Path;
 
 use feeler_diagnosis::DiagnosisError;
@@ -8,7 +10,6 @@ use feeler_engine::{EngineError, Program};
 use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use feeler_problem::{Problem, Remedy};
 use feeler_studies::doubts;
-use serde_json::{Value, json};
 
 use crate::arguments::Check;
 use crate::numbers::count;
@@ -66,7 +67,7 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
         sound &= result.is_ok();
         consistent &= !result.as_ref().is_ok_and(Sound::has_wrong_unit);
         if arguments.json {
-            results.push(as_json(path, &result));
+            results.push(as_json::Checked::new(path, &result));
             continue;
         }
         match result {
@@ -183,40 +184,4 @@ fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
 /// Whether a line of the text starts like this. A sweep has a table of axes, an arm a URDF.
 fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
-}
-
-fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
-    let file = path.display().to_string();
-    match result {
-        Ok(sound) => {
-            let (wrong, others): (Vec<&Fault>, Vec<&Fault>) =
-                sound.warnings.iter().partition(|found| is_wrong_unit(found));
-            let wrong: Vec<Value> = wrong.into_iter().map(fault).collect();
-            let others = others.into_iter().map(fault).chain(sound.doubts.iter().map(problem));
-            let warnings: Vec<Value> = others.collect();
-            json!({
-                "file": file, "ok": wrong.is_empty(), "about": sound.about,
-                "problems": wrong, "warnings": warnings,
-            })
-        }
-        Err(Mistakes::Format(error)) => {
-            json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] })
-        }
-        Err(Mistakes::Series(DiagnosisError::Data { faults })) => {
-            let problems: Vec<Value> = faults.iter().map(fault).collect();
-            json!({ "file": file, "ok": false, "problems": problems })
-        }
-        Err(other) => {
-            let problems: Vec<Value> = other.error().problems().iter().map(problem).collect();
-            json!({ "file": file, "ok": false, "problems": problems })
-        }
-    }
-}
-
-fn problem(found: &Problem) -> Value {
-    json!({ "key": found.key, "message": found.message, "remedy": found.remedy })
-}
-
-fn fault(fault: &Fault) -> Value {
-    json!({ "file": fault.file, "line": fault.row, "message": fault.to_string() })
 }

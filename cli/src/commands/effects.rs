@@ -1,7 +1,8 @@
 //! `feeler effects`.
 
-use feeler_plant::effects::{Change, Definition, LIBRARY, Parameter, Trait, find};
-use serde_json::{Value, json};
+mod as_json;
+
+use feeler_plant::effects::{Definition, LIBRARY, Parameter, find};
 
 use crate::arguments::Effects;
 use crate::numbers::plain;
@@ -11,8 +12,10 @@ use crate::terminal::table;
 pub(crate) fn run(arguments: &Effects) -> crate::Result<()> {
     let chosen = arguments.kind.as_deref().and_then(find);
     let text = match (chosen, arguments.json) {
-        (Some(effect), true) => terminal::json(&as_json(effect))?,
-        (None, true) => terminal::json(&LIBRARY.iter().map(|effect| as_json(effect)).collect::<Vec<_>>())?,
+        (Some(effect), true) => terminal::json(&as_json::Effect::new(effect))?,
+        (None, true) => {
+            terminal::json(&LIBRARY.iter().map(|effect| as_json::Effect::new(effect)).collect::<Vec<_>>())?
+        }
         (Some(effect), false) => explain(effect),
         (None, false) => list(),
     };
@@ -63,29 +66,4 @@ fn bound(value: f64) -> String {
         v if v > 0.0 && v <= f64::MIN_POSITIVE => "above 0".into(),
         v => plain(v),
     }
-}
-
-fn as_json(effect: &Definition) -> Value {
-    let parameter = |parameter: &Parameter| {
-        json!({
-            "name": parameter.name,
-            "unit": parameter.dimension.to_string(),
-            "text": parameter.text,
-            "null": parameter.null,
-            "typical": parameter.typical,
-            "bounds": [parameter.bounds.0, parameter.bounds.1],
-            "default": parameter.default,
-        })
-    };
-    json!({
-        "kind": effect.name,
-        "place": effect.place.name(),
-        "sits_under": effect.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>(),
-        "site": effect.site,
-        "parameters": effect.parameters.iter().map(parameter).collect::<Vec<_>>(),
-        "summary": effect.summary,
-        "documentation": effect.documentation,
-        "dissipative": effect.has(Trait::Dissipative),
-        "disturbs": if matches!(effect.change, Change::Plant(_)) { "plant" } else { "controller" },
-    })
 }

@@ -21,6 +21,7 @@ pub(crate) mod run;
 mod run_arm;
 pub(crate) mod schema;
 pub(crate) mod sweep;
+mod swept;
 pub(crate) mod tune;
 pub(crate) mod validate;
 pub(crate) mod why;

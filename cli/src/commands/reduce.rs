@@ -65,13 +65,7 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
         std::fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
-        let mut all = as_json::axis(&axis, &pose);
-        if let Some(found) = &measured {
-            all["measured"] = as_json::measured(found);
-        }
-        if let Some(map) = &map {
-            all["map"] = map.iter().map(as_json::place).collect();
-        }
+        let all = as_json::Axis::new(&axis, &pose, measured.as_ref(), map.as_deref());
         return terminal::print(&terminal::json(&all)?);
     }
     let mut text = figures(&axis, &pose, contact);

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use feeler_diagnosis::dataset::{Dataset, in_words};
-use feeler_diagnosis::replay::replay;
+use feeler_diagnosis::replay::{Replay, replay};
 use feeler_files::Document;
-use serde_json::json;
+use serde::Serialize;
 
 use crate::arguments::Replay as Arguments;
 use crate::numbers::{percent, with_unit};
@@ -13,6 +13,19 @@ use crate::terminal;
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
 use crate::units::Units;
+
+/// All predictions of a dataset, as programs read them. The book shows the comments.
+#[derive(Serialize)]
+struct Replayed<'a> {
+    /// Name of the dataset.
+    dataset: &'a str,
+    /// Name of the machine.
+    machine: &'a str,
+    /// Findings of the check of the records.
+    warnings: &'a [String],
+    /// Each experiment, with the errors of its columns.
+    experiments: &'a [Replay],
+}
 
 pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let machine = Document::load(&arguments.machine)?.scenario.machine;
@@ -24,18 +37,13 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     steps.done();
     let replays = replays?;
     let warnings = in_words(&dataset.warnings);
-    // The book shows the remarks as the meaning of the keys.
-    let json = json!({
-        // Name of the dataset.
-        "dataset": dataset.name,
-        // Name of the machine.
-        "machine": machine.name,
-        // Findings of the check of the records.
-        "warnings": warnings,
-        // Errors of each column of each experiment, over short windows and over the whole record.
-        "experiments": replays,
-    });
-    let json = terminal::json(&json)? + "\n";
+    let all = Replayed {
+        dataset: &dataset.name,
+        machine: &machine.name,
+        warnings: &warnings,
+        experiments: &replays,
+    };
+    let json = terminal::json(&all)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
     files.extend(replays.iter().map(|replay| (replay.csv_name(), replay.csv(&dataset))));
     let written = terminal::write_all(&arguments.out, &files)?;

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use feeler_studies::sweep::{self, Options, SweepResult, Theory};
 
+use super::swept::Swept;
 use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
 use crate::pages::sweep::{MOST_PANELS, Tally};
@@ -26,6 +27,9 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     rate.done();
     let wall_s = started.elapsed().as_secs_f64();
     let Some(path) = &result.table else {
+        if arguments.json {
+            return terminal::print(&terminal::json(&Swept::shard(result.progress.total as usize))?);
+        }
         let shard = arguments.shard.map_or_else(String::new, |shard| format!(" of shard {shard}"));
         return terminal::print(&format!(
             "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, if each shard \
@@ -39,6 +43,9 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let shown = pages::sweep::read(&sweep, path, &tally)?;
     let theory = Theory::of(&sweep, &shown.table, MOST_PANELS);
     let (drawn, answer) = pages::sweep::write(&sweep, &name, &shown, &theory, &tally, &folder)?;
+    if arguments.json {
+        return terminal::print(&terminal::json(&Swept::new(path, tally))?);
+    }
     let answer = answer.map_or_else(String::new, |answer| format!("{}\n\n", answer.trim_end()));
     let written: Vec<String> =
         [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();

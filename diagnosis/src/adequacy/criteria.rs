@@ -29,7 +29,7 @@ pub struct Criteria {
     /// it the missing force must have fallen to [`Self::most_of_missing_force`] of its value after
     /// calibration.
     pub most_missing_force: f64,
-    /// See [`Self::most_missing_force`].
+    /// Share of the missing force after calibration that may remain where `most_missing_force` is exceeded.
     pub most_of_missing_force: f64,
     /// At every horizon the repaired machine's error must stay below this multiple of the calibrated one's.
     pub most_worsening: f64,
@@ -50,12 +50,12 @@ pub struct Criteria {
     /// must also remove more than `smooth_share` of the remaining variance, and exceed `smooth_force` of the
     /// drive force.
     pub smooth_nats: f64,
-    /// See [`Self::smooth_nats`].
+    /// Share of the remaining variance that a smooth force must remove to count.
     pub smooth_share: f64,
     /// The share that a smooth force in the drive must remove. At reversals the command is largest, and
     /// friction that turns slightly differently resembles such a force.
     pub smooth_drive_share: f64,
-    /// See [`Self::smooth_nats`].
+    /// Size over the drive force that a smooth force must exceed to count.
     pub smooth_force: f64,
     /// Missing force in the balance, over the drive force, below which an answer stands. The error of short
     /// predictions in sigmas then does not count.
@@ -65,10 +65,11 @@ pub struct Criteria {
     pub most_ratio: f64,
     /// Largest fitted force over the largest command. Beyond it no motion would be left.
     pub most_force: f64,
-    /// Smallest fitted force over the largest command, and smallest fitted time over the row spacing. Below
-    /// them an effect cannot be distinguished from its absence.
+    /// Smallest fitted force over the largest command. Below it an effect cannot be distinguished from its
+    /// absence.
     pub least_force: f64,
-    /// See [`Self::least_force`].
+    /// Smallest fitted time over the spacing of the rows. Below it an effect cannot be distinguished from its
+    /// absence.
     pub least_rows: f64,
     /// A rival at another place predicts as well if its evidence on the check experiments lies within this,
     /// nats.

@@ -16,9 +16,9 @@ pub struct Horizon {
     pub seconds: Option<f64>,
     /// Error of the machine as given. This and the other errors are `None` if the prediction is not finite.
     pub before: Option<f64>,
-    /// Error of the calibrated machine.
+    /// Error of the calibrated machine; `None` if it is not finite.
     pub refit: Option<f64>,
-    /// Error with the accepted effects.
+    /// Error with the accepted effects; `None` if it is not finite.
     pub after: Option<f64>,
     /// Error that noise alone leaves.
     pub floor: f64,

@@ -58,14 +58,14 @@ impl Condition {
 pub struct Shortfall {
     /// Which condition is not met.
     pub condition: Condition,
-    /// What was found, in words.
+    /// The finding in words.
     pub what: String,
 }
 
 /// What an answer leaves, in absolute terms, and what keeps it from being called explained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Adequacy {
-    /// What it was held against.
+    /// The limits that were applied.
     pub criteria: Criteria,
     /// Errors by how far ahead predictions reach, the shortest first, the free run of whole records last.
     pub horizons: Vec<Horizon>,

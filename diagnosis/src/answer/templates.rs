@@ -65,7 +65,7 @@ impl Reach {
         prediction.stroke.iter().fold(Self::NONE, reached)
     }
 
-    /// What holds both.
+    /// The range that holds both.
     pub(crate) fn with(self, other: Self) -> Self {
         Self {
             travel_m: [self.travel_m[0].min(other.travel_m[0]), self.travel_m[1].max(other.travel_m[1])],

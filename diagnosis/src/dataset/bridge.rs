@@ -18,9 +18,9 @@ pub(super) const FIRST_LOST: f64 = 1.5;
 /// Missing rows of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lost {
-    /// How many.
+    /// Number of bridged rows.
     pub(super) rows: usize,
-    /// In how many stretches.
+    /// Number of stretches.
     pub(super) stretches: usize,
     /// The longest stretch, s.
     pub(super) longest_s: f64,

@@ -21,12 +21,11 @@ pub struct ColumnError {
     pub scale: f64,
     /// Root mean square error of the free prediction from the first row, signal units.
     pub rms: f64,
-    /// The same over the scale; infinite (`null` in JSON) if the column never changes.
+    /// That error over the scale; infinite (`null` in JSON) if the column never changes.
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
-    /// Root mean square error over the scale if the prediction restarts every [`WINDOW_S`] from the measured
-    /// motion.
+    /// Root mean square error over the scale if the prediction restarts every 50 ms from the measured motion.
     pub relative_in_windows: f64,
 }
 

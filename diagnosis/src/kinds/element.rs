@@ -80,7 +80,7 @@ impl<'a> Element<'a> {
 /// to no better than half a row.
 pub(crate) const LATE_ROWS: f64 = 1.0;
 
-/// What the records cover.
+/// The range that the records cover.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// The longest way, m.

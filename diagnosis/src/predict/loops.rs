@@ -32,7 +32,7 @@ pub(super) struct PredictedLoop {
     start: LoopState,
 }
 
-/// What a loop reads.
+/// The reading of a loop.
 #[derive(Clone, Debug)]
 enum Reads {
     /// The stroke of its drive, in steps, after a target.
@@ -74,9 +74,9 @@ pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
 
 /// A row, on its way.
 pub(super) struct RowSpan {
-    /// When it began, s.
+    /// Its time, s.
     pub(super) start_s: f64,
-    /// Until the next one, s.
+    /// Time until the next row, s.
     pub(super) span_s: f64,
     /// Whether its parts are rounded, so that they recur.
     pub(super) rounds: bool,

@@ -16,7 +16,7 @@ pub(super) struct State {
     pub(super) loops: Vec<LoopState>,
 }
 
-/// Where one loop is.
+/// State of one loop.
 #[derive(Clone, Debug)]
 pub(super) struct LoopState {
     pub(super) controller: Controller<f64>,

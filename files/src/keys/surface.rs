@@ -109,7 +109,7 @@ static BODY: Keys = Keys {
     choice: Some(SHAPES),
 };
 
-/// How the tip travels.
+/// The path of the tip.
 #[derive(Debug)]
 pub(crate) enum FeedKeys {
     Line { start_m: [f64; 2], velocity_m_per_s: [f64; 2], duration_s: f64 },

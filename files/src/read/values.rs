@@ -91,8 +91,8 @@ impl Reader<'_> {
             return None;
         }
         if value.abs() > LARGEST {
-            let remedy = format!("values up to {LARGEST:e} are taken; check the unit");
-            self.problems.add(&node.origin, path, format!("{shown} is beyond anything real"), remedy);
+            let remedy = format!("write at most {LARGEST:e}, and check the unit");
+            self.problems.add(&node.origin, path, format!("{shown} is too large"), remedy);
             return None;
         }
         Some(value)

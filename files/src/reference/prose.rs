@@ -9,6 +9,8 @@ feeler effects EXAMPLE
 feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 ```
 
+![law of EXAMPLE](images/effects/EXAMPLE.svg)
+
 An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
 is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
 and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
@@ -55,7 +57,9 @@ A signal is named `element.quantity`, as in `motor.position`.
 | its `surface` | `point_x`, `point_y`, `point_z`: where the tip meets the workpiece along the axis |
 | its `surface` | `normal_x`, `normal_y`, `normal_z`: unit vector there, from tip into workpiece |
 | spring | `force`, `spring_force` |
-| actuator | `command`, `force` |
+| actuator | `command`, `force`; `position`, `velocity` of its body against the one that it reacts on |
+| position servo | `target` (its command) |
+| motor | `voltage` (its command, if that is one), `current` (as it flows) |
 | sensor | `reading` |
 | controller | `output`, `reference` |
 

@@ -21,7 +21,7 @@ pub enum Axis {
         from: f64,
         /// Last value.
         to: f64,
-        /// How many.
+        /// Number of points.
         points: u64,
     },
     /// With a constant ratio; both ends are included and have the same sign.
@@ -30,7 +30,7 @@ pub enum Axis {
         from: f64,
         /// Last value.
         to: f64,
-        /// How many.
+        /// Number of points.
         points: u64,
     },
     /// These.

@@ -46,7 +46,7 @@ pub struct SweepFile {
     pub axes: IndexMap<String, Axis>,
     /// The SI unit of each key; empty for a pure number.
     pub units: IndexMap<String, String>,
-    /// How points are chosen.
+    /// Choice of the points.
     pub sampling: Sampling,
     /// Number of drawn points; for a grid the product of the axes' counts.
     pub samples: u64,

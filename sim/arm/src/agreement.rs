@@ -209,7 +209,7 @@ impl Reduction {
     }
 }
 
-/// What force control reaches.
+/// Stable gains and bandwidth of force control.
 struct Gains {
     /// Largest stable gains: proportional, and integral, 1/s.
     largest: [Edge; 2],

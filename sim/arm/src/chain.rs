@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
 use crate::error::ArmError;
 
-/// How a joint moves.
+/// Motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// It turns, between limits.
@@ -62,7 +62,7 @@ pub struct Joint {
     pub name: String,
     /// The name of the link that it moves.
     pub link: String,
-    /// How it moves.
+    /// Whether it turns or slides.
     pub kind: JointKind,
     /// Its frame in that of the previous joint, at position zero.
     pub place: Isometry3<f64>,
@@ -76,7 +76,7 @@ pub struct Joint {
     pub viscous_friction: f64,
     /// Dry friction, N m or N.
     pub dry_friction: f64,
-    /// What it moves.
+    /// The bodies that it moves as one.
     pub inertial: Inertial,
 }
 

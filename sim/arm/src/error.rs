@@ -29,9 +29,9 @@ pub enum ArmError {
     Unknown {
         /// `link` or `joint`.
         kind: &'static str,
-        /// What was asked for.
+        /// The name that was given.
         name: String,
-        /// What there is.
+        /// The names that exist.
         known: String,
     },
     /// A moving link that can turn about an axis without any inertia.
@@ -85,20 +85,20 @@ pub enum ArmError {
         /// Which number.
         what: &'static str,
         value: f64,
-        /// What it must be.
+        /// The rule that it breaks.
         rule: &'static str,
     },
     /// Numbers left all bounds.
     #[error("the motion diverged at {t_s} s")]
     Diverged {
-        /// When, s.
+        /// Time of the failure, s.
         t_s: f64,
     },
     /// No pose was found that brings the tool to the target.
     #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are \
              left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
-        /// Where it should go.
+        /// The place that was asked for.
         target_m: [f64; 3],
         /// Distance of the best pose.
         left_m: f64,

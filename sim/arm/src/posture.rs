@@ -53,7 +53,7 @@ impl Chain {
 }
 
 impl Posture<'_> {
-    /// Where the tool is.
+    /// Place and orientation of the tool.
     pub fn tool(&self) -> Isometry3<f64> {
         self.tool
     }

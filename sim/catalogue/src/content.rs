@@ -51,7 +51,7 @@ impl Contents {
         self.entries.iter()
     }
 
-    /// What a key holds.
+    /// Content of a key.
     pub fn get(&self, key: &str) -> Option<&Content> {
         self.entries.iter().find(|(name, _)| *name == key).map(|(_, content)| content)
     }

@@ -8,15 +8,15 @@ use crate::dimension::Dimension;
 pub struct Key {
     /// Its name in files.
     pub name: &'static str,
-    /// What it holds.
+    /// Kind of its content.
     pub kind: Kind,
-    /// What its absence means.
+    /// Meaning of its absence.
     pub absent: Absent,
     /// What it means.
     pub text: &'static str,
 }
 
-/// What a key holds.
+/// Kind of the content of a key.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A number in SI or a text with a unit.
@@ -92,7 +92,7 @@ pub enum Bound {
     Positive,
     /// >= 0.
     NotNegative,
-    /// At least this.
+    /// This value or above.
     AtLeast(f64),
     /// From the first to the second, both included.
     Within(f64, f64),
@@ -216,7 +216,7 @@ pub struct Choice {
     pub key: &'static str,
     /// The default word; `None` if it is required.
     pub default: Option<&'static str>,
-    /// What it chooses.
+    /// Meaning of the choice, for people.
     pub text: &'static str,
     /// The possible variants.
     pub variants: &'static [Variant],

@@ -24,7 +24,7 @@ pub(crate) struct AdmittanceConfig<L> {
 
 #[derive(Clone, Copy, Default)]
 pub(crate) struct AdmittanceState<L> {
-    /// Where the law started.
+    /// Position at which the law started.
     origin: L,
     position: L,
     velocity: L,

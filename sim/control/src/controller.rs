@@ -58,7 +58,7 @@ struct Config<L: Lane> {
     limit: L,
 }
 
-/// What a run changes.
+/// State that changes in a run.
 #[derive(Clone, Copy)]
 struct State<L: Lane> {
     started: bool,

@@ -25,7 +25,7 @@ pub enum ControlError {
         key: String,
         /// The value given, SI.
         value: f64,
-        /// What it must obey.
+        /// The bound that it breaks.
         bound: Bound,
     },
     /// A number that must be smaller than another.

@@ -30,9 +30,9 @@ pub enum EngineError {
          one second takes {looks_per_s:.1e} guard evaluations"
     )]
     TooFast {
-        /// At which frequency.
+        /// Its frequency.
         frequency_hz: f64,
-        /// Looks that a second takes.
+        /// Guard evaluations in one second.
         looks_per_s: f64,
     },
     /// Variants that run side by side differ in more than numbers.
@@ -40,7 +40,7 @@ pub enum EngineError {
     Structure {
         /// Index of the variant.
         variant: usize,
-        /// What differs.
+        /// The difference.
         what: &'static str,
     },
     /// A run with an external body engine needs one engine per lane; any other run needs none.
@@ -109,26 +109,26 @@ impl Remedy for EngineError {
     }
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RunEnd {
-    /// At its duration.
+    /// It reached its duration.
     Completed,
     /// The motion left all bounds; the stored state is the last finite one.
     Diverged {
-        /// When.
+        /// Time of the end.
         t_s: f64,
     },
     /// More events than the limit at practically one instant, or endlessly short steps: the motion of the
     /// machine cannot be followed past this point.
     EventStorm {
-        /// When.
+        /// Time of the end.
         t_s: f64,
     },
     /// Removed from the run by [`crate::Simulation::stop`].
     Stopped {
-        /// When.
+        /// Time of the end.
         t_s: f64,
     },
 }

@@ -50,9 +50,9 @@ pub enum GeometryError {
     #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the \
              workpiece", at(*.t_s))]
     Unreachable {
-        /// Where, m.
+        /// Place of the fault, m.
         y_m: f64,
-        /// Where, m.
+        /// Place of the fault, m.
         z_m: f64,
         /// Time on the feed, s, if known.
         t_s: Option<f64>,
@@ -63,7 +63,7 @@ pub enum GeometryError {
          touch", short(*.t_s), short(*.jump_m)
     )]
     Jump {
-        /// When, s.
+        /// Time of the fault, s.
         t_s: f64,
         /// Size of the jump, m.
         jump_m: f64,
@@ -75,7 +75,7 @@ pub enum GeometryError {
         short(*.t_s), short(*.apart_m)
     )]
     Unresolved {
-        /// When, s.
+        /// Time of the fault, s.
         t_s: f64,
         /// Error of the gap there, m.
         apart_m: f64,

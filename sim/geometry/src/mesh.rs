@@ -19,7 +19,7 @@ const STL_START: usize = 84;
 /// Bytes per triangle: a normal, three corners, and two of padding.
 const STL_TRIANGLE: usize = 50;
 
-/// What mends a mesh.
+/// Remedy for a broken mesh.
 const EXPORT: &str = "export the mesh again as triangles";
 
 fn mesh_error<T>(what: impl Into<String>) -> Result<T, GeometryError> {

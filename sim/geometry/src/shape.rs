@@ -55,7 +55,7 @@ pub enum Shape {
 /// Position and orientation of a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Placement {
-    /// Where its origin is.
+    /// Position of its origin.
     pub position_m: [f64; 3],
     /// Axis of rotation times its angle.
     pub rotation_rad: [f64; 3],

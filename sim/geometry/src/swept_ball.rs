@@ -9,7 +9,7 @@ use parry3d_f64::shape::{SharedShape, Triangle};
 
 /// A ball that moves along a line.
 pub(crate) struct SweptBall {
-    /// Where its centre begins.
+    /// Centre at the start.
     pub(crate) centre: Vector,
     /// Unit vector of its motion.
     pub(crate) along: Vector,

@@ -27,7 +27,7 @@ pub struct Part {
     pub place: Placement,
 }
 
-/// How the arm begins.
+/// State of the arm at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     /// Joint positions, rad or m; gears are relaxed.
@@ -81,9 +81,9 @@ pub struct Cell {
     pub joints: Vec<JointPart>,
     /// Shapes of base and links, the base first.
     pub bodies: Vec<BodyShapes>,
-    /// How it begins.
+    /// State at the start.
     pub start: Start,
-    /// What touches the workpiece.
+    /// The part that touches the workpiece.
     pub tip: Part,
     /// The workpiece, which does not move.
     pub workpiece: Part,

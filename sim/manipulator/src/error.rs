@@ -32,7 +32,7 @@ pub enum ManipulatorError {
     /// The tip starts inside the workpiece.
     #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
     Penetrates {
-        /// How deep.
+        /// Depth of the overlap.
         depth_m: f64,
     },
     /// The tip passes the workpiece on its path along the normal.
@@ -58,13 +58,13 @@ pub enum ManipulatorError {
         /// The first link, or `base`.
         a: String,
         b: String,
-        /// How deep.
+        /// Depth of the overlap.
         depth_m: f64,
     },
     /// A step with which the stiffest mode grows.
     #[error("steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s")]
     Step {
-        /// What was asked for.
+        /// The step that was asked for.
         step_s: f64,
         /// Rate of the fastest mode.
         rate_per_s: f64,
@@ -77,16 +77,16 @@ pub enum ManipulatorError {
          {most:.0e} are taken"
     )]
     Work {
-        /// What is fastest.
+        /// The fastest part.
         what: String,
         /// Its key in the file.
         key: String,
         /// The step it asks for.
         step_s: f64,
         duration_s: f64,
-        /// How many steps.
+        /// Number of steps that the run takes.
         steps: f64,
-        /// How many are taken.
+        /// Largest number allowed.
         most: f64,
     },
 }

@@ -73,7 +73,7 @@ pub struct JointPart {
     pub guide: Link,
     /// The spring between motor and link.
     pub gear: Link,
-    /// From command to torque.
+    /// The drive, from command to torque.
     pub drive: Drive,
     /// The controller's reading of the motor position.
     pub encoder: SensorPart,

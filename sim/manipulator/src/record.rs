@@ -18,7 +18,7 @@ pub const LOWER: &str = "lower limit";
 /// A joint that stuck or broke loose, met or left a flank of its play, or reached the end of its travel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEvent {
-    /// When, s.
+    /// Its time, s.
     pub t_s: f64,
     /// Which joint.
     pub joint: usize,

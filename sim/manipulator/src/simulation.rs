@@ -26,7 +26,7 @@ const TYPICAL_DEPTH_M: f64 = 1e-4;
 /// Joint positions beyond which a motion has diverged, rad or m.
 const BOUND: f64 = 1e6;
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {
     /// How the run ended; `None` while it goes on.
@@ -191,7 +191,7 @@ impl Simulation {
         self.plant.compression(&self.x, &self.mode, &self.inputs)
     }
 
-    /// What has been recorded.
+    /// The record so far.
     pub fn into_record(self) -> Record {
         self.record
     }

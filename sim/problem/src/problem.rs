@@ -17,7 +17,7 @@ pub fn short(value: f64) -> String {
 pub struct Problem {
     /// Dotted path of the key, as in `bodies.motor.mass`, or a file with its row; empty if neither applies.
     pub key: String,
-    /// What is wrong.
+    /// The mistake in words.
     pub message: String,
     /// What to do about it.
     pub remedy: String,

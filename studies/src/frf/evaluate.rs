@@ -15,7 +15,7 @@ use crate::numbers::with_unit;
 /// Lines on each side over which the spectra of a chirp are averaged.
 const HALF_WIDTH: usize = 1;
 
-/// What records give.
+/// Result of evaluated records.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
     /// The response.

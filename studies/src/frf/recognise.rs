@@ -21,7 +21,7 @@ const NEARLY_ALL: f64 = 0.9;
 /// Command and output of one experiment, with their means subtracted.
 pub type Pair = (Vec<f64>, Vec<f64>);
 
-/// How records are evaluated.
+/// Method of evaluating records.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// Spectral lines of whole periods.

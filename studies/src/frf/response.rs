@@ -20,7 +20,7 @@ pub struct Response {
     pub reads: Option<String>,
     /// Excitation and estimator in words.
     pub how: String,
-    /// What was assumed.
+    /// Assumptions that were made.
     pub notes: Vec<String>,
     /// Time for which each command is held, s.
     pub hold_s: f64,
@@ -47,7 +47,7 @@ pub struct Levels {
     pub shows_from: f64,
     /// Whether there is distortion beyond the noise.
     pub is_beyond_noise: bool,
-    /// Where it is.
+    /// Bands in which it lies.
     pub bands: Vec<DistortionBand>,
 }
 

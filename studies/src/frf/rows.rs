@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
-use super::distortion::Separated;
+use super::distortion::{DistortionBand, Separated};
 use super::response::Response;
 
 /// The values at one frequency; unknown values are NaN.
@@ -91,55 +91,93 @@ pub fn csv(response: &Response) -> String {
     text
 }
 
-/// The response as JSON. The book shows the remarks as the meaning of its keys.
-pub fn json(response: &Response) -> Value {
+/// A response as programs read it. The book shows the comments.
+#[derive(Serialize)]
+struct Flat<'a> {
+    /// Name of the scenario or dataset.
+    name: &'a str,
+    /// Input of the response.
+    input: &'a str,
+    /// Output of the response.
+    output: &'a str,
+    /// The signal that a sensor reads; `None` unless its reading is the output.
+    output_reads: Option<&'a str>,
+    /// Excitation and estimator in words.
+    how: &'a str,
+    /// Warnings of the records, and choices that were made.
+    notes: &'a [String],
+    /// Time for which each command is held.
+    hold_s: f64,
+    /// Confidence of the bands, between 0 and 1.
+    confidence: f64,
+    /// Frequencies of the estimate.
+    frequencies_hz: &'a [f64],
+    /// Measured response, output over input in SI, as pairs of real and imaginary part.
+    response: Vec<[f64; 2]>,
+    /// Lowest and highest magnitude within the confidence, at each frequency.
+    magnitude_band: Vec<[f64; 2]>,
+    /// Half of the width of the band of phases.
+    phase_half_width_deg: Vec<f64>,
+    /// Coherence; `None` if the estimator defines none.
+    coherence: Option<&'a [f64]>,
+    /// Response of linear theory at the same frequencies, as pairs.
+    linear: Vec<[f64; 2]>,
+    /// Variance of the noise; `None` unless the excitation separates it.
+    noise_variance: Option<&'a [f64]>,
+    /// Variance of nonlinear distortion; `None` unless the excitation separates it.
+    distortion_variance: Option<&'a [f64]>,
+    /// Bands in which distortion exceeds chance.
+    distortion_bands: Vec<DistortionBand>,
+    /// Whether there is distortion beyond the noise; `None` unless the excitation separates them.
+    distortion_beyond_noise: Option<bool>,
+    /// Differences from linear theory.
+    agreement: FlatAgreement,
+}
+
+/// Differences of a measured response from the linear one.
+#[derive(Serialize)]
+struct FlatAgreement {
+    /// Number of frequencies that count, because the response is known well there.
+    frequencies_compared: usize,
+    /// Largest difference of magnitude among them.
+    largest_difference_db: f64,
+    /// Largest difference of phase among them.
+    largest_difference_deg: f64,
+    /// Share of all frequencies at which the linear response lies within the confidence band.
+    share_within_band: f64,
+}
+
+/// The response as a value for JSON.
+pub fn json(response: &Response) -> impl Serialize {
     let estimate = &response.estimate;
     let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();
     let bands = estimate.confidence(response.confidence);
     let agreement = response.agreement();
-    json!({
-        // Name of the scenario or dataset.
-        "name": response.title,
-        // Input of the response.
-        "input": response.input,
-        // Its output.
-        "output": response.output,
-        // The signal that a sensor reads, if its reading is the output.
-        "output_reads": response.reads,
-        // Excitation and estimator in words.
-        "how": response.how,
-        // Warnings of the records, and choices that were made.
-        "notes": response.notes,
-        // Time for which each command is held.
-        "hold_s": response.hold_s,
-        // Confidence of the bands, between 0 and 1.
-        "confidence": response.confidence,
-        // Frequencies of the estimate.
-        "frequencies_hz": estimate.frequencies_hz,
-        // Measured response, output over input in SI, as pairs of real and imaginary part.
-        "response": complex(&estimate.response),
-        // Lowest and highest magnitude within the confidence, at each frequency.
-        "magnitude_band": bands.iter().map(|b| [b.magnitude_low, b.magnitude_high]).collect::<Vec<_>>(),
-        // Half of the width of the band of phases.
-        "phase_half_width_deg": bands.iter().map(|b| b.phase_half_width_rad.to_degrees()).collect::<Vec<_>>(),
-        // Coherence, if the estimator defines it.
-        "coherence": estimate.coherence,
-        // Response of linear theory at the same frequencies, as pairs.
-        "linear": complex(&response.linear),
-        // Variance of the noise; `None` unless the excitation separates it.
-        "noise_variance": response.separated.as_ref().map(|t| &t.noise),
-        // Variance of nonlinear distortion, likewise.
-        "distortion_variance": response.separated.as_ref().map(|t| &t.distortion),
-        // Bands in which distortion exceeds chance.
-        "distortion_bands": response.distortion_bands(),
-        // Whether there is distortion beyond the noise.
-        "distortion_beyond_noise": response.separated.as_ref().map(|t| t.evidence.is_beyond_noise),
-        // Largest differences from linear theory, and the share of frequencies within the band.
-        "agreement": {
-            "frequencies_compared": agreement.compared,
-            "largest_difference_db": agreement.decibels,
-            "largest_difference_deg": agreement.degrees,
-            "share_within_band": agreement.within,
+    let separated = response.separated.as_ref();
+    Flat {
+        name: &response.title,
+        input: &response.input,
+        output: &response.output,
+        output_reads: response.reads.as_deref(),
+        how: &response.how,
+        notes: &response.notes,
+        hold_s: response.hold_s,
+        confidence: response.confidence,
+        frequencies_hz: &estimate.frequencies_hz,
+        response: complex(&estimate.response),
+        magnitude_band: bands.iter().map(|band| [band.magnitude_low, band.magnitude_high]).collect(),
+        phase_half_width_deg: bands.iter().map(|band| band.phase_half_width_rad.to_degrees()).collect(),
+        coherence: estimate.coherence.as_deref(),
+        linear: complex(&response.linear),
+        noise_variance: separated.map(|levels| levels.noise.as_slice()),
+        distortion_variance: separated.map(|levels| levels.distortion.as_slice()),
+        distortion_bands: response.distortion_bands(),
+        distortion_beyond_noise: separated.map(|levels| levels.evidence.is_beyond_noise),
+        agreement: FlatAgreement {
+            frequencies_compared: agreement.compared,
+            largest_difference_db: agreement.decibels,
+            largest_difference_deg: agreement.degrees,
+            share_within_band: agreement.within,
         },
-    })
+    }
 }

@@ -44,7 +44,7 @@ pub struct CellRun {
 /// A joint that reached the end of its travel, where a stop with the stiffness of its gear holds it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitMet {
-    /// Which joint.
+    /// Name of the joint.
     pub joint: String,
     /// `upper limit` or `lower limit`.
     pub what: &'static str,

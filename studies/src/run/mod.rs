@@ -83,7 +83,7 @@ const SLICES: usize = 200;
 pub struct Progress {
     /// Simulated time reached, s.
     pub t_s: f64,
-    /// Where it ends, s.
+    /// Time at which it ends, s.
     pub duration_s: f64,
 }
 
@@ -149,7 +149,7 @@ pub fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
     recorded(scenario, &Recording::as_swept(scenario), manner, &mut |_| {})
 }
 
-/// How a run goes.
+/// Whether a run is measured with a ledger, and whether it is extended.
 #[derive(Clone, Copy, Debug)]
 struct Manner {
     /// Whether it keeps the energy ledger.

@@ -31,7 +31,7 @@ pub struct Summary {
     pub outcome: Outcome,
     /// Largest force of any contact, in magnitude.
     pub peak_force_n: f64,
-    /// Peak force over the final reference less one, of the force-controlled contact.
+    /// Peak force over the final reference less one, of the force-controlled contact; `None` without one.
     pub overshoot: Option<f64>,
     /// Time from the first touch or the last change of the reference (the later) until the force stays in its
     /// band. That is 2 % of the reference, or the sensor's uncertainty. `None` if it does not stay there.
@@ -46,7 +46,7 @@ pub struct Summary {
     pub oscillation: Option<Oscillation>,
     /// Share of the controller samples at which a drive or controller was at its limit.
     pub saturation_share: f64,
-    /// The response of the force-controlled contact to its reference.
+    /// The response of the force-controlled contact to its reference; `None` without one.
     pub response: Option<Response>,
     /// Peak, first touch, lift-offs and time of each contact.
     pub contacts: Vec<ContactSummary>,
@@ -77,17 +77,17 @@ const LOOKS: u32 = 16;
 /// A contact in the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactSummary {
-    /// Its name.
+    /// Name of the contact.
     pub name: String,
-    /// Largest total force, in size.
+    /// Largest total force, in magnitude.
     pub peak_force_n: f64,
     /// Whether that is a pull, as a clamped contact may have.
     pub peak_is_pull: bool,
-    /// When.
+    /// Time of the largest force.
     pub peak_at_s: f64,
     /// First touch; `None` if it never touches.
     pub first_contact_s: Option<f64>,
-    /// Lift-offs.
+    /// Number of lift-offs.
     pub bounces: usize,
     /// Time in contact.
     pub contact_time_s: f64,

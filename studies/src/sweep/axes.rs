@@ -83,8 +83,8 @@ pub fn share_between([from, to]: [f64; 2], log: bool, value: f64) -> f64 {
     if log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
 }
 
-/// Combinations of values with their own map or diagram each. They are of the axes that are lists, and of a
-/// grid's further axes after two axes of numbers.
+/// Combinations of values, each with its own map or diagram. Their axes are lists, or follow the first two
+/// numeric axes of a grid.
 #[derive(Clone, Debug)]
 pub struct Panels<'a> {
     axes: Vec<(&'a String, &'a Axis)>,

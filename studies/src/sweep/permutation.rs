@@ -18,7 +18,7 @@ impl Permutation {
         Self { count, key, half_bits: bits.div_ceil(2).max(1) }
     }
 
-    /// Where `index` goes.
+    /// The place to which `index` goes.
     pub(super) fn at(self, index: u64) -> u64 {
         // Cycle walking until the value is in range: a permutation of the larger set restricts to one of the
         // smaller.

@@ -24,7 +24,7 @@ pub struct Shard {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{text}` is not a shard")]
 pub struct ParseShardError {
-    /// What was given.
+    /// The text that was given.
     pub text: String,
 }
 

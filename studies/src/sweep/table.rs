@@ -94,7 +94,7 @@ impl Column {
 pub struct SweepTable {
     /// The columns.
     pub columns: IndexMap<String, Column>,
-    /// How many rows.
+    /// Number of rows.
     pub rows: usize,
 }
 

@@ -11,9 +11,9 @@ use serde::Serialize;
 /// A controller as source text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Code {
-    /// C99.
+    /// The controller in C99.
     pub c: String,
-    /// Rust.
+    /// The controller in Rust.
     pub rust: String,
 }
 
@@ -29,9 +29,9 @@ impl Code {
 fn about(listing: &Listing, name: &str, spec: &ControllerSpec) -> Vec<String> {
     let inputs = listing.inputs().into_iter().map(|input| match input {
         "t" => "t: time of the sample, s",
-        "reference" => "reference: what the reading shall become",
+        "reference" => "reference: the value that the reading is to reach",
         "reading" => "reading: what its sensor reads",
-        _ => "motion: what its position or velocity sensor reads",
+        _ => "motion: the reading of its position or velocity sensor",
     });
     let begin = format!("Controller `{name}`, written by `feeler tune`. SI units.");
     let when = format!("Sample every {} s; the output acts {} s later.", spec.period_s, spec.delay_s);

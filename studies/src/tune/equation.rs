@@ -20,9 +20,9 @@ pub struct Equation {
     pub constants: IndexMap<String, f64>,
     /// The equations, in order; `name[n-1]` is what the sample before left.
     pub lines: Vec<String>,
-    /// What a sample is given, of `t` (s), `reference`, `reading` and `motion`, in the order of the code.
+    /// Arguments of a sample, of `t` (s), `reference`, `reading` and `motion`, in the order of the code.
     pub inputs: Vec<&'static str>,
-    /// What is put out.
+    /// Name of the output.
     pub output: String,
     /// In contact and within limits: `x[n+1] = a x[n] + b in[n]`, `u[n] = c x[n] + d in[n]`, with the inputs
     /// reference, reading and motion.
@@ -34,13 +34,13 @@ pub struct Equation {
 /// A linear law in matrices.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Linear {
-    /// From state to next state.
+    /// Matrix from state to next state.
     pub a: Vec<Vec<f64>>,
-    /// From inputs to next state.
+    /// Matrix from inputs to next state.
     pub b: Vec<[f64; 3]>,
-    /// From state to output.
+    /// Matrix from state to output.
     pub c: Vec<f64>,
-    /// From inputs to output.
+    /// Matrix from inputs to output.
     pub d: [f64; 3],
 }
 

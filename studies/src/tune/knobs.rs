@@ -24,7 +24,7 @@ const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
 
-/// What a knob sets.
+/// The setting of a knob.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     /// A factor on all gains on errors.
@@ -143,7 +143,7 @@ impl Knobs {
             if !knob.keep(limit) {
                 return Err(refused(
                     format!("--spec: no value of `{}` is within its limits", limit.of),
-                    format!("give limits of the sign of its present value, {}", gain(base, &limit.of)?),
+                    format!("give limits with the sign of its present value, {}", gain(base, &limit.of)?),
                 ));
             }
         }

@@ -53,16 +53,16 @@ const JOINING: usize = 4;
 /// A tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuned {
-    /// The controller.
+    /// Name of the controller that is tuned.
     pub controller: String,
-    /// The specification.
+    /// The specification that was asked for.
     pub spec: Spec,
     /// Number of machines: the most probable one and those drawn.
     pub machines: usize,
     /// Linear theory of the file as it is, on the most probable machine; `None` if the loop
     /// is unstable.
     pub before: Option<Figures>,
-    /// The same as tuned.
+    /// Linear theory of the tuned file on the same machine.
     pub after: Figures,
     /// Smallest bandwidth over the machines as tuned, Hz.
     pub bandwidth_hz: f64,

@@ -25,22 +25,22 @@ const WAITS: f64 = 2.0;
 pub struct Step {
     /// Share of the tuned gains on errors; damping and filters are as tuned from the first step on.
     pub share: f64,
-    /// What `--set` takes, and what to set on the robot.
+    /// Values for `--set`, which are those to set on the robot.
     pub settings: Vec<String>,
     /// Smallest bandwidth over the machines, Hz.
     pub bandwidth_hz: f64,
-    /// Factor by which the gain may still rise, by linear theory, on the worst machine; absent if none
+    /// Factor by which the gain may still rise, by linear theory, on the worst machine; `None` if none
     /// destabilises.
     pub gain_margin: Option<f64>,
-    /// What the runs of this step show.
+    /// Outcomes and measures of the runs of this step.
     pub expected: Runs,
-    /// Stop where the reading passes this, N.
+    /// Stop if the reading passes this, N.
     pub stop_force_n: f64,
-    /// Stop where the reading oscillates by more than this after `wait_s`, N; absent if no force rests.
+    /// Stop if the reading oscillates by more than this after `wait_s`, N; `None` if no force rests.
     pub stop_swing_n: Option<f64>,
-    /// At about this frequency it would, Hz: where the loop comes nearest to instability.
+    /// Frequency at which it would oscillate, Hz: where the loop comes nearest to instability.
     pub swing_hz: f64,
-    /// How long to wait for rest after touch or step, s; absent if nothing settles.
+    /// How long to wait for rest after touch or step, s; `None` if nothing settles.
     pub wait_s: Option<f64>,
 }
 

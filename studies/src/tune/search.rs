@@ -27,8 +27,8 @@ const MOST_STEPS: usize = 200;
 /// A place: the decimal logarithm of each knob's size, minus infinity for zero.
 pub(super) type Point = Vec<f64>;
 
-/// What a point is worth: its bandwidth in Hz where every limit is met, else below zero by how far they are
-/// missed.
+/// A point with its score: the bandwidth in Hz if every limit is met, otherwise negative, by how far limits
+/// are missed.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scored {
     pub(super) point: Point,

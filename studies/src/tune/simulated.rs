@@ -14,16 +14,16 @@ use crate::run::{Candidate, LANES, Measured, Outcome, RunError, measure, nothing
 /// What runs came to, the worst of each figure.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Runs {
-    /// How many ended as what.
+    /// Number of runs with each outcome.
     pub outcomes: BTreeMap<&'static str, usize>,
     /// Largest force of any contact, N.
     pub peak_force_n: f64,
-    /// Farthest that a force passed its reference, impact included, as a share of it; absent if no force
-    /// has a reference that rests.
+    /// Farthest that a force passed its reference, impact included, as a share of it. `None` if no force has
+    /// a reference that rests.
     pub overshoot: Option<f64>,
-    /// Longest settling time, s; absent if a run never settles, or nothing is to settle.
+    /// Longest settling time, s; `None` if a run never settles, or nothing is to settle.
     pub settling_time_s: Option<f64>,
-    /// Half-width of the band in which the force counts as settled, N.
+    /// Half-width of the band in which the force counts as settled, N; `None` if nothing is to settle.
     pub band_n: Option<f64>,
 }
 

@@ -64,9 +64,9 @@ impl Serialize for Measure {
 /// A bound on a measure or a gain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limit<T> {
-    /// What is bounded.
+    /// Name of the bounded measure or gain.
     pub of: T,
-    /// Whether it is to be at least this; at most, else.
+    /// Whether the bound is the smallest value allowed; otherwise it is the largest.
     pub at_least: bool,
     /// The bound, SI; a gain margin as a factor.
     pub bound: f64,
@@ -102,7 +102,7 @@ pub struct Spec {
     pub limits: Vec<Limit<Measure>>,
     /// Limits on gains, by their names.
     pub gain_limits: Vec<Limit<String>>,
-    /// What is tuned beside the gains.
+    /// The filters that are tuned beside the gains.
     pub parts: Vec<Part>,
     /// The gains that are tuned each by itself; `None` scales those on errors together, and damping where
     /// there is some.

@@ -23,23 +23,23 @@ const AT_REST_HZ: f64 = 1e-3;
 /// Figures of a stable loop.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
-    /// Up to where the reading follows its reference, to 3 dB, Hz; half of the sampling rate where it never
-    /// falls so far.
+    /// Frequency up to which the reading follows its reference, to 3 dB, Hz. Half of the sampling rate if it
+    /// never falls so far.
     pub bandwidth_hz: f64,
-    /// What the reading comes to at rest for one of the reference; below zero where a sign is wrong.
+    /// Reading at rest for a reference of one; below zero if a sign is wrong.
     pub follows: f64,
-    /// Smallest phase margin, degrees; absent if the loop's size never passes one.
+    /// Smallest phase margin, degrees; `None` if the loop's modulus never passes one.
     pub phase_margin_deg: Option<f64>,
-    /// Factor by which the gain may rise, or its inverse fall, whichever is less; absent if none
+    /// Factor by which the gain may rise, or its inverse fall, whichever is less; `None` if none
     /// destabilises.
     pub gain_margin: Option<f64>,
-    /// Where the loop would oscillate with that gain, Hz.
+    /// Frequency at which the loop oscillates with that gain, Hz; `None` without one.
     pub gain_margin_hz: Option<f64>,
-    /// Largest modulus of the sensitivity, and where it is, Hz.
+    /// Largest modulus of the sensitivity.
     pub sensitivity: f64,
-    /// See [`Self::sensitivity`].
+    /// Frequency of that modulus, Hz.
     pub sensitivity_hz: f64,
-    /// How far the step response passes its final value, as a share of it; absent unless it is asked for.
+    /// How far the step response passes its final value, as a share of it; `None` unless it is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_overshoot: Option<f64>,
 }

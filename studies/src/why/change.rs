@@ -83,7 +83,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// In words.
+    /// The change or cause in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::NumericalArtefact => "a numerical artefact",
@@ -120,7 +120,7 @@ impl Counterfactual {
         Self::NoNoise,
     ];
 
-    /// What it takes away.
+    /// The cause that it removes.
     pub fn cause(self) -> Cause {
         match self {
             Self::HalveStep | Self::FineStep => Cause::NumericalArtefact,
@@ -136,7 +136,7 @@ impl Counterfactual {
         }
     }
 
-    /// In words.
+    /// The change or cause in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::HalveStep => "half the step",

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::change::{Cause, Counterfactual};
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
-/// What was found.
+/// The findings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
     /// Outcome of the unchanged scenario.
@@ -16,7 +16,7 @@ pub struct Explanation {
     /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
     /// infinite or if linear theory fails.
     pub gain_margin: Option<f64>,
-    /// Whether the loop is stable in contact by linear theory.
+    /// Whether the loop is stable in contact by linear theory; `None` if linear theory fails.
     pub linear_stable: Option<bool>,
     /// Whether the force feedback has the wrong sign: the loop in contact pushes itself away without
     /// oscillation, and with reversed sign it would not.
@@ -44,7 +44,7 @@ pub struct Explanation {
 /// A change that raises the largest stable gain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lift {
-    /// The change.
+    /// The change: one property made ideal.
     pub change: Counterfactual,
     /// Largest factor on the loop's gain without the change.
     pub from: f64,
@@ -55,7 +55,7 @@ pub struct Lift {
 /// A run with some changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
-    /// What was changed.
+    /// The changes.
     pub changes: Vec<Counterfactual>,
     /// Whether the scenario has the property that the changes remove; if not, they were not run, and the
     /// figures are those of the unchanged scenario.
@@ -67,21 +67,21 @@ pub struct Trial {
     /// Whether it counts as cured although it grows. By linear theory it grows only by the short period of a
     /// controller that represents a continuous one.
     pub only_by_period: bool,
-    /// Amplitude of what lasts, N.
+    /// Amplitude of the oscillation that lasts, N; `None` if none does.
     pub amplitude_n: Option<f64>,
-    /// Its frequency, Hz.
+    /// Its frequency, Hz; `None` without an oscillation.
     pub frequency_hz: Option<f64>,
     /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; `None` if
     /// unbounded or unknown.
     pub gain_margin: Option<f64>,
-    /// Why it could not be run.
+    /// Why it could not be run; `None` if it could.
     pub error: Option<String>,
 }
 
 /// A remedy, checked by simulation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckedRemedy {
-    /// What to do.
+    /// The remedy in words.
     pub what: String,
     /// The `--set` arguments of the remedy, including the gain; `feeler why FILE --try N --out FILE` writes
     /// it.
@@ -91,7 +91,8 @@ pub struct CheckedRemedy {
     /// Frequency up to which the force then follows its reference, to 3 dB, Hz; `None` if linear theory has
     /// no answer.
     pub bandwidth_hz: Option<f64>,
-    /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth.
+    /// Its cost as a share of the present bandwidth; negative for a gain in bandwidth, `None` without a
+    /// bandwidth to compare.
     pub cost: Option<f64>,
     /// Whether the force then settles in simulation, within the run of the file with its settings.
     pub settles: bool,

@@ -168,7 +168,7 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         || found.lifts_by(Counterfactual::ContinuousController)
     {
         let what =
-            |times: f64| format!("delays {} times as short, filters as many times as fast", plain(times));
+            |times: f64| format!("delays {} times as short, and filters faster by this factor", plain(times));
         ways.push(Way::new(Some(Counterfactual::NoDelay), &MANY_TIMES, what, shorten_delays));
         let what = |times: f64| format!("sampling {} times as fast", plain(times));
         ways.push(Way::new(Some(Counterfactual::ContinuousController), &TIMES, what, sample_faster));

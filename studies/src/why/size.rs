@@ -55,12 +55,12 @@ impl Written {
 }
 
 impl Changed {
-    /// What `--set` takes.
+    /// Its `--set` arguments.
     pub(super) fn words(&self) -> Vec<String> {
         self.settings.iter().map(|(key, setting)| assignment(key, setting)).collect()
     }
 
-    /// How long a run shows that the force comes to rest, s; `None` if none tried does.
+    /// Length of the run that shows the force at rest, s; `None` if even the longest does not.
     fn rest_seen_s(&self) -> Option<f64> {
         let measured =
             Candidate::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0)).ok()?;

@@ -16,11 +16,11 @@ const UNDETERMINED: f64 = 1e-3;
 /// Result of a fit from one start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fit {
-    /// Where the fit ended.
+    /// The chain that was found.
     pub chain: Chain,
     /// Its landmarks, by linear theory.
     pub landmarks: Landmarks,
-    /// Whether each of them is within [`LANDMARK_HZ`] of the paper's.
+    /// Whether each of them is within 1 Hz of the paper's.
     pub reached: bool,
     /// Steps that it took.
     pub iterations: usize,

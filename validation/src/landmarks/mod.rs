@@ -65,7 +65,7 @@ pub struct Landmarks {
     pub force_hz: f64,
 }
 
-/// What the paper reports.
+/// Landmarks that the paper reports.
 pub const PAPER: Landmarks = Landmarks {
     resonances_hz: RESONANCES_HZ,
     peaks_hz: RESONANCES_HZ,

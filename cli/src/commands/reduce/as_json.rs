@@ -1,100 +1,264 @@
-//! What a reduction found, for programs.
+//! What a reduction found, for programs. The book shows the comments.
 
 use feeler_arm::{Agreement, Measured};
 use feeler_studies::arm::{AxisFile, MapPoint, NoAxis, distrust};
-use serde_json::{Value, json};
+use serde::Serialize;
 
-pub(super) fn measured(found: &Measured) -> Value {
-    json!({
-        "contact_mode_hz": pair(found.contact_mode_hz), "phase_crossover_hz": pair(found.phase_crossover_hz),
-        "frequencies_hz": found.frequencies_hz,
-        "real": found.response.iter().map(|z| number(z.re)).collect::<Vec<_>>(),
-        "imaginary": found.response.iter().map(|z| number(z.im)).collect::<Vec<_>>(),
-        "simulated_s": found.simulated_s,
-    })
+/// The axis of an arm along a normal.
+#[derive(Serialize)]
+pub(super) struct Axis<'a> {
+    /// Joint positions, rad or m.
+    pose: &'a [f64],
+    /// Mass of the rigid arm along the normal.
+    mass_kg: f64,
+    /// Its part on the motors' side of the spring.
+    motor_mass_kg: f64,
+    /// Its part on the tool's side.
+    tip_mass_kg: f64,
+    /// Mass of the links alone: what a sudden blow on the tool meets.
+    link_mass_kg: f64,
+    /// The spring between the two masses.
+    stiffness_n_per_m: f64,
+    /// Damping of that spring.
+    damping_n_s_per_m: f64,
+    /// Stiffness against a slow force on the tool, with locked motors.
+    static_stiffness_n_per_m: f64,
+    /// Viscous friction of the motors.
+    guide_damping_n_s_per_m: f64,
+    /// Dry friction of the motors.
+    dry_friction_n: f64,
+    /// Largest force within the limit of every motor; `None` without limits.
+    force_limit_n: Option<f64>,
+    /// Bandwidth of the slowest drive that takes part; `None` if none has one.
+    bandwidth_hz: Option<f64>,
+    /// Further bodies; empty if two masses are enough.
+    branches: Vec<Branch>,
+    /// Joint motion per metre of the tool along the normal, rad/m or m/m.
+    direction: &'a [f64],
+    /// Modes that bend joints, with the tool free, slowest first.
+    modes: Vec<Mode>,
+    /// Frequency of the mode in which the arm moves on the contact.
+    contact_mode_hz: Pair,
+    /// Frequency at which the phase from drive force to contact force falls through -180 degrees.
+    phase_crossover_hz: Pair,
+    /// Largest stable gain of proportional force control, sampled at 1 kHz.
+    stable_kp: Pair,
+    /// Largest stable gain of integral force control, sampled at 1 kHz.
+    stable_ki_per_s: Pair,
+    /// Force bandwidth of the arm under integral control with a gain margin of 2.
+    force_bandwidth_hz: f64,
+    /// The same of the axis.
+    axis_force_bandwidth_hz: f64,
+    /// Damping of the motors in the integral loop.
+    motor_damping_n_s_per_m: f64,
+    /// Differences of the axis from the arm.
+    misfit: Misfit,
+    /// Why not to trust the axis; `None` if it agrees with the arm to 5 %.
+    warning: Option<String>,
+    /// Largest stable proportional gain of the written axis at 1 kHz; `None` if every gain is stable.
+    largest_stable_kp: f64,
+    /// The arm measured in simulation; absent without `--measure`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured: Option<Measurement<'a>>,
+    /// The places of the map; absent without `--map`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map: Option<Vec<Place<'a>>>,
 }
 
-/// A number for JSON, which has no infinities.
-fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
+/// One number of the whole arm and of its axis.
+#[derive(Serialize)]
+struct Pair {
+    /// Of the whole arm; `None` if it has no such number, or an unlimited one.
+    arm: f64,
+    /// Of the axis, likewise.
+    axis: f64,
 }
 
-fn pair([arm, axis]: [f64; 2]) -> Value {
-    json!({ "arm": number(arm), "axis": number(axis) })
+/// A body on a spring of its own.
+#[derive(Serialize)]
+struct Branch {
+    /// Mass of the body.
+    mass_kg: f64,
+    /// Its spring to the motor.
+    stiffness_n_per_m: f64,
+    /// The damping of that spring.
+    damping_n_s_per_m: f64,
+    /// Its spring to the tool; zero if it has none.
+    to_tool_n_per_m: f64,
+    /// The damping of that spring.
+    to_tool_n_s_per_m: f64,
+    /// Its own frequency, with motor and tool held.
+    frequency_hz: f64,
 }
 
-pub(super) fn axis(axis: &AxisFile, pose: &[f64]) -> Value {
-    let one = &axis.reduction;
-    let agreement = &axis.agreement;
-    let modes = one.modes.iter().map(|mode| {
-        json!({
-            "frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio,
-            "drive_share": mode.drive_share, "tip_share": mode.tip_share,
-        })
-    });
-    let branches = one.branches.iter().map(|branch| {
-        json!({
-            "mass_kg": branch.mass_kg,
-            "stiffness_n_per_m": branch.stiffness_n_per_m,
-            "damping_n_s_per_m": branch.damping_n_s_per_m,
-            "to_tool_n_per_m": branch.to_tool_n_per_m,
-            "to_tool_n_s_per_m": branch.to_tool_n_s_per_m,
-            "frequency_hz": branch.frequency_hz(),
-        })
-    });
-    json!({
-        "pose": pose,
-        "mass_kg": one.mass_kg,
-        "motor_mass_kg": one.motor_mass_kg,
-        "tip_mass_kg": one.tip_mass_kg,
-        "link_mass_kg": one.link_mass_kg,
-        "stiffness_n_per_m": one.stiffness_n_per_m,
-        "damping_n_s_per_m": one.damping_n_s_per_m,
-        "static_stiffness_n_per_m": one.static_stiffness_n_per_m,
-        "guide_damping_n_s_per_m": one.guide_damping_n_s_per_m,
-        "dry_friction_n": one.dry_friction_n,
-        "force_limit_n": one.force_limit_n,
-        "bandwidth_hz": one.bandwidth_hz,
-        "branches": branches.collect::<Vec<_>>(),
-        "direction": one.direction,
-        "modes": modes.collect::<Vec<_>>(),
-        "contact_mode_hz": pair(agreement.contact_mode_hz),
-        "phase_crossover_hz": pair(agreement.phase_crossover_hz),
-        "stable_kp": pair(agreement.largest_kp),
-        "stable_ki_per_s": pair(agreement.largest_ki_per_s),
-        "force_bandwidth_hz": number(agreement.force_bandwidth_hz[0]),
-        "axis_force_bandwidth_hz": number(agreement.force_bandwidth_hz[1]),
-        "motor_damping_n_s_per_m": agreement.motor_damping_n_s_per_m,
-        "misfit": misfit(agreement),
-        "warning": distrust(one, agreement),
-        "largest_stable_kp": number(axis.largest_gain),
-    })
+/// A mode that bends joints.
+#[derive(Serialize)]
+struct Mode {
+    /// Frequency of the mode.
+    frequency_hz: f64,
+    /// Damping ratio of the mode.
+    damping_ratio: f64,
+    /// Its part in the response from drive force to tool, relative to the arm's mass. It is negative for a
+    /// noncolocated mode.
+    drive_share: f64,
+    /// Its part in the response of the tool to a force there, relative to the arm's mass.
+    tip_share: f64,
 }
 
-/// Differences of the axis from the arm, relative to the arm; null if only one of them has the landmark.
-fn misfit(agreement: &Agreement) -> Value {
-    let [mode, crossover, kp, ki] = agreement.misfits().map(number);
-    json!({
-        "contact_mode": mode,
-        "phase_crossover": crossover,
-        "stable_kp": kp,
-        "stable_ki": ki,
-        "trusted": agreement.is_trusted(),
-    })
+/// Differences of the axis from the arm, as shares of the arm's values; `None` if only one has the value.
+#[derive(Serialize)]
+struct Misfit {
+    /// Difference of the contact mode.
+    contact_mode: f64,
+    /// Difference of the phase crossover.
+    phase_crossover: f64,
+    /// Difference of the largest stable proportional gain.
+    stable_kp: f64,
+    /// Difference of the largest stable integral gain.
+    stable_ki: f64,
+    /// Whether all of them are at most 5 %.
+    trusted: bool,
 }
 
-pub(super) fn place(point: &MapPoint) -> Value {
-    let found = point.found.as_ref().ok().map(|found| {
-        json!({
-            "pose": found.pose,
-            "mass_kg": found.mass_kg,
-            "stiffness_n_per_m": found.stiffness_n_per_m,
-            "largest_ki_per_s": number(found.agreement.largest_ki_per_s[0]),
-            "force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[0]),
-            "axis_force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[1]),
-            "misfit": misfit(&found.agreement),
-        })
-    });
-    let reason = point.found.as_ref().err().map(NoAxis::reason);
-    json!({ "place_m": point.place_m, "found": found, "reason": reason })
+/// The arm measured in simulation.
+#[derive(Serialize)]
+struct Measurement<'a> {
+    /// Frequency at which the phase falls through -90 degrees.
+    contact_mode_hz: Pair,
+    /// Frequency at which it falls through -180 degrees.
+    phase_crossover_hz: Pair,
+    /// Lines of the multisine.
+    frequencies_hz: &'a [f64],
+    /// Real part of contact force over drive force at each line.
+    real: Vec<f64>,
+    /// Imaginary part of the same.
+    imaginary: Vec<f64>,
+    /// Length of the simulation.
+    simulated_s: f64,
+}
+
+/// A place of a map.
+#[derive(Serialize)]
+struct Place<'a> {
+    /// Position of the tool.
+    place_m: [f64; 3],
+    /// The axis there; `None` if there is none.
+    found: Option<AxisThere<'a>>,
+    /// Why there is no axis; `None` if there is one.
+    reason: Option<&'a str>,
+}
+
+/// The axis at a place of a map.
+#[derive(Serialize)]
+struct AxisThere<'a> {
+    /// Joint positions, rad or m.
+    pose: &'a [f64],
+    /// Mass along the normal.
+    mass_kg: f64,
+    /// Stiffness along the normal, with locked motors.
+    stiffness_n_per_m: f64,
+    /// Largest stable gain of integral force control of the whole arm.
+    largest_ki_per_s: f64,
+    /// Force bandwidth of the arm under integral control with a gain margin of 2.
+    force_bandwidth_hz: f64,
+    /// The same of the axis.
+    axis_force_bandwidth_hz: f64,
+    /// Differences of the axis from the arm there.
+    misfit: Misfit,
+}
+
+impl<'a> Axis<'a> {
+    pub(super) fn new(
+        axis: &'a AxisFile,
+        pose: &'a [f64],
+        measured: Option<&'a Measured>,
+        map: Option<&'a [MapPoint]>,
+    ) -> Self {
+        let one = &axis.reduction;
+        let agreement = &axis.agreement;
+        let modes = one.modes.iter().map(|mode| Mode {
+            frequency_hz: mode.frequency_hz,
+            damping_ratio: mode.damping_ratio,
+            drive_share: mode.drive_share,
+            tip_share: mode.tip_share,
+        });
+        let branches = one.branches.iter().map(|branch| Branch {
+            mass_kg: branch.mass_kg,
+            stiffness_n_per_m: branch.stiffness_n_per_m,
+            damping_n_s_per_m: branch.damping_n_s_per_m,
+            to_tool_n_per_m: branch.to_tool_n_per_m,
+            to_tool_n_s_per_m: branch.to_tool_n_s_per_m,
+            frequency_hz: branch.frequency_hz(),
+        });
+        Self {
+            pose,
+            mass_kg: one.mass_kg,
+            motor_mass_kg: one.motor_mass_kg,
+            tip_mass_kg: one.tip_mass_kg,
+            link_mass_kg: one.link_mass_kg,
+            stiffness_n_per_m: one.stiffness_n_per_m,
+            damping_n_s_per_m: one.damping_n_s_per_m,
+            static_stiffness_n_per_m: one.static_stiffness_n_per_m,
+            guide_damping_n_s_per_m: one.guide_damping_n_s_per_m,
+            dry_friction_n: one.dry_friction_n,
+            force_limit_n: one.force_limit_n,
+            bandwidth_hz: one.bandwidth_hz,
+            branches: branches.collect(),
+            direction: &one.direction,
+            modes: modes.collect(),
+            contact_mode_hz: Pair::new(agreement.contact_mode_hz),
+            phase_crossover_hz: Pair::new(agreement.phase_crossover_hz),
+            stable_kp: Pair::new(agreement.largest_kp),
+            stable_ki_per_s: Pair::new(agreement.largest_ki_per_s),
+            force_bandwidth_hz: agreement.force_bandwidth_hz[0],
+            axis_force_bandwidth_hz: agreement.force_bandwidth_hz[1],
+            motor_damping_n_s_per_m: agreement.motor_damping_n_s_per_m,
+            misfit: Misfit::new(agreement),
+            warning: distrust(one, agreement),
+            largest_stable_kp: axis.largest_gain,
+            measured: measured.map(Measurement::new),
+            map: map.map(|points| points.iter().map(Place::new).collect()),
+        }
+    }
+}
+
+impl Pair {
+    fn new([arm, axis]: [f64; 2]) -> Self {
+        Self { arm, axis }
+    }
+}
+
+impl Misfit {
+    fn new(agreement: &Agreement) -> Self {
+        let [contact_mode, phase_crossover, stable_kp, stable_ki] = agreement.misfits();
+        Self { contact_mode, phase_crossover, stable_kp, stable_ki, trusted: agreement.is_trusted() }
+    }
+}
+
+impl<'a> Measurement<'a> {
+    fn new(found: &'a Measured) -> Self {
+        Self {
+            contact_mode_hz: Pair::new(found.contact_mode_hz),
+            phase_crossover_hz: Pair::new(found.phase_crossover_hz),
+            frequencies_hz: &found.frequencies_hz,
+            real: found.response.iter().map(|z| z.re).collect(),
+            imaginary: found.response.iter().map(|z| z.im).collect(),
+            simulated_s: found.simulated_s,
+        }
+    }
+}
+
+impl<'a> Place<'a> {
+    fn new(point: &'a MapPoint) -> Self {
+        let found = point.found.as_ref().ok().map(|found| AxisThere {
+            pose: &found.pose,
+            mass_kg: found.mass_kg,
+            stiffness_n_per_m: found.stiffness_n_per_m,
+            largest_ki_per_s: found.agreement.largest_ki_per_s[0],
+            force_bandwidth_hz: found.agreement.force_bandwidth_hz[0],
+            axis_force_bandwidth_hz: found.agreement.force_bandwidth_hz[1],
+            misfit: Misfit::new(&found.agreement),
+        });
+        Self { place_m: point.place_m, found, reason: point.found.as_ref().err().map(NoAxis::reason) }
+    }
 }

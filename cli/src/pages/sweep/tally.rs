@@ -17,7 +17,7 @@ pub(crate) struct Tally {
     /// The outcome of each variant by its place among the names of [`super::labels`]. Those beyond the
     /// largest number are absent.
     pub(super) codes: Vec<u8>,
-    pub(super) largest_peak_n: Option<f64>,
+    pub(crate) largest_peak_n: Option<f64>,
     /// The first variant to fail, and why.
     pub(super) first_error: Option<(usize, String)>,
 }

@@ -13,6 +13,8 @@
 #![cfg(unix)]
 #![expect(clippy::print_stdout, reason = "says which blocks need a program that is absent")]
 
+mod definitions;
+mod keys;
 mod page;
 mod reader;
 mod reference;

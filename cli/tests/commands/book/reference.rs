@@ -1,59 +1,13 @@
 //! The tables of the book that repeat definitions of the program: keys of results, and outcomes.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use feeler_studies::run::{Outcome, Undecided};
 
+use super::definitions::Definitions;
+use super::keys::{Shown, misfits, rows};
 use super::page::{blocks, root, text_of};
 use super::reader::Reader;
-
-/// A key of a result, and the comment above it where it is written.
-struct Key {
-    name: String,
-    text: String,
-    /// Whether files without a value lack the key.
-    may_be_absent: bool,
-}
-
-/// The keys of the type, or of the `json!`, whose first line begins with `begin`.
-fn keys(source: &str, begin: &str) -> Vec<Key> {
-    let mut lines = source.lines().skip_while(|line| !line.trim_start().starts_with(begin));
-    let head = lines.next().unwrap_or_else(|| panic!("no line begins with `{begin}`"));
-    let depth = |line: &str| line.len() - line.trim_start().len();
-    let mut found = Vec::new();
-    let (mut text, mut attributes) = (Vec::new(), String::new());
-    for line in lines.take_while(|line| depth(line) != depth(head) || !line.trim_start().starts_with('}')) {
-        let part = line.trim();
-        if depth(line) != depth(head) + 4 {
-            continue;
-        }
-        if let Some(comment) = part.strip_prefix("//") {
-            text.push(comment.trim_start_matches('/').trim());
-        } else if part.starts_with("#[") {
-            attributes.push_str(part);
-        } else if let Some((name, _)) = part.split_once(':') {
-            let renamed = attributes.split_once("rename = \"").and_then(|(_, rest)| rest.split('"').next());
-            let name = renamed.unwrap_or(name.trim_start_matches("pub ").trim_matches('"')).to_owned();
-            let may_be_absent = attributes.contains("skip_serializing_if");
-            let nothing = if may_be_absent { "absent" } else { "`null`" };
-            if !attributes.contains("(skip)") {
-                assert!(!text.is_empty(), "`{name}` of `{begin}` has no comment");
-                found.push(Key { name, text: text.join(" ").replace("`None`", nothing), may_be_absent });
-            }
-            text.clear();
-            attributes.clear();
-        }
-    }
-    assert!(!found.is_empty(), "`{begin}` has no keys");
-    found
-}
-
-/// File and first line of the definition that a mark of a page names: `keys of FILE: LINE`.
-fn keys_of(mark: &str) -> Option<Vec<Key>> {
-    let (file, begin) = mark.strip_prefix("keys of ")?.split_once(": ")?;
-    Some(keys(&text_of(file), begin))
-}
 
 fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut text = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(header.len()));
@@ -63,11 +17,13 @@ fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     text
 }
 
-/// The table that belongs below a mark.
-fn generated(mark: &str) -> String {
-    if let Some(keys) = keys_of(mark) {
-        let rows = keys.into_iter().map(|key| vec![format!("`{}`", key.name), key.text]);
-        return table(&["key", "meaning"], rows);
+/// The table that belongs below a mark, in the section `heading`.
+fn generated(mark: &str, heading: &str, definitions: &Definitions, shown: &mut Shown) -> String {
+    if let Some(shape) = definitions.of_mark(mark) {
+        let escaped =
+            |cells: Vec<String>| cells.into_iter().map(|cell| cell.replace('|', "\\|")).collect::<Vec<_>>();
+        let rows = rows(&shape, heading, shown).into_iter().map(escaped);
+        return table(&["key", "type", "unit", "meaning"], rows);
     }
     match mark {
         "outcomes" => {
@@ -84,16 +40,25 @@ fn generated(mark: &str) -> String {
     }
 }
 
+/// The file that the last section of a text names.
+fn heading(text: &str) -> &str {
+    text.rsplit_once("\n## `").and_then(|(_, rest)| rest.split('`').next()).unwrap_or_default()
+}
+
 /// With `FEELER_UPDATE_DOCS=1` the tables are written instead.
 #[test]
 fn truth_the_tables_of_results_are_those_of_their_definitions() {
+    let definitions = Definitions::read();
     for page in ["docs/json.md", "docs/outcomes.md"] {
         let committed = text_of(page);
         let (mut text, mut rest) = (String::new(), committed.as_str());
+        let mut shown = Shown::new();
         while let Some((before, after)) = rest.split_once("<!-- ") {
             let (mark, after) = after.split_once(" -->\n").unwrap();
             let (_, after) = after.split_once("<!-- end -->").unwrap();
-            let _ = write!(text, "{before}<!-- {mark} -->\n\n{}\n<!-- end -->", generated(mark));
+            text.push_str(before);
+            let table = generated(mark, heading(&text), &definitions, &mut shown);
+            let _ = write!(text, "<!-- {mark} -->\n\n{table}\n<!-- end -->");
             rest = after;
         }
         text.push_str(rest);
@@ -113,23 +78,41 @@ fn truth_the_keys_of_results_are_those_of_their_files() {
     for block in blocks(&text) {
         reader.block(&block).unwrap_or_else(|why| panic!("{page}:{}: {why}", block.line));
     }
-    let mut compared = 0;
+    let definitions = Definitions::read();
+    let (mut compared, mut wrong) = (0, Vec::new());
     for section in text.split("\n## `").skip(1) {
         let (file, rest) = section.split_once('`').unwrap();
         let Ok(json) = std::fs::read_to_string(reader.folder().join(file)) else { continue };
-        let json: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&json).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
         let (_, mark) = rest.split_once("<!-- ").unwrap();
-        let defined = keys_of(mark.split_once(" -->").unwrap().0).unwrap();
-        let defined: BTreeMap<String, bool> =
-            defined.into_iter().map(|key| (key.name, key.may_be_absent)).collect();
-        for name in json.keys() {
-            assert!(defined.contains_key(name), "{file} has `{name}`, which has no definition");
-        }
-        for (name, may_be_absent) in defined {
-            assert!(may_be_absent || json.contains_key(&name), "{file} has no `{name}`");
-        }
+        let shape = definitions.of_mark(mark.split_once(" -->").unwrap().0).unwrap();
+        misfits(&json, &shape, file, &mut wrong);
         compared += 1;
     }
-    // All but the diagnosis, which takes minutes.
-    assert!(compared >= 5, "{compared} files were compared");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // All but the diagnosis and the scores of a bench, which take minutes.
+    assert!(compared >= 14, "{compared} files were compared");
+}
+
+/// A check that lets every file pass is none.
+#[test]
+fn truth_a_key_too_many_a_key_too_few_and_another_type_are_found() {
+    let shape =
+        Definitions::read().of_mark("keys of cli/src/commands/effects/as_json.rs: Parameter").unwrap();
+    let found = |change: &dyn Fn(&mut serde_json::Value)| {
+        let mut value = serde_json::json!({
+            "name": "level", "unit": "N", "text": "", "null": null, "typical": 1,
+            "bounds": [0, 1], "default": 2,
+        });
+        change(&mut value);
+        let mut wrong = Vec::new();
+        misfits(&value, &shape, "file", &mut wrong);
+        wrong.join("; ")
+    };
+    assert_eq!(found(&|_| ()), "");
+    assert_eq!(found(&|value| value["more"] = 1.into()), "file.more has no definition");
+    let lacks = found(&|value| drop(value.as_object_mut().unwrap().remove("unit")));
+    assert_eq!(lacks, "file.unit is absent");
+    assert_eq!(found(&|value| value["name"] = 1.into()), "file.name is no Text");
+    assert_eq!(found(&|value| value["bounds"][1] = "1".into()), "file.bounds[] is no Number");
 }

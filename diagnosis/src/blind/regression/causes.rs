@@ -29,7 +29,7 @@ pub(super) struct Seen {
 /// One row's position and speed make a regressor.
 type OfMotion = fn(f64, f64, f64, &Seen) -> f64;
 
-/// What a cause changes.
+/// The terms that a cause changes.
 #[derive(Clone, Copy)]
 pub(super) enum Form {
     /// Nothing: calibration alone.

@@ -49,18 +49,18 @@ pub struct AnsweredEffect {
 /// One line of the table of measures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measure {
-    /// What is measured.
+    /// Name of the measure.
     pub what: &'static str,
-    /// The number; `None` if no case counts.
+    /// The measured number; `None` if no case counts.
     pub value: Option<f64>,
     /// What the number is.
     #[serde(skip)]
     pub unit: Unit,
-    /// How many cases count.
+    /// Number of cases that count.
     pub cases: usize,
-    /// What is to be reached, in words.
+    /// The goal, in words.
     pub wanted: String,
-    /// Whether it is reached.
+    /// Whether the goal is reached.
     pub reached: bool,
 }
 
@@ -76,26 +76,26 @@ pub enum Unit {
 /// One line of the reliability diagram.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// Stated probabilities between these.
+    /// Smallest and largest stated probability of this group.
     pub stated: [f64; 2],
-    /// Their mean.
+    /// Mean of the stated probabilities.
     pub mean_stated: f64,
-    /// How often they were right.
+    /// Share of them that was right.
     pub frequency: f64,
-    /// How many there were.
+    /// Number of answers in the group.
     pub count: usize,
 }
 
 /// One case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseScore {
-    /// Its name.
+    /// Name of the case.
     pub case: String,
-    /// What was hidden.
+    /// Kinds that were hidden.
     pub hidden: Vec<String>,
-    /// What was accepted.
+    /// Kinds that were accepted.
     pub answered: Vec<String>,
-    /// The verdict.
+    /// The verdict of the diagnosis.
     pub verdict: String,
     /// Whether the answer counts as right by the measure of its kind.
     pub right: bool,
@@ -116,9 +116,9 @@ pub struct ScoredValue {
     pub parameter: String,
     /// The hidden value.
     pub hidden: f64,
-    /// The fitted value.
+    /// The fitted value; `None` if the answer has none.
     pub fitted: Option<f64>,
-    /// Its stated 90 % interval.
+    /// Its stated 90 % interval; `None` if the answer has none.
     pub interval: Option<[f64; 2]>,
 }
 

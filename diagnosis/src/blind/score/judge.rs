@@ -11,7 +11,7 @@ const UNSCORED: &str = "phase";
 /// Verdicts that claim no effect.
 const QUIET: [&str; 2] = ["no-gap", "not-identifiable"];
 
-/// What a case hides.
+/// The effects that a case hides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hides<'a> {
     Nothing,

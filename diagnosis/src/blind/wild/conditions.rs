@@ -57,7 +57,7 @@ fn off(random: &mut Random, low: f64, high: f64) -> f64 {
     random.log_between(low, high).powf(random.sign())
 }
 
-/// Draws the conditions of a case; `friction_factor` holds where friction is not what is hidden.
+/// Draws the conditions of a case; `friction_factor` applies unless friction is the hidden effect.
 pub(super) fn draw(random: &mut Random) -> Conditions {
     let is = |random: &mut Random, share: f64| random.share() < share;
     let is_rotational = is(random, 0.5);

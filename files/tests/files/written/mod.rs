@@ -14,7 +14,7 @@ use feeler_files::{
     Document, TEMPLATES, dataset_schema, effects_markdown, machine_to_toml, reference_markdown, schema,
     sweep_schema, template, to_toml,
 };
-use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowPass};
+use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowPass, Quantity};
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY, Place};
 use proptest::prelude::*;
 
@@ -362,6 +362,16 @@ fn truth_the_written_reference_is_that_of_the_declarations() {
     }
     let files = std::fs::read_dir(docs.join("images/effects")).unwrap().count();
     assert_eq!(files, LIBRARY.len(), "docs/images/effects holds a drawing of no effect");
+}
+
+#[test]
+fn truth_the_written_reference_lists_every_signal() {
+    let page = reference_markdown();
+    let (_, signals) = page.split_once("\n## Signals\n").unwrap();
+    let (signals, _) = signals.split_once("\n## ").unwrap();
+    for (_, name) in Quantity::ALL {
+        assert!(signals.contains(&format!("`{name}`")), "`{name}` is not in the table of signals");
+    }
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub struct Locus {
     pub gains: Vec<f64>,
     /// One branch for each pole, one point for each gain.
     pub branches: Vec<Vec<C64>>,
-    /// Where branches end.
+    /// Zeros of the loop, at which branches end.
     pub zeros: Vec<C64>,
     /// The gain of the file.
     pub present_gain: f64,

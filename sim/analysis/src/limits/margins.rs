@@ -16,24 +16,24 @@ const FLAT: f64 = 1e-6;
 /// Margins of the sampled loop broken at its controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarginReport {
-    /// Factor by which the gain may rise; absent if no rise destabilises or the loop is unstable.
+    /// Factor by which the gain may rise; `None` if no rise destabilises or the loop is unstable.
     pub gain: Option<f64>,
-    /// Frequency at which the loop oscillates with that gain, Hz.
+    /// Frequency at which the loop oscillates with that gain, Hz; `None` without one.
     pub gain_hz: Option<f64>,
     /// Factor by which the gain of a stable loop may fall, or to which that of an unstable loop must fall.
-    /// Absent if no fall destabilises the one or stabilises the other.
+    /// `None` if no fall destabilises the one or stabilises the other.
     pub gain_decrease: Option<f64>,
-    /// Smallest phase margin; absent if the loop is unstable.
+    /// Smallest phase margin; `None` if the loop is unstable.
     pub phase_deg: Option<f64>,
-    /// Additional delay that the loop tolerates, s; absent if the loop is unstable.
+    /// Additional delay that the loop tolerates, s; `None` if the loop is unstable.
     pub delay_s: Option<f64>,
-    /// Crossover with the smallest phase margin, Hz.
+    /// Crossover with the smallest phase margin, Hz; `None` without a margin.
     pub crossover_hz: Option<f64>,
     /// Balanced disk margin, 0 to 2.
     pub disk: f64,
     /// Largest modulus of the sensitivity.
     pub sensitivity_peak: f64,
-    /// Where it is, Hz.
+    /// Frequency of that peak, Hz.
     pub sensitivity_peak_hz: f64,
     /// Largest modulus of the complementary sensitivity.
     pub complementary_sensitivity_peak: f64,

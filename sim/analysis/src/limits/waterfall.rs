@@ -47,11 +47,11 @@ pub enum Limit {
 /// One step down.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
-    /// What has been added.
+    /// The ingredient that this stage adds.
     pub added: String,
     /// Largest stable gain; `None` if there is none.
     pub largest_gain: Option<f64>,
-    /// Frequency at which the loop begins to oscillate at that gain, Hz.
+    /// Frequency at which the loop begins to oscillate at that gain, Hz; `None` without such a gain.
     pub edge_hz: Option<f64>,
     /// Bandwidth at half that gain, Hz: where the response of the reading to the reference first falls 3 dB
     /// below its value at low frequency. Half of the sampling rate if it never does; `None` if the gain is
@@ -136,10 +136,10 @@ pub struct Waterfall {
     /// Saturation frequency, Hz. Above it a reference as large as the final one in the file saturates the
     /// drive, at half of the largest stable gain. Zero if it saturates at rest, `None` if it never does.
     pub saturation_hz: Option<f64>,
-    /// Index of a flexible mode on whose falling flank the bandwidth lies. The bandwidth then follows that
-    /// mode's peak.
+    /// Index of a flexible mode on whose falling flank the bandwidth lies; `None` if there is none. The
+    /// bandwidth then follows that mode's peak.
     pub rides_mode: Option<usize>,
-    /// The verdict.
+    /// What limits the bandwidth.
     pub limit: Limit,
 }
 

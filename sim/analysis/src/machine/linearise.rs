@@ -96,7 +96,7 @@ impl LinearMachine {
         &self.equations
     }
 
-    /// Where it was linearised.
+    /// The operating point of the linearisation.
     pub fn operating_point(&self) -> &OperatingPoint {
         &self.operating_point
     }

@@ -66,7 +66,7 @@ pub enum Excitation {
     WhiteNoise {
         /// Length of the record, s.
         duration_s: f64,
-        /// How it is evaluated.
+        /// Method of the evaluation.
         method: NoiseMethod,
     },
     /// Multisines of random phase.

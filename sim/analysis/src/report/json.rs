@@ -16,7 +16,7 @@ use crate::report::{GainReport, ModeReport, Report, StateSpaceReport, WhyNoWater
 struct Flat<'a> {
     /// Input of the channel that is analysed.
     input: &'a str,
-    /// Its output.
+    /// Output of the channel.
     output: &'a str,
     /// Contact force at the operating point; `None` without a contact.
     preload_n: Option<f64>,
@@ -24,13 +24,14 @@ struct Flat<'a> {
     delay_s: f64,
     /// Poles as pairs of real and imaginary part, rad/s.
     poles: &'a [[f64; 2]],
-    /// Zeros likewise.
+    /// Zeros as pairs of real and imaginary part, rad/s.
     zeros: &'a [[f64; 2]],
     /// Moduli of the poles over 2 pi; conjugate pairs once.
     poles_hz: &'a [f64],
-    /// The same of the zeros.
+    /// Moduli of the zeros over 2 pi; conjugate pairs once.
     zeros_hz: &'a [f64],
-    /// Factor of the product of (s - zero) over that of (s - pole).
+    /// Factor of the product of (s - zero) over that of (s - pole); `None` if the output does not depend on
+    /// the input.
     zero_pole_gain: Option<f64>,
     /// A, B, C and D, with names of states, inputs and outputs.
     state_space: &'a StateSpaceReport,
@@ -39,25 +40,27 @@ struct Flat<'a> {
     /// Controller, input, output and controlled quantity of the loop; `None` without a loop.
     #[serde(rename = "loop")]
     pair: Option<&'a LoopPair>,
-    /// The gain in question: its present value and its stable intervals, continuous and sampled.
+    /// The gain in question: its present value and its stable intervals, continuous and sampled. `None`
+    /// without a loop.
     gain: Option<&'a GainReport>,
-    /// Margins of the sampled loop, peaks of S and T, and its Nyquist count.
+    /// Margins of the sampled loop, peaks of S and T, and its Nyquist count; `None` without a loop.
     margins: Option<&'a MarginReport>,
-    /// Bandwidth of the loop as set.
+    /// Bandwidth of the loop as set; `None` if it is unstable, or without a loop.
     bandwidth_hz: Option<f64>,
-    /// Why there is no waterfall.
+    /// Why there is no waterfall; `None` if there is one.
     untold: Option<&'a WhyNoWaterfall>,
     /// Frequencies of modes without damping that the loop observes.
     undamped_hz: &'a [f64],
-    /// What limits the bandwidth.
+    /// What limits the bandwidth; `None` without a waterfall.
     limit: Option<Limit>,
-    /// Bandwidth of the ideal loop, and with one more ingredient each.
+    /// Bandwidth of the ideal loop, and with one more ingredient each; `None` without a loop, or if `untold`
+    /// says why.
     waterfall: Option<&'a Waterfall>,
     /// Limit cycles that describing functions predict.
     limit_cycles: &'a [LimitCycle],
     /// Effect of 1 % of each number of the machine.
     sensitivities: &'a [Sensitivity],
-    /// The quantity that orders them.
+    /// The quantity that orders them; `None` if there are none.
     ranked_by: Option<RankedBy>,
     /// Properties that are not linear, and their linear replacements.
     assumptions: &'a [Assumption],

@@ -57,13 +57,13 @@ pub struct Request {
 /// A mode for the pair of input and output.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModeReport {
-    /// |s| / 2 pi.
+    /// Modulus of its pole over 2 pi.
     pub frequency_hz: f64,
-    /// -Re s / |s|.
+    /// Negative real part of its pole over the modulus.
     pub damping_ratio: f64,
     /// Its class for input and output.
     pub class: ModeClass,
-    /// Its class in the loop; absent without one.
+    /// Its class in the loop; `None` without a loop.
     pub class_in_loop: Option<ModeClass>,
     /// Phase that remains lost beyond it.
     pub phase_change_deg: f64,
@@ -71,7 +71,7 @@ pub struct ModeReport {
     pub phase_dip_deg: f64,
     /// Whether it is the rigid-body motion.
     pub rigid_body: bool,
-    /// Phase that it takes at the loop's crossover; absent without a crossover.
+    /// Phase that it takes at the loop's crossover; `None` without a crossover.
     pub margin_cost_deg: Option<f64>,
     /// How far each body moves.
     pub shape: Vec<BodyMotion>,
@@ -88,11 +88,11 @@ pub struct StateSpaceReport {
     pub c: Vec<Vec<f64>>,
     /// Rows of D.
     pub d: Vec<Vec<f64>>,
-    /// What the states are.
+    /// Names of the states.
     pub states: Vec<String>,
-    /// What the inputs are.
+    /// Names of the inputs.
     pub inputs: Vec<String>,
-    /// What the outputs are.
+    /// Names of the outputs.
     pub outputs: Vec<String>,
 }
 
@@ -180,7 +180,7 @@ impl Report {
         self.looped.as_ref()?.waterfall.as_ref()
     }
 
-    /// What limits the bandwidth.
+    /// The problem, or the limit, that bounds the bandwidth.
     pub fn limit(&self) -> Option<Limit> {
         self.looped.as_ref()?.limit()
     }

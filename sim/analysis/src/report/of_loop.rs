@@ -47,7 +47,7 @@ pub struct StableRange {
     pub stable: [Option<f64>; 2],
     /// Frequency at the upper edge, Hz; at the lower edge if there is no upper one.
     pub edge_hz: Option<f64>,
-    /// Index of the mode that the motion at that edge resembles most.
+    /// Index of the mode that the motion at that edge resembles most; `None` if it resembles none.
     pub edge_mode: Option<usize>,
     /// Both edges of the interval, also a lower one below zero; `None` if the interval has no end.
     pub edges: [Option<Edge>; 2],
@@ -76,7 +76,7 @@ pub struct GainReport {
 pub enum WhyNoWaterfall {
     /// Another controller samples more slowly, so the loop broken at this one varies in time.
     SlowerLoop {
-        /// This one.
+        /// The controller at which the loop is broken.
         controller: String,
         /// Its period, s.
         period_s: f64,

@@ -13,7 +13,7 @@ pub enum ReferenceSpec {
     PiecewiseLinear(Vec<(f64, f64)>),
     /// A sine whose frequency is swept over `duration_s` from zero on; outside only `offset`.
     Chirp {
-        /// How the frequency moves.
+        /// Course of the frequency.
         sweep: Sweep,
         /// Amplitude.
         amplitude: f64,
@@ -71,7 +71,7 @@ pub enum ReferenceSpec {
         times_s: Vec<f64>,
         /// Values at these times.
         values: Vec<f64>,
-        /// What lies between samples.
+        /// Interpolation between samples.
         between: Between,
         /// Added to every value.
         offset: f64,

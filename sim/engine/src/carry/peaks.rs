@@ -21,13 +21,13 @@ const AGREE: f64 = 1e-5;
 /// Largest number of evaluations at a peak of a nonlinear mode; each brings the bounds several times closer.
 const MOST_LOOKS: usize = 60;
 
-/// In seconds.
+/// A femtosecond, s.
 const FEMTOSECOND: f64 = 1e-15;
 
 /// The largest force of one stretch of contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Peak {
-    /// When, s.
+    /// Time of the peak, s.
     pub t_s: f64,
     /// Largest force, N; 0 if the contact only pulled.
     pub force_n: f64,

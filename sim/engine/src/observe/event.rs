@@ -3,7 +3,7 @@
 use feeler_plant::assembly::Assembly;
 use feeler_plant::motion::{ContactState, FrictionState, LimitState, Switch, SwitchState};
 
-/// What happened.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
     /// A contact or one side of a play began to push.
@@ -57,9 +57,9 @@ impl EventKind {
 /// An event at its instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// When, s.
+    /// Its time, s.
     pub t_s: f64,
-    /// What.
+    /// Its kind.
     pub kind: EventKind,
     /// The switch it happened to.
     pub switch: Switch,

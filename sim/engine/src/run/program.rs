@@ -149,7 +149,7 @@ impl Program {
         &self.motion
     }
 
-    /// How it is run.
+    /// Settings of its runs.
     pub fn settings(&self) -> &RunSettings {
         &self.run
     }

@@ -57,7 +57,8 @@ impl<L: Lane> Recorder<L> {
         self.earliest_take(Reading::next_s)
     }
 
-    /// When the first of these signals later than `t_s` is due, s; not later if that is not known yet.
+    /// Earliest time after `t_s` at which one of these signals is due, s. A time up to `t_s` means that it is
+    /// not known yet.
     #[inline(always)]
     pub(crate) fn take_after_s(&self, t_s: f64) -> f64 {
         self.earliest_take(|reading| reading.next_after_s(t_s))

@@ -10,7 +10,7 @@ use super::settings::RunSettings;
 /// A machine with its controllers and the settings of its run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario {
-    /// What the controllers drive.
+    /// The machine that the controllers drive.
     pub machine: Machine,
     /// Its controllers, in the order of the file.
     pub controllers: Elements<ControllerUse>,

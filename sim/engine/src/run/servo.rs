@@ -90,7 +90,7 @@ fn motion(
     }
     let spec = &used.spec;
     if spec.law != Law::OpenLoop || spec.approach.is_some() {
-        let message = format!("`{name}` is imposed: its motion is known beforehand and answers nothing");
+        let message = format!("`{name}` is imposed: its motion is given in advance, so no feedback moves it");
         let remedy = "give the controller `law = \"open-loop\"`, or the actuator another kind";
         return Err(Problem::new(format!("controllers.{controller}.law"), message, remedy));
     }

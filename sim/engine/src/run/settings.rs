@@ -6,7 +6,7 @@ use feeler_catalogue::{
 };
 use feeler_plant::description::SignalName;
 
-/// How a run steps.
+/// Stepping of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Integrator {
     /// Matrix exponentials between located events: exact to rounding at any step.
@@ -35,12 +35,12 @@ impl Integrator {
 /// Duration, step and record of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSettings {
-    /// How long.
+    /// Length of the run.
     pub duration_s: f64,
     /// Fixed base step. The exact integrator does not need it and uses it only as the default spacing of the
     /// record.
     pub step_s: f64,
-    /// How to step.
+    /// Method of stepping.
     pub integrator: Integrator,
     /// Seed of every random stream.
     pub seed: u64,

@@ -38,7 +38,7 @@ pub enum Stop {
     Event {
         /// Index of the lane that stopped.
         lane: usize,
-        /// What happened in it.
+        /// The event in it.
         event: Event,
     },
     /// A controller has sampled at this instant.
@@ -50,7 +50,7 @@ pub enum Stop {
     End,
 }
 
-/// How far [`Simulation::go_on`] came.
+/// The point that [`Simulation::go_on`] reached.
 enum Reached {
     /// An event, or the end of an interval that an event had interrupted.
     Between,

@@ -29,11 +29,11 @@ pub struct Sampler<L: Lane, O = L> {
 /// One sample of a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampled<L> {
-    /// When it was due, s.
+    /// Time at which it was due, s.
     pub sample_s: f64,
-    /// What it followed.
+    /// The reference at it.
     pub reference: L,
-    /// What it wants.
+    /// The output that it computed.
     pub output: L,
 }
 

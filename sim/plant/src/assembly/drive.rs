@@ -94,7 +94,7 @@ pub struct Servo {
     pub sampling: Option<ServoSampling>,
 }
 
-/// How a servo samples.
+/// Sampling of a servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoSampling {
     /// Time between samples, s.

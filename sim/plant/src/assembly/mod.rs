@@ -159,7 +159,7 @@ impl ForceLaw {
 pub struct SensorPart {
     /// Name of the sensor.
     pub name: String,
-    /// What it reads.
+    /// Source of its reading.
     pub source: Source,
     /// Node on which it is mounted; ground for an absolute reading.
     pub relative_to: NodeId,

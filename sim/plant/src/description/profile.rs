@@ -20,7 +20,7 @@ pub type Touched = [f64; 6];
 /// Offset and rate at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
-    /// When, s.
+    /// Its time, s.
     pub t_s: f64,
     /// Added to the contact's gap.
     pub offset_m: f64,
@@ -31,7 +31,7 @@ pub struct Knot {
 /// A cubic from an instant on: `offset + rate t + curvature t^2 / 2 + jerk t^3 / 6`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Piece {
-    /// When it begins, s.
+    /// Time at which it begins, s.
     pub start_s: f64,
     /// Offset there, m.
     pub offset: f64,

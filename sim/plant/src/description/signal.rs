@@ -153,13 +153,13 @@ pub enum ParseSignalError {
     /// There is no dot.
     #[error("`{text}` is not a signal")]
     NoDot {
-        /// What was written.
+        /// The text that was written.
         text: String,
     },
     /// The part after the dot is not a quantity.
     #[error("`{quantity}` is not a quantity of a signal")]
     UnknownQuantity {
-        /// What was written.
+        /// The text that was written.
         quantity: String,
         /// The nearest existing name, or all of them.
         remedy: String,

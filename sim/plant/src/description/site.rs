@@ -71,7 +71,7 @@ impl Believed {
     }
 }
 
-/// What all elements have.
+/// Properties of every element.
 pub trait Element {
     /// Departures from the ideal.
     fn effects(&self) -> &[EffectUse];

@@ -39,8 +39,8 @@ Current loops of finite bandwidth, winding inductance, valves, a filter on the t
 ## How it shows
 Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees. In a force
 loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
-`time_constant`, so `command-delay` looks the same until the size drops. `force-lag` costs a force loop as
-much phase but leaves free motion as it was.
+`time_constant`, so `command-delay` looks the same until the magnitude drops. `force-lag` costs a force loop
+as much phase but leaves free motion as it was.
 
 ## How it is recognised
 Excite the drive up to its corner: the measured response falls off and lags there, in free motion and in

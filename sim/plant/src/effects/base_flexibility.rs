@@ -44,9 +44,9 @@ Machine frames on rubber feet, robot columns, benches, floors.
 
 ## How it shows
 A pole pair beside a zero pair, mostly at 5 to 20 Hz. In contact the phase dips and recovers, since in the
-mode drive and contact move the same way against the base (it is colocated). It hardly bounds the gain where
-its damping suffices. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In
-free motion the base shows in a position read against it, where the phase rises and returns. A slow
+mode drive and contact move the same way against the base (it is colocated). With enough damping it hardly
+limits the gain. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In free
+motion the base shows in a position read against it, where the phase rises and returns. A slow
 oscillation after steps looks like that of a force loop with an `actuator-lag`.
 
 ## How it is recognised

@@ -35,12 +35,12 @@ placed exactly in time, whatever the step.
 Field buses, computation time that the controller's own `delay` does not count, buffered amplifiers.
 
 ## How it shows
-The phase of every response to the command falls in proportion to frequency, at unchanged size.
+The phase of every response to the command falls in proportion to frequency, at unchanged magnitude.
 `actuator-lag` departs from it only at second order in frequency times delay. `force-delay` costs a force
 loop the same phase, but free motion does not show it.
 
 ## How it is recognised
-The lag of the response grows in proportion to frequency while its size stays. A cross-correlation of
+The lag of the response grows in proportion to frequency while its magnitude stays. A cross-correlation of
 command and acceleration shows the same shift in every experiment.
 
 ## Numerical treatment

@@ -29,9 +29,9 @@ interval = \"3 ms\"
 difference.
 
 ## Model
-A command that differs from the last one is reached after `interval`, at a constant rate from where the
-drive stands. One that arrives sooner begins the next way from there. Under a position servo it is the target,
-and a sampled servo takes a step at each of its samples. A limited rate holds as well.
+A command that differs from the last one is reached after `interval`, at a constant rate from where the drive
+stands. A command that arrives sooner starts a new ramp from where the drive then stands. Under a position
+servo the target moves so, and a sampled servo steps to it at each of its samples. A rate limit applies too.
 
 ## Where it comes from
 Firmware that smooths targets between two messages: interpolation of drives on a field bus, the profile time
@@ -50,8 +50,8 @@ not try it: it finds `command-delay` or `actuator-lag`.
 
 ## Numerical treatment
 The way to a command is a ramp with a rate of its own, which is a mode. Its end is an event, located to
-rounding. Linear theory takes it as a delay of half the interval `I`. Where commands come every `T` within the
-interval, it takes a lag of `I - T / 2`, and for the target of a sampled servo a delay of as much.
+rounding. Linear theory takes it as a delay of half the interval `I`. Where commands come every `T` within
+the interval, it takes a lag of `I - T / 2`, and for the target of a sampled servo a delay of that length.
 
 ## Source
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear

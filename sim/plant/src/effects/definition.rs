@@ -9,7 +9,7 @@ use crate::units::Dimension;
 pub enum Place {
     /// Between command and drive force.
     Drive,
-    /// Where the axis slides.
+    /// The guide on which the axis slides.
     Guide,
     /// Between motor and tip.
     Transmission,
@@ -17,13 +17,13 @@ pub enum Place {
     Base,
     /// Where tool and workpiece meet.
     Contact,
-    /// What is touched.
+    /// The workpiece that is touched.
     Workpiece,
     /// The force channel.
     ForceSensor,
     /// The position channel.
     Encoder,
-    /// When samples are taken.
+    /// The instants of samples.
     Timing,
 }
 
@@ -301,7 +301,7 @@ pub struct Definition {
     pub law: Law,
     /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
-    /// What it does.
+    /// The change that it makes.
     pub change: Change,
 }
 

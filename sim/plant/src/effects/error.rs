@@ -16,7 +16,7 @@ pub enum EffectError {
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost {
         kind: Kind,
-        /// What it sits under.
+        /// The element under which it stands.
         found: HostKind,
         /// Elements that take it.
         expected: &'static [HostKind],
@@ -32,9 +32,9 @@ pub enum EffectError {
     #[error("`{kind}` has {expected} parameters, not {given}")]
     Count {
         kind: Kind,
-        /// As many as it has.
+        /// Number of parameters of the kind.
         expected: usize,
-        /// As many as were given.
+        /// Number that was given.
         given: usize,
     },
     /// A value outside the bounds of the parameter.
@@ -52,7 +52,7 @@ pub enum EffectError {
     MassExceeded {
         parameter: &'static str,
         value_kg: f64,
-        /// What there is.
+        /// Mass that is available.
         available_kg: f64,
     },
     /// A value is out of range on this host.

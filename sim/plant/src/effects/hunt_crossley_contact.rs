@@ -41,9 +41,9 @@ approach.
 
 ## How it shows
 The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`. Linear damping makes a
-step at touch-down, this loss none: with `c` zero the force rises from zero. About one contact force and for
-small motion it is `contact-damping` of `alpha k d^n`; another force level separates them. The rise of force
-with speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
+step at touch-down; this loss makes none: with `c` zero the force rises from zero. About one contact force
+and for small motion it is `contact-damping` of `alpha k d^n`; another force level separates them. The rise
+of force with speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
 
 ## How it is recognised
 Drop the tool at several speeds: the restitution falls with speed, and the loss adds no step of force at

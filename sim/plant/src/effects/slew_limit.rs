@@ -29,9 +29,10 @@ rate = \"1 kN/s\"
 `feeler compare scenarios/effects/ideal.toml scenarios/effects/slew-limit.toml` shows the difference.
 
 ## Model
-What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
-Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a motor the
-voltage or duty cycle. Under a position servo it is the target. The unit is that of the command over time.
+The drive acts on a value that follows the command with `|df/dt| <= rate`, after gain and limit and before
+any lag. Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a
+motor the voltage or duty cycle. Under a position servo it is the target. The unit is that of the command
+over time.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.

@@ -2,7 +2,7 @@
 
 use super::{ContactState, Equations, Motion, Row, dot};
 
-/// What a meter counts.
+/// The energy that a meter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum MeterKind {
     /// Work done on the machine by a drive.
@@ -30,7 +30,7 @@ impl MeterKind {
 /// An integral of force times speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meter {
-    /// What it counts.
+    /// The energy that it counts.
     pub kind: MeterKind,
     /// Index of the drive, link or contact.
     pub element: usize,
@@ -40,7 +40,7 @@ pub struct Meter {
     pub speed: Row,
 }
 
-/// What is stored where.
+/// A kind of stored energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StorageKind {
     /// Kinetic energy of a coordinate.
@@ -56,11 +56,11 @@ pub enum StorageKind {
 /// Stored energy, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Storage {
-    /// Where.
+    /// Kind of the store.
     pub kind: StorageKind,
     /// Index of the coordinate, link, weight or contact.
     pub element: usize,
-    /// How much.
+    /// Its energy.
     pub joule: f64,
 }
 

@@ -106,7 +106,7 @@ impl Motion {
         &self.layout
     }
 
-    /// What switches.
+    /// The switches, in their order.
     pub fn switches(&self) -> &[Switch] {
         &self.switches
     }

@@ -20,9 +20,9 @@ pub struct Oscillation {
     pub frequency_hz: f64,
     /// Half of peak to peak, N.
     pub amplitude_n: f64,
-    /// Frequency of the strongest line of the force's spectrum, Hz.
+    /// Frequency of the strongest line of the force's spectrum, Hz; `None` if there is no line.
     pub spectral_hz: Option<f64>,
-    /// Amplitude of that line, N.
+    /// Amplitude of that line, N; `None` without one.
     pub spectral_amplitude_n: Option<f64>,
     /// Touch-downs per second.
     pub impacts_per_s: f64,

@@ -8,9 +8,9 @@ use feeler_plant::motion::Switch;
 /// A span of time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// From here.
+    /// Begin of the interval.
     pub start_s: f64,
-    /// To here.
+    /// Its end.
     pub end_s: f64,
 }
 
@@ -44,7 +44,7 @@ pub struct ContactRun {
     /// Largest force, N. It is that of the motion itself for the exact integrator, else of the record, with a
     /// parabola between its rows.
     pub peak_force_n: f64,
-    /// When, s.
+    /// Time of the peak, s.
     pub peak_at_s: f64,
     /// The largest pull of a clamped contact, as a positive force, if it exceeds the largest push; from the
     /// record.

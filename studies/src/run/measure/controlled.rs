@@ -8,7 +8,7 @@ use feeler_plant::description::{Sensor, SignalName};
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::run) struct Controlled {
     pub(in crate::run) controller: String,
-    /// What it controls.
+    /// The signal that it controls.
     pub(in crate::run) signal: SignalName,
     /// Gain from that motion to the sensor's reading.
     gain: f64,

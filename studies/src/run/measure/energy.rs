@@ -10,7 +10,7 @@ pub struct EnergyItem {
     /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or
     /// `controller-work`.
     pub what: &'static str,
-    /// The element.
+    /// Name of the element.
     pub on: String,
     /// Energy, J; positive into the machine for works, out of it for losses.
     pub joule: f64,
@@ -30,7 +30,7 @@ pub struct EnergyTable {
     pub kinetic: [f64; 2],
     /// Elastic energy, and the potential one of weights, at start and end, J.
     pub elastic: [f64; 2],
-    /// What does not balance, J.
+    /// Supplied less stored and dissipated energy, J: rounding.
     pub residual: f64,
     /// All energy exchanged and stored, in magnitude, J.
     pub exchanged: f64,

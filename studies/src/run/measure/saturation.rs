@@ -9,7 +9,7 @@ use crate::run::record::event::EventRecord;
 /// A value this close to its limit is at it: limits act on held numbers, so only rounding separates the two.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// Where limits were reached.
+/// Instants at which limits were reached.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::run) struct Limits {
     /// For each row of the record, whether some drive or controller was at its limit. Commands and outputs

@@ -64,7 +64,7 @@ pub struct Response {
     /// Time from [`Self::starts_at_s`] until the force stays within the band to the end of the run; `None` if
     /// it does not stay there.
     pub settling_time_s: Option<f64>,
-    /// Mean of the last tenth of the run less the reference, N.
+    /// Mean of the last tenth of the run less the reference, N; `None` if the reference moves.
     pub steady_error_n: Option<f64>,
     /// How closely the force follows, if its reference or the surface moves to the end.
     pub tracking: Option<Tracking>,

@@ -5,10 +5,10 @@ use serde::Serialize;
 /// An event in the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EventRecord {
-    /// When.
+    /// Time of the event.
     pub t_s: f64,
     /// `touch`, `lift`, `stick`, `slip`, `limit`, `release`.
     pub what: &'static str,
-    /// The element.
+    /// Name of the element.
     pub on: String,
 }

@@ -206,7 +206,7 @@ impl Undecided {
 /// An outcome and its evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// What became of the run.
+    /// Class of the run, by its name.
     pub outcome: Outcome,
     /// Start and end of the judged time, s.
     pub tail_s: [f64; 2],

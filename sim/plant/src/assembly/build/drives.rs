@@ -83,7 +83,7 @@ impl Build<'_> {
             ("output_resolution", servo.output_resolution_n.is_some()),
         ];
         for (key, _) in given.into_iter().filter(|(_, is_given)| *is_given) {
-            let message = format!("`{key}` is one of a sampled loop, and this one is continuous");
+            let message = format!("`{key}` belongs to a sampled loop, and this loop is continuous");
             let remedy = format!("add a `period`, or leave `{key}` out");
             self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy));
         }

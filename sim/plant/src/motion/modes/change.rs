@@ -27,7 +27,7 @@ pub trait ModeTable {
 pub struct Switched {
     /// Index of the next mode.
     pub index: usize,
-    /// What switched.
+    /// The switch that changed.
     pub switch: Switch,
     /// The state that it left.
     pub from: SwitchState,

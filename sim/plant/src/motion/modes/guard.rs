@@ -28,14 +28,14 @@ pub struct Guard {
     pub switch: usize,
     /// The quantity, a row of the extended vector.
     pub row: Row,
-    /// What the switch does.
+    /// The new state of the switch when it fires.
     pub value: GuardValue,
 }
 
 /// The new state of a switch when a guard fires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuardValue {
-    /// To this state.
+    /// This state.
     To(SwitchState),
     /// A guide comes to rest: it sticks or slides the other way, depending on the forces.
     Stop,

@@ -15,7 +15,7 @@ pub enum ContactState {
     Releasing = 1,
 }
 
-/// What dry friction does.
+/// State of dry friction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum FrictionState {

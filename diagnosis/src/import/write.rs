@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use feeler_logs::{Pick, Run, Series, on_one_grid};
+use feeler_logs::{Pick, Run, Series, Table, on_one_grid};
 use feeler_problem::short;
 
 use super::axis::{AxisBelief, Beliefs, Model};
@@ -211,7 +211,7 @@ impl Joint {
         });
         let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
-        let mut series = on_one_grid(&file, run, &picks)?;
+        let mut series = in_order(&file, run, &picks)?;
         if series.times_s.len() < FEWEST_ROWS {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
@@ -353,6 +353,25 @@ fn create(folder: &Path) -> Result<(), DiagnosisError> {
 
 fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
     fs::write(path, text).map_err(unwritable(path))
+}
+
+/// The columns of a run on common instants, which advance.
+fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, DiagnosisError> {
+    let tables: Vec<&Table> =
+        picks.iter().filter_map(|pick| run.find(pick.name)).map(|(table, _)| table).collect();
+    let first = |row_of: fn(&Table) -> Option<usize>| {
+        tables.iter().find_map(|table| Some(table.out_of_order(row_of(table)?)))
+    };
+    if let Some(error) = first(Table::goes_back_at) {
+        return Err(error.into());
+    }
+    let series = on_one_grid(file, run, picks)?;
+    // Two readings of a slower column may share an instant.
+    let advances = series.times_s.windows(2).all(|pair| pair[1] > pair[0]);
+    match first(Table::stays_at).filter(|_| !advances) {
+        Some(error) => Err(error.into()),
+        None => Ok(series),
+    }
 }
 
 /// Empties the cells between the readings of a column: what is interpolated there is no reading.

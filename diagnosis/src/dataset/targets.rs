@@ -56,7 +56,7 @@ impl Body<'_> {
     }
 }
 
-/// Every so many rows of a series, less their mean.
+/// Every `stride`-th row of a series, less their mean.
 fn swings(series: &[f64], stride: usize) -> Vec<f64> {
     let kept: Vec<f64> = series.iter().step_by(stride).copied().collect();
     let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;

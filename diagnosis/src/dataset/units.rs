@@ -138,7 +138,7 @@ mod tests {
     fn truth_the_column_that_one_factor_mends_is_the_wrong_one() {
         let pair =
             |first, second| [reading(Quantity::Position, first), reading(Quantity::Acceleration, second)];
-        // Numbers in metres, though `unit = "mm"`; and an accelerometer that is said to be in mm/s².
+        // Numbers in metres, though `unit = "mm"`; then an accelerometer with `unit = "mm/s2"`.
         assert_eq!(wrong(pair(1e-3, 1.0), 0.98e-3, 0.15, false), Some((false, STATED)));
         assert_eq!(wrong(pair(1.0, 1e-3), 1.02e3, 0.15, false), Some((true, STATED)));
         // Nothing is stated: whoever is in a smaller unit than SI, with larger numbers.

@@ -34,6 +34,8 @@ struct Joint {
     guess: Guess,
     folder: PathBuf,
     experiments: Vec<String>,
+    /// Runs in which its input never changes.
+    still: Vec<String>,
     /// A machine that the user gives.
     given: Option<First>,
     belief: Option<AxisBelief>,
@@ -98,6 +100,7 @@ impl Writer {
                 guess: (*guess).clone(),
                 folder: out.clone(),
                 experiments: Vec::new(),
+                still: Vec::new(),
                 given,
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
@@ -136,6 +139,7 @@ impl Writer {
     /// Writes the description files of the datasets.
     pub(super) fn finish(self, survey: &mut Survey) -> Result<(), DiagnosisError> {
         for joint in self.joints {
+            survey.notes.extend(joint.left_out());
             if joint.experiments.is_empty() {
                 survey
                     .notes
@@ -144,9 +148,8 @@ impl Writer {
             }
             let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
             let first = joint.given.clone();
-            let input =
-                if joint.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command };
-            let first = first.unwrap_or_else(|| First::of(input, joint.belief.as_ref(), middle, &joint.seen));
+            let first =
+                first.unwrap_or_else(|| First::of(joint.input(), joint.belief.as_ref(), middle, &joint.seen));
             save(&joint.folder.join("dataset.toml"), &joint.dataset(&first))?;
             let assumptions = [joint.assumptions, first.assumptions].concat();
             let mut machine =
@@ -174,6 +177,24 @@ impl Joint {
         let input = of(Role::Target).or_else(|| of(Role::Command));
         let others = [Role::Position, Role::TargetVelocity, Role::FeedForward, Role::Velocity, Role::Effort];
         input.into_iter().chain(others.into_iter().filter_map(of)).collect()
+    }
+
+    /// The role of the column that drives the machine.
+    fn input(&self) -> Role {
+        if self.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command }
+    }
+
+    /// The runs without information, in one sentence.
+    fn left_out(&self) -> Option<String> {
+        let runs: Vec<String> = self.still.iter().map(|run| format!("`{run}`")).collect();
+        (!runs.is_empty()).then(|| {
+            format!(
+                "`{}`: left out where the {} never changes, in {}",
+                self.name,
+                self.input().noun(),
+                runs.join(", ")
+            )
+        })
     }
 
     /// Whether no run can do without a column of this role.
@@ -220,12 +241,7 @@ impl Joint {
         let mut asked = series.values[0].iter().filter(|x| x.is_finite());
         let held = asked.next();
         if asked.all(|x| Some(x) == held) {
-            notes.push(format!(
-                "in run `{}` the {} of `{}` never changes: it carries no information and is left out",
-                run.name,
-                here[0].0.noun(),
-                self.name
-            ));
+            self.still.push(run.name.clone());
             return Ok(());
         }
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));

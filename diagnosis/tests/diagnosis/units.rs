@@ -97,6 +97,29 @@ fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
     }
 }
 
+/// Each column in turn, with its sign turned and in other units.
+#[test]
+fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
+    let columns: [(&str, &str, &str, fn(f64) -> f64); 3] = [
+        ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
+        ("place", "encoder.reading", "", |t| wave(t)[0]),
+        ("acceleration", "accelerometer.reading", "", |t| wave(t)[2]),
+    ];
+    for (column, factor, words) in [
+        ("command", -1.0, "-1 (a sign?)"),
+        ("place", -1.0, "-1 (a sign?)"),
+        ("acceleration", -1.0, "-1 (a sign?)"),
+        ("command", 1e-3, "1/1000 (kN for N?)"),
+        ("place", 1e3, "1000 (mm for m?)"),
+        ("place", 4096.0 / std::f64::consts::TAU, "652 (counts of 4096 a turn for radians?)"),
+        ("place", 2e5, "no factor of common units (counts?)"),
+        ("acceleration", 1.0 / 9.806_65, "1/9.81 (g for m/s²?)"),
+        ("acceleration", 1e3, "1000 (mm/s² for m/s²?)"),
+    ] {
+        names(&accused(FORCE_AXIS, &columns, Some((column, factor))), column, words);
+    }
+}
+
 /// What a servo, and a motor behind a position loop, are asked and what they do: 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {

@@ -201,7 +201,7 @@ fn truth_a_drive_weakens_as_its_winding_warms() {
         let c = f64::powi(force_n / halved_n, 2);
         let actuator = with(&[("thermal-derating", &[halved_n, tau])]);
         let (trace, _) = run(&driven(actuator, ReferenceSpec::Constant(force_n), 0.2));
-        for (i, t) in trace.t_s.iter().enumerate() {
+        for (i, t) in trace.t_s.iter().enumerate().skip(1) {
             let fallen = (-t / tau).exp();
             close(force(&trace)[i], force_n / (1.0 + c * (1.0 - fallen)), 100.0 * EXACT);
             let impulse = force_n * tau / (1.0 + c) * ((1.0 + c) / fallen - c).ln();

@@ -1,7 +1,7 @@
 //! Consistency of columns that measure one motion: mixed-up units and different clocks.
 //!
-//! Bodies believed rigid move as one far below any resonance, so every encoder and accelerometer on them
-//! gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
+//! Bodies believed rigid move as one far below any resonance, so every encoder, tachometer and accelerometer
+//! on them gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
 //! contact, the command less the inertial force is the contact force. In every experiment the reference is
 //! the column that agrees with most others. A column that departs from it by a factor between units, or by a
 //! shift in time, is named.

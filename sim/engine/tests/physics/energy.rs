@@ -104,6 +104,7 @@ fn truth_ledger_closes_for_every_effect_of_the_drive() {
         ("drive-deadband", &[2.0]),
         ("force-limit", &[15.0]),
         ("slew-limit", &[3e3]),
+        ("thermal-derating", &[20.0, 0.1]),
         ("force-ripple", &[2.0, 1e-3, 0.4]),
         ("force-ripple", &[2.0, 1e-4, 0.4]),
     ];

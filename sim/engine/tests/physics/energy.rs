@@ -97,7 +97,7 @@ fn truth_ledger_closes_for_every_effect_of_guide_transmission_and_contact() {
 
 #[test]
 fn truth_ledger_closes_for_every_effect_of_the_drive() {
-    let drive: [(&str, &[f64]); 8] = [
+    let drive: [(&str, &[f64]); 9] = [
         ("actuator-lag", &[2e-3]),
         ("command-delay", &[1.37e-3]),
         ("drive-gain", &[1.2]),

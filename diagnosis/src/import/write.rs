@@ -105,12 +105,7 @@ impl Writer {
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
                 arm: middle,
-                seen: Seen {
-                    lag_s: guess.follow.map(|follow| follow.lag_s),
-                    has_speed: guess.columns.contains_key(&Role::TargetVelocity),
-                    has_lead: guess.columns.contains_key(&Role::FeedForward),
-                    ..Seen::default()
-                },
+                seen: Seen::of(guess),
             });
         }
         if joints.is_empty() {

@@ -327,29 +327,34 @@ fn regress_no_joint_is_found_by_its_place_where_a_name_contradicts() {
     }
 }
 
+/// A torque, and a current whose force per ampere is unknown.
 #[test]
 fn regress_a_logged_torque_command_is_a_force_and_no_target() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut log = "t_s,knee_tau_cmd,knee_pos\n".to_owned();
-    for k in 0..400 {
-        let t = f64::from(k) * 0.01;
-        let _ = writeln!(log, "{t},{},{}", -1.8 * (3.0 * t).sin(), 0.2 * (3.0 * t).sin());
-    }
-    let path = folder.path().join("log.csv");
-    fs::write(&path, log).expect("written");
     let stated = |role: Role, column: &str| (role, column.to_owned());
-    for (i, stated) in
-        [Vec::new(), vec![stated(Role::Command, "knee_tau_cmd"), stated(Role::Position, "knee_pos")]]
-            .into_iter()
-            .enumerate()
-    {
-        let out = folder.path().join(format!("out{i}"));
-        let options = Options { out: Some(out.clone()), columns: stated, ..Options::default() };
-        import(&[&path], &options, &|_| ()).expect("a dataset");
-        let dataset = Dataset::load(&out).expect("it is sound");
-        let driven = &dataset.drives[0];
-        assert_eq!(driven.column, "command");
-        assert!(matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. }));
+    for (command, said) in [
+        ("knee_tau_cmd", "the command is the force of the drive"),
+        ("knee_current_cmd", "the command is a current"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut log = format!("t_s,{command},knee_pos\n");
+        for k in 0..400 {
+            let t = f64::from(k) * 0.01;
+            let _ = writeln!(log, "{t},{},{}", -1.8 * (3.0 * t).sin(), 0.2 * (3.0 * t).sin());
+        }
+        let path = folder.path().join("log.csv");
+        fs::write(&path, log).expect("written");
+        let both = vec![stated(Role::Command, command), stated(Role::Position, "knee_pos")];
+        for (i, columns) in [Vec::new(), both].into_iter().enumerate() {
+            let out = folder.path().join(format!("out{i}"));
+            let options = Options { out: Some(out.clone()), columns, ..Options::default() };
+            let survey = import(&[&path], &options, &|_| ()).expect("a dataset");
+            let assumed = survey.datasets[0].assumptions.join(" ");
+            assert!(assumed.contains(said), "{assumed}");
+            let dataset = Dataset::load(&out).expect("it is sound");
+            let driven = &dataset.drives[0];
+            assert_eq!(driven.column, "command");
+            assert!(matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. }));
+        }
     }
 }
 

@@ -30,6 +30,7 @@ mod lerobot;
 mod mcap;
 mod pages;
 mod parquet;
+mod recordings;
 mod ros;
 mod source;
 mod sqlite;

@@ -44,6 +44,10 @@ pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
             let before = found.len();
             folder(path, 0, &mut found)?;
             if found.len() == before {
+                if is_packed(path) {
+                    let remedy = format!("unpack them: `zstd -d {}/*.zstd`", path.display());
+                    return Err(LogError::other(path, "its files are compressed by zstd", remedy));
+                }
                 let what = "this folder holds no log";
                 let remedy = "name a folder with MCAP, ROS 2 bag, Parquet, npz, npy or CSV files";
                 return Err(LogError::other(path, what, remedy));
@@ -132,6 +136,12 @@ impl Source {
         }
         Ok(vec![topics.into_run(&self.files[0], self.name.clone())])
     }
+}
+
+/// Whether a folder holds files that were compressed as a whole.
+fn is_packed(folder: &Path) -> bool {
+    let entries = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "zstd"))
 }
 
 fn name_of(path: &Path) -> String {

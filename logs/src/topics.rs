@@ -1,6 +1,7 @@
 //! Topics of a bag, filled message by message and converted to tables.
 
 use std::collections::HashMap;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use indexmap::IndexMap;
@@ -21,6 +22,10 @@ const SAME_CLOCK_S: f64 = 1.0;
 const PLAIN: [&str; 2] = ["value", "data"];
 /// What gives a bag its definitions.
 const CONVERT: &str = "`ros2 bag convert` of ROS 2 Iron or later adds it";
+/// First bytes of a message that the recorder compressed by itself. No CDR and no JSON begins like this.
+const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+/// Largest message, bytes: that of a sound one is far smaller.
+const LARGEST: u64 = 1 << 28;
 /// Path of a header's time, which is the clock and not a column.
 const STAMP: &str = "header.stamp.";
 
@@ -89,8 +94,21 @@ impl Topics {
         self.topics.insert(id, topic);
     }
 
-    /// Adds a message.
+    /// Adds a message, which the recorder may have compressed by itself.
     pub(crate) fn push(&mut self, file: &Path, id: u64, log_ns: i64, message: &[u8]) -> Result<(), LogError> {
+        if !message.starts_with(&ZSTD) {
+            return self.push_plain(file, id, log_ns, message);
+        }
+        let Some(topic) = self.topics.get(&id) else { return Ok(()) };
+        let plain = unpack(message).map_err(|error| {
+            let place = LogPlace::Message { topic: topic.name.clone(), number: topic.messages, byte: 0 };
+            let what = format!("its compression by zstd is damaged: {error}");
+            LogError::damaged(file, place, what, "record it again")
+        })?;
+        self.push_plain(file, id, log_ns, &plain)
+    }
+
+    fn push_plain(&mut self, file: &Path, id: u64, log_ns: i64, message: &[u8]) -> Result<(), LogError> {
         let Some(topic) = self.topics.get_mut(&id) else { return Ok(()) };
         let number = topic.messages;
         topic.messages += 1;
@@ -207,6 +225,13 @@ impl Topics {
         }
         run
     }
+}
+
+/// A message that was compressed by itself, as `ros2 bag record --compression-mode message` does.
+fn unpack(message: &[u8]) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    zstd::stream::read::Decoder::new(message)?.take(LARGEST).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The form of a topic's messages, and those of earlier releases if the bag does not define it.
@@ -362,5 +387,29 @@ mod tests {
             let (_, error) = run.find("error.positions[elbow]").expect("the error");
             assert_eq!(error.values, [2.5, 12.5, 22.5]);
         }
+    }
+
+    #[test]
+    fn truth_messages_that_are_compressed_one_by_one_are_unpacked() {
+        let of = |change: fn(Vec<u8>) -> Vec<u8>| {
+            let declared = Declared {
+                name: "/command",
+                encoding: "cdr",
+                schema_name: "std_msgs/msg/Float64",
+                schema_encoding: "ros2msg",
+                schema: Some("float64 data"),
+            };
+            let mut topics = Topics::default();
+            topics.declare(1, &declared);
+            let mut message = Written(vec![0, 1, 0, 0]);
+            message.aligned(&0.1_f64.to_le_bytes());
+            topics.push(Path::new("bag"), 1, 7, &change(message.0))?;
+            Ok::<Run, LogError>(topics.into_run(Path::new("bag"), "bag".into()))
+        };
+        let plain = of(|message| message).unwrap();
+        assert_eq!(plain.tables[0].columns[0].values, [0.1]);
+        assert_eq!(of(|message| zstd::bulk::compress(&message, 1).unwrap()).unwrap(), plain);
+        let cut = of(|message| zstd::bulk::compress(&message, 1).unwrap()[..9].to_vec()).unwrap_err();
+        assert!(cut.to_string().contains("message 0 of /command, byte 0: its compression by zstd"), "{cut}");
     }
 }

@@ -17,7 +17,7 @@ import pyarrow.parquet
 from mcap.writer import CompressionType
 from mcap.writer import Writer as RawWriter
 from mcap_ros2.writer import Writer as RosWriter
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -202,8 +202,11 @@ def big_endian(name):
     expect(name)
 
 
-def with_rosbags(name, version, plugin):
-    with BagWriter(folder / name, version=version, storage_plugin=plugin) as writer:
+def with_rosbags(name, version, plugin, compression=CompressionMode.NONE):
+    bag = BagWriter(folder / name, version=version, storage_plugin=plugin)
+    if compression != CompressionMode.NONE:
+        bag.set_compression(compression, CompressionFormat.ZSTD)
+    with bag as writer:
         connections = {}
         for stamp, topic, kind, message, _ in MESSAGES:
             if topic not in connections:
@@ -320,6 +323,9 @@ with_rosbags("bag_9", 9, StoragePlugin.SQLITE3)
 without_definitions("bag_undefined")
 like_foxy("bag_foxy")
 with_rosbags("bag_mcap", 9, StoragePlugin.MCAP)
+with_rosbags("bag_packed", 8, StoragePlugin.SQLITE3, CompressionMode.MESSAGE)
+with_rosbags("bag_packed_mcap", 9, StoragePlugin.MCAP, CompressionMode.MESSAGE)
+with_rosbags("bag_chunks", 9, StoragePlugin.MCAP, CompressionMode.STORAGE)
 tables()
 lerobot("lerobot")
 (folder / "expected.json").write_text(json.dumps(expected))

@@ -137,10 +137,14 @@ fn headline(run: &RunSummary, found: &TableSummary) -> String {
     );
     let lost = match found.lost {
         (0, _) => String::new(),
-        (rows, longest_s) => format!("; {rows} rows are lost, up to {} s together", short(longest_s)),
+        (rows, longest_s) => {
+            let rows = crate::numbers::count(rows, "row is", "rows are");
+            format!("; {rows} lost, up to {} s together", short(longest_s))
+        }
     };
+    let back = found.back_in_row.map_or_else(String::new, |row| format!("; it goes back in row {row}"));
     let name = if found.name.is_empty() { &run.name } else { &found.name };
-    format!("{name}: {} rows{rate} over {} s; {clock}{lost}", found.rows, short(found.duration_s))
+    format!("{name}: {} rows{rate} over {} s; {clock}{back}{lost}", found.rows, short(found.duration_s))
 }
 
 fn followed_by(text: &mut String, joint: &str, guess: &Guess) {

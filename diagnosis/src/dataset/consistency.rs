@@ -1,18 +1,22 @@
 //! Consistency of columns that measure one motion: mixed-up units and different clocks.
 //!
-//! Bodies believed rigid move as one far below any resonance, so every encoder and accelerometer on them
-//! gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
+//! Bodies believed rigid move as one far below any resonance, so every encoder, tachometer and accelerometer
+//! on them gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
 //! contact, the command less the inertial force is the contact force. In every experiment the reference is
 //! the column that agrees with most others. A column that departs from it by a factor between units, or by a
 //! shift in time, is named.
 
+use std::cmp::Reverse;
+
+use feeler_files::Column;
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
 use feeler_plant::description::{Engagement, Machine, Quantity};
+use indexmap::IndexMap;
 
-use super::compare::{Comparison, compare, second_difference, smoothed};
+use super::compare::{Comparison, compare, difference, second_difference, smoothed};
 use super::data::{Channel, Dataset, Record};
 use super::fault::{Fault, FaultKind, Yardstick};
-use super::units::mixed_up;
+use super::units::{Reading, is_stated, wrong};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
@@ -23,7 +27,7 @@ pub(super) const STATED_ROWS: f64 = 1.0;
 /// The same between bodies with some flexibility in between.
 const STATED_ROWS_ACROSS: f64 = 3.0;
 /// Smallest correlation of two readings of the same motion, and of a push with its motion or force.
-const SAME_MOTION: f64 = 0.85;
+pub(super) const SAME_MOTION: f64 = 0.85;
 pub(super) const SAME_PUSH: f64 = 0.7;
 /// Smallest correlation at which a shift between different bodies is accepted: a flexible joint also changes
 /// the shape of a motion.
@@ -53,6 +57,8 @@ pub(super) struct Odd {
 /// The machine, reduced to groups of bodies with one motion.
 pub(super) struct Body<'a> {
     pub(super) dataset: &'a Dataset,
+    /// The columns as the dataset's file states them.
+    columns: &'a IndexMap<String, Column>,
     pub(super) assembly: Assembly,
     /// For each node, the lowest node rigidly joined to it.
     pub(super) groups: Vec<usize>,
@@ -60,10 +66,10 @@ pub(super) struct Body<'a> {
 
 /// Reports factors between units and shifts of time, each with the first experiment that shows it and their
 /// number.
-pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
+pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, Column>) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
     let groups = groups(&assembly);
-    let body = Body { dataset, assembly, groups };
+    let body = Body { dataset, columns, assembly, groups };
     let sticks: Vec<Vec<Stick>> = dataset.records.iter().map(|record| body.sticks(record)).collect();
     // Number of agreements of a column with another one, over all experiments: it decides if one experiment
     // does not.
@@ -85,10 +91,27 @@ pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
         let references = body.motion(r, &sticks[r], &pairs[r], &agreements, &mut odd);
         commands.extend(body.commands(r, &sticks[r], &references));
         forces.extend(body.forces(r, &sticks[r], &references, &mut odd));
+        body.targets(r, &mut odd);
     }
     body.force_clocks(&forces, &mut odd);
     body.command_clocks(&commands, &mut odd);
     merge(dataset, odd)
+}
+
+/// The wrong one of two columns of one motion, by the ratio of the first to the second.
+pub(super) fn accused(
+    record: usize,
+    pair: [Reading<'_>; 2],
+    factor: f64,
+    near: f64,
+    is_second_right: bool,
+) -> Option<Odd> {
+    let (is_second, what) = wrong(pair, factor, near, is_second_right)?;
+    let [first, second] = pair;
+    let (column, other, factor) =
+        if is_second { (second, first, 1.0 / factor) } else { (first, second, factor) };
+    let kind = FaultKind::Units { other: other.column.to_owned(), factor, what, experiments: 1 };
+    Some(Odd { record, column: column.column.to_owned(), kind })
 }
 
 fn agrees(factor: f64) -> bool {
@@ -150,7 +173,7 @@ fn groups(assembly: &Assembly) -> Vec<usize> {
 }
 
 /// The body that a channel reads.
-fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<usize> {
+pub(super) fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<usize> {
     let source = match channel.source {
         Source::Sensor(i) => assembly.sensors.get(i)?.source,
         source => source,
@@ -181,6 +204,7 @@ impl Body<'_> {
             let quantity = described.quantity(&self.dataset.machine);
             let values = match quantity {
                 Quantity::Position => second_difference(series, span, record.spacing_s),
+                Quantity::Velocity => difference(series, span, record.spacing_s),
                 Quantity::Acceleration => smoothed(series, span),
                 _ => return None,
             };
@@ -236,34 +260,32 @@ impl Body<'_> {
                 members.iter().filter(|&&j| j != i && between(i, j).is_some_and(holds)).count()
             };
             let is_position = |i: usize| sticks[i].quantity == Quantity::Position;
+            let stated =
+                |i: usize| count(i, &|c| is_stated(c.factor, self.scale(self.column(&sticks[i])), NEAR));
+            let agreeing = |i: usize| count(i, &|c| agrees(c.factor));
             let by_factor = |i: usize| {
-                (count(i, &|c| agrees(c.factor)), plausible(i), agreements[sticks[i].channel], is_position(i))
+                let known = (agreeing(i), plausible(i), Reverse(stated(i)));
+                (known, agreements[sticks[i].channel], is_position(i))
             };
             let Some(&reference) = members.iter().max_by_key(|&&i| by_factor(i)) else { continue };
             for &i in members.iter().filter(|&&i| i != reference) {
                 let Some(comparison) = between(i, reference) else { continue };
-                if let Some(what) = mixed_up(comparison.factor, sticks[i].quantity, NEAR) {
-                    let kind = FaultKind::Units {
-                        other: name(reference),
-                        factor: comparison.factor,
-                        what,
-                        experiments: 1,
-                    };
-                    odd.push(Odd { record: r, column: name(i), kind });
-                }
+                let is_known = agreeing(reference) > 0 || plausible(reference) && !plausible(i);
+                let pair = [i, reference].map(|i| self.reading(self.column(&sticks[i]), sticks[i].quantity));
+                odd.extend(accused(r, pair, comparison.factor, NEAR, is_known));
             }
-            // A clock is judged by the columns of its own body first: between bodies a joint may be flexible.
-            let stated = |i: usize, j: usize, c: &Comparison| {
+            // The filter of a velocity is late as well, so that it proves nothing about clocks. A clock is
+            // judged by the columns of its own body first: between bodies a joint may be flexible.
+            let timed: Vec<usize> =
+                members.iter().copied().filter(|&i| sticks[i].quantity != Quantity::Velocity).collect();
+            let late = |i: usize, j: usize, c: &Comparison| {
                 let rows = if sticks[i].node == sticks[j].node { STATED_ROWS } else { STATED_ROWS_ACROSS };
                 c.is_off_by(rows) && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
             };
             let in_time = |i: usize| {
-                members
-                    .iter()
-                    .filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c)))
-                    .count()
+                timed.iter().filter(|&&j| j != i && between(i, j).is_some_and(|c| !late(i, j, &c))).count()
             };
-            let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else {
+            let Some(&clock) = timed.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else {
                 continue;
             };
             // A comparison with this motion needs a reference that is correct in size and in time.
@@ -272,8 +294,8 @@ impl Body<'_> {
             } else {
                 reference
             });
-            for &i in members.iter().filter(|&&i| i != clock) {
-                if let Some(comparison) = between(i, clock).filter(|c| stated(i, clock, c)) {
+            for &i in timed.iter().filter(|&&i| i != clock) {
+                if let Some(comparison) = between(i, clock).filter(|c| late(i, clock, c)) {
                     let late_s = comparison.late_rows * record.spacing_s;
                     let kind = FaultKind::ClockOffset {
                         against: Yardstick::Column(name(clock)),
@@ -307,19 +329,27 @@ impl Body<'_> {
         odd: &mut Vec<Odd>,
     ) {
         let Some(((command, _), comparison)) = found else { return };
-        let column = self.dataset.channels[sticks[reference].channel].column.clone();
-        let (column, other, factor, quantity) = if members > 1 {
-            (command.clone(), column, 1.0 / comparison.factor, Quantity::Command)
+        let moved = self.reading(self.column(&sticks[reference]), sticks[reference].quantity);
+        let pushed = self.reading(command, Quantity::Command);
+        odd.extend(if members > 1 {
+            accused(r, [pushed, moved], 1.0 / comparison.factor, NEAR_FORCE, true)
         } else {
-            (column, command.clone(), comparison.factor, sticks[reference].quantity)
-        };
-        if let Some(what) = mixed_up(factor, quantity, NEAR_FORCE) {
-            odd.push(Odd {
-                record: r,
-                column,
-                kind: FaultKind::Units { other, factor, what, experiments: 1 },
-            });
-        }
+            accused(r, [moved, pushed], comparison.factor, NEAR_FORCE, false)
+        });
+    }
+
+    /// The column of a stick.
+    fn column(&self, stick: &Stick) -> &str {
+        &self.dataset.channels[stick.channel].column
+    }
+
+    /// The factor on a column's numbers.
+    fn scale(&self, column: &str) -> f64 {
+        self.columns.get(column).map_or(1.0, |column| column.scale)
+    }
+
+    pub(super) fn reading<'c>(&self, column: &'c str, quantity: Quantity) -> Reading<'c> {
+        Reading { column, quantity, scale: self.scale(column) }
     }
 
     /// The command of the drive that pushes a group, and the resulting acceleration of the group's mass in

@@ -6,10 +6,9 @@ use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
 
 use super::compare::{Comparison, SURE, compare, smoothed};
-use super::consistency::{Body, NEAR_FORCE, Odd, SAME_PUSH, STATED_ROWS, Stick};
+use super::consistency::{Body, NEAR_FORCE, Odd, SAME_PUSH, STATED_ROWS, Stick, accused};
 use super::data::{Channel, Record};
 use super::fault::{FaultKind, Yardstick};
-use super::units::mixed_up;
 
 /// Time within which rises of pushing forces are measured, s.
 const RISE_S: f64 = 10e-3;
@@ -70,16 +69,9 @@ impl Body<'_> {
                 .collect();
             let felt = smoothed(&record.series[c], span);
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
-            let column = channel.column.clone();
-            if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
-                let kind = FaultKind::Units {
-                    other: other.clone(),
-                    factor: comparison.factor,
-                    what,
-                    experiments: 1,
-                };
-                odd.push(Odd { record: r, column, kind });
-            }
+            let pair =
+                [self.reading(&channel.column, Quantity::Force), self.reading(&other, Quantity::Command)];
+            odd.extend(accused(r, pair, comparison.factor, NEAR_FORCE, true));
             // Constant parts hardly show time; rises do.
             let [pushed, felt] = [pushed, felt].map(|series| rises(&series, record));
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };

@@ -16,6 +16,7 @@ pub(crate) mod rattle;
 mod read;
 mod regrid;
 mod scatter;
+mod targets;
 mod units;
 
 pub use data::{Channel, Dataset, Driven, Record};
@@ -89,7 +90,7 @@ impl Dataset {
         }
         dataset.warnings = warnings;
         dataset.estimate_noise(file);
-        let contradictions = consistency::check(&dataset);
+        let contradictions = consistency::check(&dataset, &file.columns);
         // If a wrong unit is named, its consequences for noise and resolution are not reported.
         dataset.warnings.retain(|fault| {
             let named = |other: &&Fault| {

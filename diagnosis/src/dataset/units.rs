@@ -9,6 +9,29 @@ const DEGREES: f64 = 57.295_779_5;
 /// Newtons in a pound-force.
 const POUND_N: f64 = 4.448_221_6;
 
+/// Steps of a fine encoder in a radian.
+const STEPS: f64 = 4096.0 / std::f64::consts::TAU;
+/// Beyond this factor no machine is meant, and one of two columns is in another unit.
+const HOPELESS: f64 = 50.0;
+
+/// The factor is that of the column's own `unit` and `scale`.
+pub(super) const STATED: &str = "its own `unit` or `scale` (are its numbers in SI already?)";
+/// A factor between units that a reading is too small by.
+const TOO_SMALL: &str = "the inverse of a factor between units (converted twice?)";
+/// A factor of no common unit.
+const COUNTS: &str = "no factor of common units (counts?)";
+
+/// A column of a comparison.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading<'a> {
+    /// Its header.
+    pub(super) column: &'a str,
+    /// The quantity that it is said to be.
+    pub(super) quantity: Quantity,
+    /// The factor on its numbers, by its unit and scale.
+    pub(super) scale: f64,
+}
+
 /// Factors by which a reading in a wrong unit is too large, and the units.
 fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     match quantity {
@@ -16,8 +39,14 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
             (1e3, "1000 (mm for m?)"),
             (1e2, "100 (cm for m?)"),
             (DEGREES, "57.3 (degrees for radians?)"),
+            (STEPS, "652 (counts of 4096 a turn for radians?)"),
             (1e6, "a million (µm for m, or a clock in ms for s?)"),
-            (1e-3, "1/1000 (is the other column in mm?)"),
+        ],
+        Quantity::Velocity => &[
+            (1e3, "1000 (mm/s for m/s?)"),
+            (1e2, "100 (cm/s for m/s?)"),
+            (DEGREES, "57.3 (degrees for radians?)"),
+            (30.0 / std::f64::consts::PI, "9.55 (turns a minute for rad/s?)"),
         ],
         Quantity::Acceleration => &[
             (1e3, "1000 (mm/s² for m/s²?)"),
@@ -25,8 +54,6 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
             (1.0 / GRAVITY, "1/9.81 (g for m/s²?)"),
             (GRAVITY, "9.81 (converted from g twice?)"),
             (DEGREES, "57.3 (degrees for radians?)"),
-            (1e-3, "1/1000 (is the other column in mm?)"),
-            (1e-6, "a millionth (is the other column in µm, or the clock in ms?)"),
         ],
         _ => &[
             (1e-3, "1/1000 (kN for N?)"),
@@ -42,10 +69,52 @@ pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'s
     if factor < 0.0 {
         return ((-factor).ln().abs() < near.ln_1p()).then_some("-1 (a sign?)");
     }
+    let off = |wanted: f64| (factor / wanted).ln().abs();
     factors(quantity)
         .iter()
-        .find(|(wanted, _)| (factor / wanted).ln().abs() < near.ln_1p())
+        .filter(|(wanted, _)| off(*wanted) < near.ln_1p())
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)))
         .map(|(_, what)| *what)
+}
+
+/// Whether a factor between two columns is the stated scale of the first.
+pub(super) fn is_stated(factor: f64, scale: f64, near: f64) -> bool {
+    let rest = factor / scale;
+    let is_close = rest > 0.0 && rest.ln().abs() < near.ln_1p();
+    is_close && (scale < 0.0 || scale.ln().abs() > 2.0 * near.ln_1p())
+}
+
+/// Which of two columns of one motion is in a wrong unit, by the ratio of the first to the second, and how:
+/// `true` for the second. If the second is known to be right, the first is meant.
+pub(super) fn wrong(
+    [first, second]: [Reading<'_>; 2],
+    factor: f64,
+    near: f64,
+    is_second_right: bool,
+) -> Option<(bool, &'static str)> {
+    if is_stated(factor, first.scale, near) {
+        return Some((false, STATED));
+    }
+    if !is_second_right && is_stated(1.0 / factor, second.scale, near) {
+        return Some((true, STATED));
+    }
+    if let Some(what) = mixed_up(factor, first.quantity, near) {
+        return Some((false, what));
+    }
+    if factor < 0.0 {
+        return None;
+    }
+    // Smaller factors may be the machine's.
+    let inverse = mixed_up(1.0 / factor, second.quantity, near)
+        .filter(|_| !(1.0 / HOPELESS..HOPELESS).contains(&factor));
+    let is_place = |reading: Reading<'_>| reading.quantity == Quantity::Position;
+    match inverse {
+        Some(what) if !is_second_right => Some((true, what)),
+        Some(_) if !matches!(first.quantity, Quantity::Command | Quantity::Force) => Some((false, TOO_SMALL)),
+        _ if is_place(first) && factor > HOPELESS => Some((false, COUNTS)),
+        _ if is_place(second) && factor < 1.0 / HOPELESS && !is_second_right => Some((true, COUNTS)),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -59,5 +128,39 @@ mod tests {
         assert!(mixed_up(9.7e-4, Quantity::Force, 0.3).unwrap().contains("kN for N"));
         assert!(mixed_up(-1.02, Quantity::Position, 0.15).unwrap().contains("sign"));
         assert_eq!(mixed_up(1.3, Quantity::Force, 0.3), None);
+    }
+
+    fn reading(quantity: Quantity, scale: f64) -> Reading<'static> {
+        Reading { column: "a", quantity, scale }
+    }
+
+    #[test]
+    fn truth_the_column_that_one_factor_mends_is_the_wrong_one() {
+        let pair =
+            |first, second| [reading(Quantity::Position, first), reading(Quantity::Acceleration, second)];
+        // Numbers in metres, though `unit = "mm"`; then an accelerometer with `unit = "mm/s2"`.
+        assert_eq!(wrong(pair(1e-3, 1.0), 0.98e-3, 0.15, false), Some((false, STATED)));
+        assert_eq!(wrong(pair(1.0, 1e-3), 1.02e3, 0.15, false), Some((true, STATED)));
+        // Nothing is stated: whoever is in a smaller unit than SI, with larger numbers.
+        let of = |factor, is_right| wrong(pair(1.0, 1.0), factor, 0.15, is_right);
+        assert!(of(1e3, false).is_some_and(|(second, what)| !second && what.contains("mm for m")));
+        assert!(of(1e-3, false).is_some_and(|(second, what)| second && what.contains("mm/s²")));
+        assert_eq!(of(1e-3, true), Some((false, TOO_SMALL)));
+        assert_eq!([of(1.0, false), of(0.3, false), of(4.45, false)], [None; 3]);
+    }
+
+    #[test]
+    fn truth_targets_and_positions_accuse_the_one_with_the_larger_numbers() {
+        let pair = [reading(Quantity::Position, 1.0); 2];
+        for (size, words) in [(DEGREES, "degrees"), (STEPS, "4096"), (1e3, "mm for m"), (8e4, "counts?")] {
+            let named = |factor, is_second| {
+                wrong(pair, factor, 0.3, false)
+                    .is_some_and(|(second, what)| second == is_second && what.contains(words))
+            };
+            assert!(named(0.9 * size, false) && named(1.1 / size, true), "{size}");
+        }
+        assert!(wrong(pair, -0.9, 0.3, false).is_some_and(|(_, what)| what.contains("a sign")));
+        // A servo that follows its target half.
+        assert_eq!(wrong(pair, 0.5, 0.3, false), None);
     }
 }

@@ -23,6 +23,10 @@ const LOAD: &str = "load";
 const ENCODER: &str = "encoder";
 const SPEED: &str = "speed";
 const LEAD: &str = "lead";
+/// What a logged command of a force drive is taken for.
+const FORCE: &str = "the command is the force of the drive";
+const CURRENT: &str = "the command is a current, and forces are counted in amperes: state the force per \
+                       ampere as `scale` of [columns.command]";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
 const LAG_OMEGA: f64 = 2.0;
 /// Lag that is assumed if none is visible, s.
@@ -174,7 +178,7 @@ impl First {
         let inertia = inertia(belief, middle, is_force, &mut assumptions);
         let name = if is_force { DRIVE } else { SERVO };
         let kind = if is_force {
-            assumptions.push("the command is the force of the drive".into());
+            assumptions.push(if seen.is_current { CURRENT } else { FORCE }.into());
             "kind = \"force\"".to_owned()
         } else {
             let ([kp, kd], why) = gains(joint, inertia, seen);

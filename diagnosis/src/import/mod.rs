@@ -43,7 +43,9 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
             if let Some(rate_hz) = options.rate_hz {
                 run.set_rate(rate_hz);
             }
-            take(&mut survey, &mut writer, &run, options)?;
+            for run in run.recordings() {
+                take(&mut survey, &mut writer, &run, options)?;
+            }
         }
     }
     let tables = survey.runs.iter().flat_map(|run| &run.tables);

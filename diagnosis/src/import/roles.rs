@@ -76,6 +76,8 @@ const EFFORTS: [&str; 12] = [
     "effort", "efforts", "torque", "torques", "tau", "current", "currents", "curr", "load", "force", "amps",
     "trq",
 ];
+/// Words of a current, among those of an effort.
+const CURRENTS: [&str; 4] = ["current", "currents", "curr", "amps"];
 /// Units at the end of a name by which a column is a force or a torque, or a position.
 const FORCE_UNITS: [&str; 2] = ["n", "nm"];
 const LENGTH_UNITS: [&str; 2] = ["m", "mm"];
@@ -125,6 +127,11 @@ pub(super) const PLAIN: [&str; 23] = [
     "n",
     "nm",
 ];
+
+/// Whether a column of efforts is one of currents, by its name.
+pub(super) fn is_current(name: &str) -> bool {
+    words(name).iter().any(|word| CURRENTS.contains(&word.as_str()))
+}
 
 /// Words of a name in lower case; numbers are separate words.
 pub(super) fn words(name: &str) -> Vec<String> {
@@ -384,5 +391,12 @@ mod tests {
         ] {
             assert_eq!(told(table, column), None, "{table} {column}");
         }
+    }
+
+    #[test]
+    fn truth_a_current_is_told_from_a_torque_by_its_name() {
+        let named = ["knee_current_cmd", "cmd.amps[knee]", "/motor/curr_des"].map(is_current);
+        assert_eq!(named, [true; 3]);
+        assert_eq!(["knee_tau_cmd", "currently", "effort[knee]"].map(is_current), [false; 3]);
     }
 }

@@ -1,5 +1,8 @@
 //! What a log shows of a joint and its servo.
 
+use super::role::Role;
+use super::roles::{Guess, is_current};
+
 /// Share of the squares of the errors that a load explains at least where it makes them.
 const LEAST_EXPLAINED: f64 = 0.25;
 
@@ -16,6 +19,22 @@ pub(super) struct Seen {
     pub(super) has_speed: bool,
     /// Whether targets come with a force that the servo adds.
     pub(super) has_lead: bool,
+    /// Whether the command of a force drive is a current.
+    pub(super) is_current: bool,
+}
+
+impl Seen {
+    /// What the choice of columns shows.
+    pub(super) fn of(guess: &Guess) -> Self {
+        let command = guess.columns.get(&Role::Command);
+        Self {
+            lag_s: guess.follow.map(|follow| follow.lag_s),
+            has_speed: guess.columns.contains_key(&Role::TargetVelocity),
+            has_lead: guess.columns.contains_key(&Role::FeedForward),
+            is_current: command.is_some_and(|chosen| is_current(&chosen.column)),
+            ..Self::default()
+        }
+    }
 }
 
 /// Sums over rows of an error under a known load.

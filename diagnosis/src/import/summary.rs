@@ -34,6 +34,8 @@ pub struct TableSummary {
     pub rate_hz: Option<f64>,
     /// Number of missing rows, and the longest stretch, s.
     pub lost: (usize, f64),
+    /// Row of the file in which the clock goes back.
+    pub back_in_row: Option<usize>,
     /// The clock: column, unit, reason.
     pub clock: Option<(String, &'static str, String)>,
     /// The columns.
@@ -76,6 +78,7 @@ pub(super) fn of(run: &Run, guesses: &IndexMap<String, Guess>) -> RunSummary {
             duration_s: duration(table),
             rate_hz: table.rate_hz(),
             lost: lost(table),
+            back_in_row: table.goes_back_at().map(|row| table.rows_before + row + 1),
             clock: table.clock.as_ref().map(|c| (c.column.clone(), c.unit.symbol(), c.why.clone())),
             columns: columns.collect(),
         }

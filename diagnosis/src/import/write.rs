@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use feeler_logs::{Pick, Run, Series, on_one_grid};
+use feeler_logs::{Pick, Run, Series, Table, on_one_grid};
 use feeler_problem::short;
 
 use super::axis::{AxisBelief, Beliefs, Model};
@@ -34,6 +34,8 @@ struct Joint {
     guess: Guess,
     folder: PathBuf,
     experiments: Vec<String>,
+    /// Runs in which its input never changes.
+    still: Vec<String>,
     /// A machine that the user gives.
     given: Option<First>,
     belief: Option<AxisBelief>,
@@ -98,16 +100,12 @@ impl Writer {
                 guess: (*guess).clone(),
                 folder: out.clone(),
                 experiments: Vec::new(),
+                still: Vec::new(),
                 given,
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
                 arm: middle,
-                seen: Seen {
-                    lag_s: guess.follow.map(|follow| follow.lag_s),
-                    has_speed: guess.columns.contains_key(&Role::TargetVelocity),
-                    has_lead: guess.columns.contains_key(&Role::FeedForward),
-                    ..Seen::default()
-                },
+                seen: Seen::of(guess),
             });
         }
         if joints.is_empty() {
@@ -136,6 +134,7 @@ impl Writer {
     /// Writes the description files of the datasets.
     pub(super) fn finish(self, survey: &mut Survey) -> Result<(), DiagnosisError> {
         for joint in self.joints {
+            survey.notes.extend(joint.left_out());
             if joint.experiments.is_empty() {
                 survey
                     .notes
@@ -144,9 +143,8 @@ impl Writer {
             }
             let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
             let first = joint.given.clone();
-            let input =
-                if joint.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command };
-            let first = first.unwrap_or_else(|| First::of(input, joint.belief.as_ref(), middle, &joint.seen));
+            let first =
+                first.unwrap_or_else(|| First::of(joint.input(), joint.belief.as_ref(), middle, &joint.seen));
             save(&joint.folder.join("dataset.toml"), &joint.dataset(&first))?;
             let assumptions = [joint.assumptions, first.assumptions].concat();
             let mut machine =
@@ -174,6 +172,24 @@ impl Joint {
         let input = of(Role::Target).or_else(|| of(Role::Command));
         let others = [Role::Position, Role::TargetVelocity, Role::FeedForward, Role::Velocity, Role::Effort];
         input.into_iter().chain(others.into_iter().filter_map(of)).collect()
+    }
+
+    /// The role of the column that drives the machine.
+    fn input(&self) -> Role {
+        if self.guess.columns.contains_key(&Role::Target) { Role::Target } else { Role::Command }
+    }
+
+    /// The runs without information, in one sentence.
+    fn left_out(&self) -> Option<String> {
+        let runs: Vec<String> = self.still.iter().map(|run| format!("`{run}`")).collect();
+        (!runs.is_empty()).then(|| {
+            format!(
+                "`{}`: left out where the {} never changes, in {}",
+                self.name,
+                self.input().noun(),
+                runs.join(", ")
+            )
+        })
     }
 
     /// Whether no run can do without a column of this role.
@@ -211,7 +227,7 @@ impl Joint {
         });
         let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
-        let mut series = on_one_grid(&file, run, &picks)?;
+        let mut series = in_order(&file, run, &picks)?;
         if series.times_s.len() < FEWEST_ROWS {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
@@ -220,12 +236,7 @@ impl Joint {
         let mut asked = series.values[0].iter().filter(|x| x.is_finite());
         let held = asked.next();
         if asked.all(|x| Some(x) == held) {
-            notes.push(format!(
-                "in run `{}` the {} of `{}` never changes: it carries no information and is left out",
-                run.name,
-                here[0].0.noun(),
-                self.name
-            ));
+            self.still.push(run.name.clone());
             return Ok(());
         }
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
@@ -353,6 +364,25 @@ fn create(folder: &Path) -> Result<(), DiagnosisError> {
 
 fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
     fs::write(path, text).map_err(unwritable(path))
+}
+
+/// The columns of a run on common instants, which advance.
+fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, DiagnosisError> {
+    let tables: Vec<&Table> =
+        picks.iter().filter_map(|pick| run.find(pick.name)).map(|(table, _)| table).collect();
+    let first = |row_of: fn(&Table) -> Option<usize>| {
+        tables.iter().find_map(|table| Some(table.out_of_order(row_of(table)?)))
+    };
+    if let Some(error) = first(Table::goes_back_at) {
+        return Err(error.into());
+    }
+    let series = on_one_grid(file, run, picks)?;
+    // Two readings of a slower column may share an instant.
+    let advances = series.times_s.windows(2).all(|pair| pair[1] > pair[0]);
+    match first(Table::stays_at).filter(|_| !advances) {
+        Some(error) => Err(error.into()),
+        None => Ok(series),
+    }
 }
 
 /// Empties the cells between the readings of a column: what is interpolated there is no reading.

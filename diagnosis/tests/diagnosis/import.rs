@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::import::{Model, Options, Role, import};
 use feeler_plant::description::ActuatorKind;
 use feeler_problem::Remedy;
@@ -327,29 +327,74 @@ fn regress_no_joint_is_found_by_its_place_where_a_name_contradicts() {
     }
 }
 
+/// A torque, and a current whose force per ampere is unknown.
 #[test]
 fn regress_a_logged_torque_command_is_a_force_and_no_target() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut log = "t_s,knee_tau_cmd,knee_pos\n".to_owned();
-    for k in 0..400 {
-        let t = f64::from(k) * 0.01;
-        let _ = writeln!(log, "{t},{},{}", -1.8 * (3.0 * t).sin(), 0.2 * (3.0 * t).sin());
-    }
-    let path = folder.path().join("log.csv");
-    fs::write(&path, log).expect("written");
     let stated = |role: Role, column: &str| (role, column.to_owned());
-    for (i, stated) in
-        [Vec::new(), vec![stated(Role::Command, "knee_tau_cmd"), stated(Role::Position, "knee_pos")]]
-            .into_iter()
-            .enumerate()
-    {
-        let out = folder.path().join(format!("out{i}"));
-        let options = Options { out: Some(out.clone()), columns: stated, ..Options::default() };
-        import(&[&path], &options, &|_| ()).expect("a dataset");
-        let dataset = Dataset::load(&out).expect("it is sound");
-        let driven = &dataset.drives[0];
-        assert_eq!(driven.column, "command");
-        assert!(matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. }));
+    for (command, said) in [
+        ("knee_tau_cmd", "the command is the force of the drive"),
+        ("knee_current_cmd", "the command is a current"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut log = format!("t_s,{command},knee_pos\n");
+        for k in 0..400 {
+            let t = f64::from(k) * 0.01;
+            let _ = writeln!(log, "{t},{},{}", -1.8 * (3.0 * t).sin(), 0.2 * (3.0 * t).sin());
+        }
+        let path = folder.path().join("log.csv");
+        fs::write(&path, log).expect("written");
+        let both = vec![stated(Role::Command, command), stated(Role::Position, "knee_pos")];
+        for (i, columns) in [Vec::new(), both].into_iter().enumerate() {
+            let out = folder.path().join(format!("out{i}"));
+            let options = Options { out: Some(out.clone()), columns, ..Options::default() };
+            let survey = import(&[&path], &options, &|_| ()).expect("a dataset");
+            let assumed = survey.datasets[0].assumptions.join(" ");
+            assert!(assumed.contains(said), "{assumed}");
+            let dataset = Dataset::load(&out).expect("it is sound");
+            let driven = &dataset.drives[0];
+            assert_eq!(driven.column, "command");
+            assert!(matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. }));
+        }
+    }
+}
+
+/// A clock that starts again is another recording. One that goes back or stands still is refused with its
+/// row, and only listed while nothing is written.
+#[test]
+fn regress_a_clock_that_goes_back_is_cut_or_refused_and_never_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let again: fn(usize) -> f64 = |k| if k < 160 { 0.01 * k as f64 } else { 0.01 * (k - 160) as f64 };
+    let back: fn(usize) -> f64 = |k| if k < 160 { 0.01 * k as f64 } else { 0.01 * k as f64 - 0.5 };
+    let still: fn(usize) -> f64 = |k| 0.01 * if k == 160 { 159.0 } else { k as f64 };
+    for (name, time, said) in [
+        ("again", again, None),
+        ("back", back, Some("row 162: the clock `t_s` goes back")),
+        ("still", still, Some("row 162: the clock `t_s` does not advance")),
+    ] {
+        let mut log = "t_s,knee_target,knee_pos\n".to_owned();
+        for k in 0..300 {
+            let t = time(k);
+            let _ = writeln!(log, "{t},{},{}", (3.0 * t).sin(), (3.0 * t - 0.1).sin());
+        }
+        let path = folder.path().join(format!("{name}.csv"));
+        fs::write(&path, log).expect("written");
+        let listed = import(&[&path], &Options::default(), &|_| ()).expect("a survey");
+        assert_eq!(listed.runs[0].tables[0].back_in_row, (name == "back").then_some(162));
+        let out = folder.path().join(name);
+        let options = Options { out: Some(out.clone()), ..Options::default() };
+        match (import(&[&path], &options, &|_| ()), said) {
+            (Ok(survey), None) => {
+                assert_eq!(survey.datasets[0].experiments, ["again-1.csv", "again-2.csv"]);
+                assert!(survey.runs[0].notes[0].contains("starts again in row 162"));
+                let dataset = Dataset::load(&out).expect("it is sound");
+                assert_eq!(dataset.records.iter().map(Record::len).collect::<Vec<_>>(), [160, 140]);
+            }
+            (Err(error), Some(said)) => {
+                assert!(error.to_string().contains(said) && error.remedy().contains("sort"), "{error}");
+                assert!(!out.join("dataset.toml").exists());
+            }
+            (other, _) => panic!("{name}: {:?}", other.map(|survey| survey.datasets)),
+        }
     }
 }
 

@@ -12,6 +12,7 @@ mod inputs;
 mod one_machine;
 mod recovery;
 mod surface;
+mod units;
 
 /// Uniform noise of unit deviation, the same on every run.
 struct Noise(u64);

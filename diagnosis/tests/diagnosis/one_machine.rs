@@ -311,6 +311,10 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
          [actuators.drive.effects.command-interpolation]\ninterval = 0.05",
         &fed("kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nki = 300.0\nlimit = 12.0"),
         &fed("kind = \"position-servo\"\nkp = 700.0\nkd = 20.0\nki = 300.0\nlimit = 9.0\nperiod = 0.0025"),
+        "kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nlimit = 12.0\n\
+         [actuators.drive.effects.thermal-derating]\nforce = 6.0\ntime_constant = 0.2",
+        "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ngear_ratio = 4.0\n\
+         [actuators.drive.effects.thermal-derating]\nforce = 10.0\ntime_constant = 0.1",
         "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ninductance = 0.01\n\
          gear_ratio = 4.0\ncurrent_limit = 3.0\nsupply_voltage = 9.0",
         "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 2.0\ntorque_constant = 0.5\n\

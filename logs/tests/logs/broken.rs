@@ -224,5 +224,10 @@ fn truth_a_folder_without_logs_says_so() {
     let folder = tempfile::tempdir().expect("a folder");
     let error = feeler_logs::sources(&[folder.path()]).expect_err("no log");
     assert!(error.to_string().contains("holds no log"), "{error}");
+    // As `ros2 bag record --compression-mode file` leaves it.
+    std::fs::write(folder.path().join("bag_0.db3.zstd"), [0x28, 0xb5, 0x2f, 0xfd]).expect("written");
+    let error = feeler_logs::sources(&[folder.path()]).expect_err("packed");
+    let remedy = feeler_problem::Remedy::remedy(&error).into_owned();
+    assert!(error.to_string().contains("compressed by zstd") && remedy.contains("zstd -d"), "{error}");
     assert!(feeler_logs::sources(&[Path::new("no such file")]).is_err());
 }

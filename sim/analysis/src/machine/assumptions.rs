@@ -170,6 +170,12 @@ fn of_drive(drive: &Drive, found: &mut Found) {
     found.when(drive.limit.is_finite(), &of, "force limit", NOT_REACHED);
     found.when(drive.command_limit.is_finite(), &of, "supply voltage", NOT_REACHED);
     found.when(drive.line.is_some(), &of, "torque-speed line", NOT_REACHED);
+    found.when(
+        drive.warming.is_some(),
+        &of,
+        "thermal derating",
+        "taken as cold: a warm drive gives less force for the same command",
+    );
     found.when(drive.rate_limit.is_finite(), &of, "rate limit", NOT_REACHED);
     let target = drive.sampling().map(|sampling| sampling.target);
     found.when(

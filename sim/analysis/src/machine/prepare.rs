@@ -116,6 +116,7 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
         drive.limit = f64::INFINITY;
         drive.command_limit = f64::INFINITY;
         drive.line = None;
+        drive.warming = None;
         drive.rate_limit = f64::INFINITY;
         drive.interval = 0.0;
         drive.deadband = 0.0;

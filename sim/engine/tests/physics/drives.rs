@@ -192,6 +192,24 @@ fn truth_ripple_is_a_force_of_position() {
     }
 }
 
+/// A constant command warms the winding by an exponential. With `c` the heat in the end, the force falls to
+/// `f / (1 + c)`, and its integral over time is the speed.
+#[test]
+fn truth_a_drive_weakens_as_its_winding_warms() {
+    let tau = 0.03;
+    for (force_n, halved_n) in [(20.0, 20.0), (-20.0, 50.0)] {
+        let c = f64::powi(force_n / halved_n, 2);
+        let actuator = with(&[("thermal-derating", &[halved_n, tau])]);
+        let (trace, _) = run(&driven(actuator, ReferenceSpec::Constant(force_n), 0.2));
+        for (i, t) in trace.t_s.iter().enumerate().skip(1) {
+            let fallen = (-t / tau).exp();
+            close(force(&trace)[i], force_n / (1.0 + c * (1.0 - fallen)), 100.0 * EXACT);
+            let impulse = force_n * tau / (1.0 + c) * ((1.0 + c) / fallen - c).ln();
+            close(trace.column("tip.velocity").unwrap()[i], impulse / MASS_KG, 10.0 * EXACT);
+        }
+    }
+}
+
 /// A rounding of 20 N is 4e-15 N. At 1 kN/s a ramp of it lasts 4e-18 s, less than the rounding of a clock at
 /// one second.
 #[test]

@@ -97,13 +97,14 @@ fn truth_ledger_closes_for_every_effect_of_guide_transmission_and_contact() {
 
 #[test]
 fn truth_ledger_closes_for_every_effect_of_the_drive() {
-    let drive: [(&str, &[f64]); 8] = [
+    let drive: [(&str, &[f64]); 9] = [
         ("actuator-lag", &[2e-3]),
         ("command-delay", &[1.37e-3]),
         ("drive-gain", &[1.2]),
         ("drive-deadband", &[2.0]),
         ("force-limit", &[15.0]),
         ("slew-limit", &[3e3]),
+        ("thermal-derating", &[20.0, 0.1]),
         ("force-ripple", &[2.0, 1e-3, 0.4]),
         ("force-ripple", &[2.0, 1e-4, 0.4]),
     ];

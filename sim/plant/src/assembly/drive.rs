@@ -49,6 +49,8 @@ pub struct Drive {
     pub noise: f64,
     /// Bound on the force that depends on the speed.
     pub line: Option<SpeedLine>,
+    /// Heat that weakens the force.
+    pub warming: Option<Warming>,
     /// Cogging forces added to the drive force.
     pub ripples: Vec<Ripple>,
 }
@@ -159,6 +161,16 @@ pub struct SpeedLine {
     pub slope: f64,
 }
 
+/// Heat `h` of a winding under the force `f` of the cold drive, `tau h' + h = (f / force)^2`. It leaves
+/// `f / (1 + h)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Warming {
+    /// Force that is halved in the end, N.
+    pub force: f64,
+    /// `tau`, s.
+    pub time_constant: f64,
+}
+
 impl Drive {
     /// The drive of an actuator between two nodes, with the initial stroke `stroke_m`.
     pub(super) fn new(name: &str, actuator: &Actuator, [on, reacts_on]: [NodeId; 2]) -> Self {
@@ -181,6 +193,7 @@ impl Drive {
             lags: Vec::new(),
             noise: 0.0,
             line: None,
+            warming: None,
             ripples: Vec::new(),
         };
         match &actuator.kind {

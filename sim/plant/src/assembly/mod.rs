@@ -12,7 +12,7 @@ mod rates;
 mod resolve;
 
 pub use build::assemble;
-pub use drive::{Drive, Feed, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource};
+pub use drive::{Drive, Feed, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming};
 pub use friction::Friction;
 pub use laws::{Bristle, Pull, Ripple, Weight};
 pub use resolve::resolve;

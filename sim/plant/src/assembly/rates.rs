@@ -14,13 +14,19 @@ impl Assembly {
     /// and filters are in series with the bodies, so their own rates are separate bounds.
     pub fn fastest_rate_per_s(&self) -> f64 {
         let lags = self.drives.iter().flat_map(|drive| &drive.lags).map(|lag| 1.0 / lag);
+        let heats =
+            self.drives.iter().filter_map(|drive| drive.warming).map(|warming| 1.0 / warming.time_constant);
         let sources =
             self.drives.iter().filter_map(|drive| drive.velocity_source).map(|source| source.time_constant);
         let sources = sources.filter(|lag| *lag > 0.0).map(|lag| 1.0 / lag);
         let filters = self.sensors.iter().flat_map(|sensor| &sensor.filters).map(LowPass::fastest_rate_per_s);
         let integrals =
             self.drives.iter().filter_map(Drive::continuous_servo).map(|servo| servo.ki / servo.kp);
-        lags.chain(sources).chain(filters).chain(integrals).fold(self.fastest_motion_per_s(), f64::max)
+        lags.chain(heats)
+            .chain(sources)
+            .chain(filters)
+            .chain(integrals)
+            .fold(self.fastest_motion_per_s(), f64::max)
     }
 
     fn fastest_motion_per_s(&self) -> f64 {

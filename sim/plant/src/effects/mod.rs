@@ -32,6 +32,7 @@ macro_rules! effects {
             drive_deadband DriveDeadband,
             force_limit ForceLimit,
             torque_speed_line TorqueSpeedLine,
+            thermal_derating ThermalDerating,
             slew_limit SlewLimit,
             force_ripple ForceRipple,
             command_noise CommandNoise,

@@ -1,7 +1,7 @@
 //! Drives as rows: from a command to a force, in a given mode.
 
 use super::layout::{GAP_TIME_S, add, difference, scaled};
-use super::{LimitState, Mode, Motion, RampState, Row, Switch, SwitchState};
+use super::{LimitState, Mode, Motion, NonlinearLaw, RampState, Row, Switch, SwitchState};
 use crate::assembly::VelocitySource;
 
 /// The steps from a command to a force.
@@ -148,6 +148,16 @@ impl Motion {
         }
         if let Some(first) = states.imposed {
             derivatives.push((first, scaled(1.0 / GAP_TIME_S, &layout.unit(first + 1))));
+        }
+        if let (Some(warming), Some(heat)) = (drive.warming, states.heat) {
+            let mut row = layout.unit(heat);
+            row[heat] = -1.0 / warming.time_constant;
+            for (j, term) in self.terms.iter().enumerate() {
+                if matches!(term.law, NonlinearLaw::Heat { drive, .. } if drive == i) {
+                    row[layout.term(j)] = 1.0 / warming.time_constant;
+                }
+            }
+            derivatives.push((heat, row));
         }
         derivatives
     }

@@ -70,7 +70,11 @@ impl Motion {
             self.weight_force(i, &mut forces);
         }
         for i in 0..self.assembly.drives.len() {
-            let mut force = self.path(i, mode, &forces.stroke[i]).force;
+            let cold = self.path(i, mode, &forces.stroke[i]).force;
+            let mut force = cold.clone();
+            if let Some(heat) = layout.drives[i].heat {
+                self.derate(i, &cold, heat, &mut force, &mut forces.arguments);
+            }
             for (j, term) in self.terms.iter().enumerate() {
                 if matches!(term.law, NonlinearLaw::Ripple { drive, .. } if drive == i) {
                     forces.arguments[j] = Some([forces.stroke[i][0].clone(), layout.zero()]);
@@ -80,6 +84,23 @@ impl Motion {
             forces.drive.push(force);
         }
         forces
+    }
+
+    /// Takes from the force of drive `i` what the heat of its winding does.
+    fn derate(&self, i: usize, cold: &Row, heat: usize, force: &mut Row, arguments: &mut [Option<[Row; 2]>]) {
+        let layout = &self.layout;
+        for (j, term) in self.terms.iter().enumerate() {
+            match term.law {
+                NonlinearLaw::Heat { drive, .. } if drive == i => {
+                    arguments[j] = Some([cold.clone(), layout.zero()]);
+                }
+                NonlinearLaw::Derating { drive } if drive == i => {
+                    arguments[j] = Some([cold.clone(), layout.unit(heat)]);
+                    force[layout.term(j)] -= 1.0;
+                }
+                _ => {}
+            }
+        }
     }
 
     fn compression(&self, i: usize) -> [Row; 2] {

@@ -31,6 +31,8 @@ pub(super) struct DriveStates {
     pub(super) integral: Option<usize>,
     /// First of the two states of an imposed motion: its acceleration and the rate of that.
     pub(super) imposed: Option<usize>,
+    /// The heat of the winding, if it weakens the drive.
+    pub(super) heat: Option<usize>,
 }
 
 /// Numbering of states, inputs and terms.
@@ -64,6 +66,7 @@ impl Layout {
                 force: drive.velocity_source.filter(|source| source.time_constant > 0.0).map(|_| take(1)),
                 integral: drive.continuous_servo().filter(|servo| servo.ki > 0.0).map(|_| take(1)),
                 imposed: drive.imposed.as_ref().map(|_| take(2)),
+                heat: drive.warming.map(|_| take(1)),
             })
             .collect();
         let order = |filter: &LowPass| match filter {

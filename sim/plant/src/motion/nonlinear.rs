@@ -64,6 +64,14 @@ pub enum NonlinearLaw {
         /// rad.
         phase: f64,
     },
+    /// `(f / force)^2` of the cold force of a drive: what warms its winding.
+    Heat {
+        drive: usize,
+        /// N.
+        force: f64,
+    },
+    /// What a heat `h` takes from the cold force `f` of a drive: `f h / (1 + h)`.
+    Derating { drive: usize },
 }
 
 /// A nonlinear term of the machine. Its arguments are rows of the [`super::Equations`] in which it acts.
@@ -105,6 +113,8 @@ impl NonlinearTerm {
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 amplitude * (std::f64::consts::TAU * a / pitch + phase).sin()
             }
+            NonlinearLaw::Heat { force, .. } => (a / force).powi(2),
+            NonlinearLaw::Derating { .. } => a * b / (1.0 + b),
         }
     }
 }
@@ -163,6 +173,8 @@ impl NonlinearTerm {
                 let k = std::f64::consts::TAU / pitch;
                 [amplitude * k * (k * a + phase).cos(), 0.0]
             }
+            NonlinearLaw::Heat { force, .. } => [2.0 * a / (force * force), 0.0],
+            NonlinearLaw::Derating { .. } => [b / (1.0 + b), a / (1.0 + b).powi(2)],
         }
     }
 }
@@ -243,6 +255,12 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             pitch: r.pitch,
             phase: r.phase,
         }));
+        if let Some(warming) = part.warming {
+            laws.extend([
+                NonlinearLaw::Heat { drive, force: warming.force },
+                NonlinearLaw::Derating { drive },
+            ]);
+        }
     }
     laws.into_iter().map(|law| NonlinearTerm { law }).collect()
 }
@@ -272,6 +290,8 @@ mod tests {
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },
             NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },
+            NonlinearLaw::Heat { drive: 0, force: 0.5 },
+            NonlinearLaw::Derating { drive: 0 },
         ];
         for term in laws.map(|law| NonlinearTerm { law }) {
             for (a, b) in [(0.3, 0.2), (-0.3, 0.1), (0.05, -0.4)] {

@@ -11,8 +11,8 @@ use crate::description::{LowPass, Quantity};
 impl Motion {
     /// Names of the states, in the order of [`super::Layout`]. Positions and velocities come first, as
     /// signals are named. Then come `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`,
-    /// `<sensor>.filter1` and so on, and the four states of a moving gap. A second-order filter has its
-    /// output, and the rate of the output over its angular corner frequency.
+    /// `<drive>.heat`, `<sensor>.filter1` and so on, and the four states of a moving gap. A second-order
+    /// filter has its output, and the rate of the output over its angular corner frequency.
     pub fn state_names(&self) -> Vec<String> {
         let mut names = vec![String::new(); self.layout.states()];
         for g in 0..self.coordinates.count() {
@@ -27,6 +27,7 @@ impl Motion {
             states.lags.iter().enumerate().for_each(|(i, state)| name(*state, &format!("lag{}", i + 1)));
             states.force.into_iter().for_each(|state| name(state, "force"));
             states.integral.into_iter().for_each(|state| name(state, "integral"));
+            states.heat.into_iter().for_each(|state| name(state, "heat"));
             if let Some(first) = states.imposed {
                 name(first, "acceleration");
                 name(first + 1, "jerk");

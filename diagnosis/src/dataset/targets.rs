@@ -1,0 +1,64 @@
+//! Targets of servos against the positions that follow them: mixed-up units and signs.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::description::Quantity;
+
+use super::compare::compare;
+use super::consistency::{Body, NEAR_FORCE, Odd, SAME_MOTION, accused, node_of};
+use super::data::{Channel, Driven};
+
+/// Largest lag of a position behind its target in the search, s.
+const MOST_LAG_S: f64 = 0.5;
+/// Spacing of the compared rows, s: servos hardly move in less.
+const STEP_S: f64 = 5e-3;
+
+impl Body<'_> {
+    /// Names targets and positions of one motion in different units or of opposite signs.
+    pub(super) fn targets(&self, r: usize, odd: &mut Vec<Odd>) {
+        let record = &self.dataset.records[r];
+        let stride = ((STEP_S / record.spacing_s).round() as usize).max(1);
+        let lag = (MOST_LAG_S / (stride as f64 * record.spacing_s)) as usize;
+        let most = lag.min(record.len() / stride / 4);
+        for (driven, command) in self.dataset.drives.iter().zip(&record.commands) {
+            let target = swings(command, stride);
+            for (channel, series) in self.dataset.channels.iter().zip(&record.series) {
+                if !self.is_followed_by(driven, channel) {
+                    continue;
+                }
+                if let Some(found) = compare(&target, &swings(series, stride), most, SAME_MOTION) {
+                    let pair = [&channel.column, &driven.column];
+                    let pair = pair.map(|column| self.reading(column, Quantity::Position));
+                    odd.extend(accused(r, pair, found.factor, NEAR_FORCE, false));
+                }
+            }
+        }
+    }
+
+    /// Whether a channel reads the position that follows the target of a servo, or of a controller that was
+    /// recorded by its reference.
+    fn is_followed_by(&self, driven: &Driven, channel: &Channel) -> bool {
+        let dataset = self.dataset;
+        if channel.quantity(&dataset.machine) != Quantity::Position {
+            return false;
+        }
+        if let Some(looped) = dataset.loops.iter().find(|looped| looped.drive == driven.drive) {
+            return looped.reading.is_some_and(|sensor| channel.source == Source::Sensor(sensor));
+        }
+        let drive = &self.assembly.drives[driven.drive];
+        let source = match channel.source {
+            Source::Sensor(sensor) => self.assembly.sensors[sensor].source,
+            source => source,
+        };
+        let is_its = source == Source::Drive(driven.drive, Quantity::Position)
+            || node_of(&dataset.machine, &self.assembly, channel)
+                .is_some_and(|node| self.groups[node] == self.groups[drive.on]);
+        drive.servo.is_some() && is_its
+    }
+}
+
+/// Every `stride`-th row of a series, less their mean.
+fn swings(series: &[f64], stride: usize) -> Vec<f64> {
+    let kept: Vec<f64> = series.iter().step_by(stride).copied().collect();
+    let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+    kept.into_iter().map(|x| x - mean).collect()
+}

@@ -1,0 +1,165 @@
+//! Columns in a wrong unit or of a wrong sign: the one that a single factor mends is named, and no other.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use feeler_diagnosis::dataset::{Dataset, Fault, FaultKind};
+
+const ROWS: usize = 3000;
+const SPACING_S: f64 = 1e-3;
+
+const FORCE_AXIS: &str = "[bodies.tip]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\n\
+    damping = 20.0\n[sensors.encoder]\nreads = \"tip.position\"\nnoise = 1e-7\n\
+    [sensors.accelerometer]\nreads = \"tip.acceleration\"\nnoise = 0.01\n\
+    [actuators.drive]\non = \"tip\"\nkind = \"force\"\n";
+const JOINT: &str = "axis = \"rotational\"\n[bodies.link]\nmass = 0.1\n[springs.bearing]\n\
+    between = [\"ground\", \"link\"]\ndamping = 0.1\n[sensors.encoder]\nreads = \"link.position\"\n\
+    noise = 1e-5\n[sensors.tachometer]\nreads = \"link.velocity\"\nnoise = 1e-3\n\
+    [actuators.drive]\non = \"link\"\n";
+const SERVO: &str = "kind = \"position-servo\"\nkp = 20.0\nkd = 1.0\n";
+const MOTOR: &str = "kind = \"dc-motor\"\nresistance = 4.0\ntorque_constant = 0.01\ngear_ratio = 345.0\n\
+    supply_voltage = 7.4\n[controllers.servo]\nlaw = \"position\"\nreads = \"encoder\"\n\
+    drives = \"drive\"\nperiod = \"1 ms\"\nkp = 17.0\n";
+
+/// A sum of sines, and its derivatives.
+fn wave(t: f64) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (omega, size) in [(3.0_f64, 0.3), (7.0, 0.1), (17.0, 0.04), (31.0, 0.01)] {
+        let (sin, cos) = (omega * t + omega).sin_cos();
+        sums[0] += size * sin;
+        sums[1] += size * omega * cos;
+        sums[2] -= size * omega * omega * sin;
+    }
+    sums
+}
+
+/// Tables of columns: header, signal, further keys, and the numbers of the file.
+type Columns<'a> = [(&'a str, &'a str, &'a str, fn(f64) -> f64)];
+
+/// The columns in a wrong unit, with what is said of each; that of `spoilt` is multiplied.
+fn accused(machine: &str, columns: &Columns<'_>, spoilt: Option<(&str, f64)>) -> Vec<Fault> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut dataset = "machine = \"machine.toml\"\n".to_owned();
+    for (name, signal, keys, _) in columns {
+        let _ = writeln!(dataset, "[columns.{name}]\nsignal = \"{signal}\"\n{keys}");
+    }
+    let header: Vec<&str> = columns.iter().map(|(name, ..)| *name).collect();
+    for (file, start_s) in [("a.csv", 0.0), ("b.csv", 40.0)] {
+        let _ = writeln!(dataset, "[[experiments]]\nfile = \"{file}\"");
+        let mut rows = format!("t_s,{}\n", header.join(","));
+        for k in 0..ROWS {
+            let t = k as f64 * SPACING_S;
+            let _ = write!(rows, "{t}");
+            for (name, .., numbers) in columns {
+                let factor = spoilt.filter(|(other, _)| other == name).map_or(1.0, |(_, factor)| factor);
+                let _ = write!(rows, ",{}", factor * numbers(t + start_s));
+            }
+            rows.push('\n');
+        }
+        fs::write(folder.path().join(file), rows).expect("written");
+    }
+    fs::write(folder.path().join("machine.toml"), machine).expect("written");
+    fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
+    let dataset = Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{error}"));
+    dataset.warnings.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()
+}
+
+/// That one column is named, with these words.
+fn names(found: &[Fault], column: &str, words: &str) {
+    let [only] = found else { panic!("{column}: {found:?}") };
+    assert_eq!(only.column.as_deref(), Some(column), "{only}");
+    assert!(only.to_string().contains(words), "{words}: {only}");
+}
+
+/// The numbers are SI, and one column states another unit: no other column is blamed for it, whether or not
+/// a third one measures the same motion.
+#[test]
+fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
+    let push: fn(f64) -> f64 = |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1];
+    let all: [(&str, &str, fn(f64) -> f64); 3] = [
+        ("command", "drive.command", push),
+        ("place", "encoder.reading", |t| wave(t)[0]),
+        ("acceleration", "accelerometer.reading", |t| wave(t)[2]),
+    ];
+    let stated =
+        [("command", "scale = 0.001"), ("place", "unit = \"mm\""), ("acceleration", "scale = 0.001")];
+    for used in [&all[..], &all[..2]] {
+        let columns = |wrong: Option<(&str, &'static str)>| -> Vec<(&str, &str, &str, fn(f64) -> f64)> {
+            let keys = |name: &str| wrong.filter(|(other, _)| *other == name).map_or("", |(_, keys)| keys);
+            used.iter().map(|(name, signal, numbers)| (*name, *signal, keys(name), *numbers)).collect()
+        };
+        assert_eq!(accused(FORCE_AXIS, &columns(None), None), Vec::<Fault>::new());
+        for wrong in stated.iter().filter(|(name, _)| used.iter().any(|(other, ..)| other == name)) {
+            let found = accused(FORCE_AXIS, &columns(Some(*wrong)), None);
+            names(&found, wrong.0, "its own `unit` or `scale` (are its numbers in SI already?)");
+            assert!(found[0].remedy().contains("remove its `unit` or `scale`"), "{}", found[0]);
+        }
+    }
+}
+
+/// Each column in turn, with its sign turned and in other units.
+#[test]
+fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
+    let columns: [(&str, &str, &str, fn(f64) -> f64); 3] = [
+        ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
+        ("place", "encoder.reading", "", |t| wave(t)[0]),
+        ("acceleration", "accelerometer.reading", "", |t| wave(t)[2]),
+    ];
+    for (column, factor, words) in [
+        ("command", -1.0, "-1 (a sign?)"),
+        ("place", -1.0, "-1 (a sign?)"),
+        ("acceleration", -1.0, "-1 (a sign?)"),
+        ("command", 1e-3, "1/1000 (kN for N?)"),
+        ("place", 1e3, "1000 (mm for m?)"),
+        ("place", 4096.0 / std::f64::consts::TAU, "652 (counts of 4096 a turn for radians?)"),
+        ("place", 2e5, "no factor of common units (counts?)"),
+        ("acceleration", 1.0 / 9.806_65, "1/9.81 (g for m/s²?)"),
+        ("acceleration", 1e3, "1000 (mm/s² for m/s²?)"),
+    ] {
+        names(&accused(FORCE_AXIS, &columns, Some((column, factor))), column, words);
+    }
+}
+
+/// What a servo, and a motor behind a position loop, are asked and what they do: 40 ms apart.
+#[test]
+fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
+    let target: fn(f64) -> f64 = |t| wave(t)[0];
+    let place: fn(f64) -> f64 = |t| wave(t - 0.04)[0] + 0.02;
+    for (drive, signal) in [(SERVO, "drive.target"), (MOTOR, "controllers.servo.reference")] {
+        let machine = format!("{JOINT}{drive}");
+        let columns = [("asked", signal, "", target), ("place", "encoder.reading", "", place)];
+        assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+        for (factor, words) in [
+            (180.0 / std::f64::consts::PI, "57.3 (degrees for radians?)"),
+            (4096.0 / std::f64::consts::TAU, "652 (counts of 4096 a turn for radians?)"),
+            (1e3, "1000 (mm for m?)"),
+            (2e5, "no factor of common units (counts?)"),
+        ] {
+            for column in ["asked", "place"] {
+                names(&accused(&machine, &columns, Some((column, factor))), column, words);
+            }
+        }
+        // Nothing tells which of two is turned.
+        for column in ["asked", "place"] {
+            names(&accused(&machine, &columns, Some((column, -1.0))), "place", "-1 (a sign?)");
+        }
+    }
+}
+
+#[test]
+fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
+    let machine = format!("{JOINT}{SERVO}");
+    let columns: [(&str, &str, &str, fn(f64) -> f64); 3] = [
+        ("asked", "drive.target", "", |t| wave(t)[0]),
+        ("place", "encoder.reading", "", |t| wave(t - 0.04)[0]),
+        ("speed", "tachometer.reading", "", |t| wave(t - 0.04)[1]),
+    ];
+    assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+    for (factor, words) in [
+        (180.0 / std::f64::consts::PI, "57.3 (degrees for radians?)"),
+        (30.0 / std::f64::consts::PI, "9.55 (turns a minute for rad/s?)"),
+        (-1.0, "-1 (a sign?)"),
+    ] {
+        names(&accused(&machine, &columns, Some(("speed", factor))), "speed", words);
+    }
+}

@@ -1,0 +1,83 @@
+//! `thermal-derating`: a drive that weakens as its winding warms.
+
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
+    Trait,
+};
+use crate::assembly::{Assembly, Warming};
+use crate::units::Dimension;
+
+parameters! { ThermalDerating
+    force: log(
+        Dimension::FORCE, Some(f64::INFINITY), 60.0, (ABOVE_ZERO, f64::INFINITY),
+        "force that the heat of holding it halves in the end"
+    ),
+    time_constant: log(Dimension::TIME, None, 30.0, (ABOVE_ZERO, 1e6), "time to cover 63 % of a warming"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: ThermalDerating::KIND,
+    name: "thermal-derating",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    site: "a drive that gives a force",
+    parameters: ThermalDerating::PARAMETERS,
+    summary: "a drive weakens as its winding warms",
+    documentation: "\
+## Example
+```toml
+[actuators.drive.effects.thermal-derating]
+force = \"80 N\"
+time_constant = \"1 s\"
+```
+`feeler run scenarios/effects/thermal-derating.toml` runs it.
+`feeler compare scenarios/effects/ideal.toml scenarios/effects/thermal-derating.toml` shows the difference.
+
+## Model
+The drive gives `f / (1 + h)`, with `f` the force of the cold drive after its gain, lags and limits. The heat
+`h` follows the loss of the current, which is as the square of `f`: `time_constant dh/dt + h = (f / force)^2`.
+It begins at zero, cold. A force equal to `force`, held for long, is halved. At half of it, a fifth is lost.
+The current of a motor is that of the cold drive: the torque per current falls.
+
+## Where it comes from
+Magnets weaken with temperature, by about 0.1 % per kelvin for neodymium and 0.2 % for ferrite. Firmware of
+servos reduces the torque of a hot motor.
+
+## How it shows
+The same command gives less force after minutes of work than at the start, and recovers with rest. Records
+much shorter than `time_constant` show a constant `loop-gain` or `drive-gain`. `force-limit` caps large forces
+alone, cold and warm.
+
+## How it is recognised
+Repeat one motion for several time constants, then again after a rest. The force per command falls by an
+exponential, and starts anew after the rest. A diagnosis tries it on records of at least 30 s.
+
+## Numerical treatment
+The heat is one more state, and the law is smooth: an extrapolation method integrates it to rounding. Its
+steps follow the machine's oscillations, so long runs take longer than without it. Linear theory takes the
+drive cold.
+
+## Source
+J. Pyrhonen, T. Jokinen and V. Hrabovcova, Design of Rotating Electrical Machines, Wiley (2008): losses, heat
+and permanent magnets.
+",
+    law: Law {
+        axes: ["time under a constant command", "drive force"],
+        start: 0.0,
+        with: &[Curve::Function(|time| 0.8 / (2.0 - (-time / 0.25).exp()))],
+        without: &[Curve::Points(&[(0.0, 0.8), (1.0, 0.8)])],
+    },
+    traits: &[Trait::DriveFlaw],
+    change: Change::plant::<ThermalDerating>(),
+};
+
+impl ChangesPlant for ThermalDerating {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { force, time_constant } = self;
+        let drive = machine.force_drive_mut(host, &DEFINITION)?;
+        if force.is_finite() {
+            drive.warming = Some(Warming { force, time_constant });
+        }
+        Ok(())
+    }
+}

@@ -63,7 +63,8 @@ pub fn free_swing(
     Ok(states)
 }
 
-/// A plane wall: a spring and damper that only push.
+/// A plane wall: a spring and damper that only push. It is apart from the contacts of a machine, so that
+/// what is measured against it is not measured by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
     /// Its distance from the tool at the start, along the normal.

@@ -12,6 +12,7 @@ use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use feeler_problem::Remedy;
 use nalgebra::Vector3;
 
+#[cfg(test)]
 pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
 
 use super::build::shapes;

@@ -60,5 +60,5 @@ pub use mjcf::{JointBelief, Mjcf};
 pub use posture::Posture;
 pub use reduce::Reduction;
 pub use sampled::PERIOD_S;
-pub use swing::{FlexibleArm, SwingState, Wall, free_swing};
+pub use swing::{FlexibleArm, Wall};
 pub use urdf::{MeshFile, ShortInertia, Urdf};

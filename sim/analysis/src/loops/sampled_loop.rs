@@ -114,7 +114,7 @@ impl<'a> SampledLoop<'a> {
     /// # Errors
     /// [`AnalysisError::Control`].
     pub fn closed_loop(&self) -> Result<DMatrix<f64>, AnalysisError> {
-        self.closed_with(&self.specs())
+        self.closed_with(&self.whole.specs())
     }
 
     /// The same with the gain of every drive multiplied by a factor.
@@ -191,7 +191,7 @@ impl<'a> SampledLoop<'a> {
                 common_s,
             });
         }
-        let (a, output) = self.walk(&self.specs(), Some((controller, probe)))?;
+        let (a, output) = self.walk(&self.whole.specs(), Some((controller, probe)))?;
         let n = a.nrows();
         let b = a.column(n).into_owned();
         let (c, d) = (output.columns(0, n).into_owned(), output[n]);
@@ -203,10 +203,6 @@ impl<'a> SampledLoop<'a> {
             DMatrix::from_element(1, 1, sign * d),
             common_s,
         )?)
-    }
-
-    fn specs(&self) -> Vec<ControllerSpec> {
-        self.whole.controllers().iter().map(|c| c.spec.clone()).collect()
     }
 
     fn closed_with(&self, specs: &[ControllerSpec]) -> Result<DMatrix<f64>, AnalysisError> {

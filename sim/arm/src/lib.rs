@@ -55,7 +55,7 @@ pub use error::ArmError;
 pub use flexible::{Arm, JointDrive, Others};
 pub use inverse_kinematics::{Target, inverse_kinematics, usual_starts};
 pub use linear_system::ArmMode;
-pub use measure::Measured;
+pub use measure::MeasuredArm;
 pub use mjcf::{JointBelief, Mjcf};
 pub use posture::Posture;
 pub use reduce::Reduction;

@@ -36,6 +36,7 @@ mod located;
 mod numbers;
 mod problem;
 mod read;
+#[cfg(test)]
 mod reference;
 mod report;
 mod schema;
@@ -59,7 +60,6 @@ pub use keys::sweep::{Keep, Sampling};
 pub use located::Located;
 pub use numbers::{Edit, Number, rounded, with_numbers};
 pub use problem::FormatError;
-pub use reference::{effects_markdown, reference_markdown};
 pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
 pub use sweep::{Axis, MOST_DIMENSIONS, Refine, SweepFile};
 pub use templates::{ARM_TEMPLATE, FOLDERS, Folder, TEMPLATES, Template, arm_text, template, template_names};

@@ -1,8 +1,9 @@
-//! The manual of the file formats, generated from the declarations.
+//! The manual of the file formats, generated from the declarations. A test compares and renews it.
 
 mod prose;
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
 use feeler_control::reference::REFERENCE;
@@ -17,7 +18,7 @@ use super::keys::{
 use prose::{CELL_TEXT, DISCRETE, EFFECTS_INTRODUCTION, INTRODUCTION};
 
 /// The reference as Markdown; `docs/format.md` is this text.
-pub fn reference_markdown() -> String {
+fn reference_markdown() -> String {
     let mut text = String::from(INTRODUCTION);
     section(
         &mut text,
@@ -98,7 +99,7 @@ pub fn reference_markdown() -> String {
 }
 
 /// The pages of all effects as Markdown; `docs/effects.md` is this text.
-pub fn effects_markdown() -> String {
+fn effects_markdown() -> String {
     let mut text = EFFECTS_INTRODUCTION.replace("EXAMPLE", &effects::Kind::CoulombFriction.to_string());
     for definition in LIBRARY {
         let (first, rest) = definition.summary.split_at(1);
@@ -340,5 +341,29 @@ fn effects(text: &mut String) {
             parameters.join("<br>"),
             escaped(definition.summary)
         );
+    }
+}
+
+/// With `FEELER_UPDATE_DOCS=1` the pages are written instead.
+#[test]
+fn truth_the_written_reference_is_that_of_the_declarations() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    for (name, text) in [("format.md", reference_markdown()), ("effects.md", effects_markdown())] {
+        let path = docs.join(name);
+        if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(committed == text, "docs/{name} is stale; run this test with FEELER_UPDATE_DOCS=1");
+    }
+}
+
+#[test]
+fn truth_the_written_reference_lists_every_signal() {
+    let page = reference_markdown();
+    let (_, signals) = page.split_once("\n## Signals\n").unwrap();
+    let (signals, _) = signals.split_once("\n## ").unwrap();
+    for (_, name) in Quantity::ALL {
+        assert!(signals.contains(&format!("`{name}`")), "`{name}` is not in the table of signals");
     }
 }

@@ -7,11 +7,11 @@ use feeler_analysis::{
 use feeler_control::{ControllerSpec, ForceGains, Law, PositionGains};
 use feeler_engine::Scenario;
 use feeler_lti::unwrapped_phase_rad;
-use feeler_plant::description::{ActuatorKind, Body, Engagement, Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Body, Engagement, Machine, Quantity, SignalName, Spring};
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of, spring};
+use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of};
 use crate::table::Row;
 
 /// Tolerance of two edges found by bisection of eigenvalues of different matrices: 1e-12, with a margin.
@@ -223,11 +223,9 @@ fn bystanders() -> Result<Vec<Row>, ValidationError> {
         let mut scenario = axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, 1e-3, 0.0);
         for i in 0..count {
             let name = format!("bystander-{i}");
-            scenario.machine.bodies.insert(name.clone(), Body { mass_kg: 4.0 * share, ..Body::default() });
-            scenario
-                .machine
-                .springs
-                .insert(format!("stalk-{i}"), spring("tip", &name, 4e4 * share, 4.0 * share));
+            let stalk = Spring::new("tip", name.as_str(), 4e4 * share, 4.0 * share);
+            scenario.machine.bodies.insert(name, Body::new(4.0 * share));
+            scenario.machine.springs.insert(format!("stalk-{i}"), stalk);
         }
         scenario
     };

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use feeler_analysis::{ContinuousLoop, SampledLoop, View};
-use feeler_engine::{Program, RunSettings, Scenario, Simulation, Unobserved};
+use feeler_engine::{Program, Scenario, Simulation, Unobserved};
 use feeler_lti::{AffineLoop, C64, Continuous, StateSpace, eigenvalues};
 use feeler_plant::description::{
     ActuatorKind, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName,
@@ -168,19 +168,11 @@ fn restitution(
     mass_kg: f64,
     speed: f64,
 ) -> Result<f64, ValidationError> {
-    let mut machine = Machine::default();
-    machine.bodies.insert(
-        "tip".into(),
-        Body { mass_kg, position_m: -1e-3, velocity_m_per_s: speed, ..Body::default() },
-    );
+    let tip = Body { velocity_m_per_s: speed, ..Body::new(mass_kg).at(-1e-3) };
     let contact = Contact { law, ..Contact::kelvin_voigt("tip", GROUND, stiffness, damping) };
-    machine.contacts.insert("tool".into(), contact);
-    let run = RunSettings { duration_s: 0.3, ..RunSettings::default() };
-    let mut simulation = Simulation::<f64>::new(vec![Program::new(&Scenario {
-        machine,
-        controllers: [].into_iter().collect(),
-        run,
-    })?])?;
+    let machine = Machine::new("impact").with_body("tip", tip).with_contact("tool", contact);
+    let program = Program::new(&Scenario::new(machine).lasting(0.3))?;
+    let mut simulation = Simulation::<f64>::new(vec![program])?;
     simulation.run(&mut Unobserved)?;
     Ok(-simulation.state(0)[1] / speed)
 }

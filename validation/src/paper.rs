@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use feeler_analysis::{AnalysisError, ControlLoop, View, leading_gain};
 use feeler_control::{ControllerSpec, ForceGains, Law};
-use feeler_engine::{ControllerUse, RunSettings, Scenario};
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
@@ -94,25 +94,24 @@ impl Axis {
     /// The machine. Bodies `motor`, `tip` and, if present, `base` and `workpiece`; contact `tool` (clamped),
     /// actuator `drive`, sensors `force` and `encoder` (of the motor against its guide's body).
     pub fn machine(&self, name: &str) -> Machine {
-        let mut machine = Machine { name: name.into(), ..Machine::default() };
-        let body = |mass_kg| Body { mass_kg, ..Body::default() };
-        machine.bodies.insert("motor".into(), body(self.masses_kg.0));
-        machine.bodies.insert("tip".into(), body(self.masses_kg.1));
+        let mut machine = Machine::new(name);
+        machine.bodies.insert("motor".into(), Body::new(self.masses_kg.0));
+        machine.bodies.insert("tip".into(), Body::new(self.masses_kg.1));
         let (mut floor, mut work) = (GROUND, GROUND);
         if let Some((mass_kg, k, c)) = self.base {
-            machine.bodies.insert("base".into(), body(mass_kg));
-            machine.springs.insert("mount".into(), spring(GROUND, "base", k, c));
+            machine.bodies.insert("base".into(), Body::new(mass_kg));
+            machine.springs.insert("mount".into(), Spring::new(GROUND, "base", k, c));
             (floor, work) = ("base", "base");
         }
         if let Some((mass_kg, k, c)) = self.workpiece {
-            machine.bodies.insert("workpiece".into(), body(mass_kg));
-            machine.springs.insert("fixture".into(), spring(floor, "workpiece", k, c));
+            machine.bodies.insert("workpiece".into(), Body::new(mass_kg));
+            machine.springs.insert("fixture".into(), Spring::new(floor, "workpiece", k, c));
             work = "workpiece";
         }
-        machine.springs.insert("guide".into(), spring(floor, "motor", 0.0, self.guide_n_s_per_m));
+        machine.springs.insert("guide".into(), Spring::new(floor, "motor", 0.0, self.guide_n_s_per_m));
         let (k, c) = self.transmission.unwrap_or_default();
         let rigid = self.transmission.is_none();
-        machine.springs.insert("transmission".into(), Spring { rigid, ..spring("motor", "tip", k, c) });
+        machine.springs.insert("transmission".into(), Spring { rigid, ..Spring::new("motor", "tip", k, c) });
         let contact = Contact {
             engagement: Engagement::Clamped,
             ..Contact::kelvin_voigt("tip", work, self.contact.0, self.contact.1)
@@ -121,9 +120,10 @@ impl Axis {
         let drive = Actuator { kind: self.drive, ..Actuator::ideal("motor", floor) };
         machine.actuators.insert("drive".into(), drive);
         let force = if self.total_force { Quantity::Force } else { Quantity::SpringForce };
-        machine.sensors.insert("force".into(), sensor("tool", force, None));
-        let rides_on = (floor != GROUND).then(|| floor.to_string());
-        machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position, rides_on));
+        machine.sensors.insert("force".into(), Sensor::ideal(SignalName::new("tool", force)));
+        let relative_to = (floor != GROUND).then(|| floor.to_string());
+        let encoder = Sensor { relative_to, ..Sensor::ideal(SignalName::new("motor", Quantity::Position)) };
+        machine.sensors.insert("encoder".into(), encoder);
         machine
     }
 
@@ -137,29 +137,9 @@ impl Axis {
     pub fn force_loop(&self, gains: ForceGains, period_s: f64, delay_s: f64) -> Scenario {
         let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
         spec.delay_s = delay_s;
-        let control = ControllerUse {
-            spec,
-            reads: Some("force".into()),
-            motion: None,
-            drives: "drive".into(),
-            effects: Vec::new(),
-        };
-        Scenario {
-            machine: self.machine("axis"),
-            controllers: [("force".to_string(), control)].into_iter().collect(),
-            run: RunSettings::default(),
-        }
+        let control = ControllerUse::new(spec, "drive").reading("force");
+        Scenario::new(self.machine("axis")).with_controller("force", control)
     }
-}
-
-/// A spring and damper between two bodies.
-pub fn spring(a: &str, b: &str, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Spring {
-    Spring { between: [a.into(), b.into()], stiffness_n_per_m, damping_n_s_per_m, ..Spring::default() }
-}
-
-/// A perfect sensor.
-pub fn sensor(element: &str, quantity: Quantity, relative_to: Option<String>) -> Sensor {
-    Sensor { relative_to, ..Sensor::ideal(SignalName::new(element, quantity)) }
 }
 
 /// A row of the table of models, computed independently of this project with `SciPy`.

@@ -4,11 +4,10 @@ use feeler_analysis::{LinearMachine, View};
 use feeler_control::Stream;
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::{C64, expm};
-use feeler_plant::description::{Actuator, Body, GROUND, Machine, Quantity, SignalName};
+use feeler_plant::description::{Actuator, Body, GROUND, Machine, Quantity, SignalName, Spring};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ValidationError;
-use crate::paper::spring;
 use crate::table::Row;
 
 /// Tolerance of impulse responses, relative to their largest value.
@@ -33,16 +32,16 @@ pub fn random_machine(seed: u64) -> Machine {
         // 1).
         1.0 / (1.0 + (-1.702 * stream.normal_at(draws)).exp())
     };
-    let mut machine = Machine { name: format!("random {seed}"), ..Machine::default() };
+    let mut machine = Machine::new(format!("random {seed}"));
     let bodies = 1 + (uniform() * 5.999) as usize;
     for i in 0..bodies {
         let mass_kg = 0.1 * 10_f64.powf(4.0 * uniform());
-        machine.bodies.insert(format!("body{i}"), Body { mass_kg, ..Body::default() });
+        machine.bodies.insert(format!("body{i}"), Body::new(mass_kg));
         let parent = (uniform() * (i as f64 + 0.999)) as usize;
         let other = if parent == i { GROUND.to_string() } else { format!("body{parent}") };
         let k = 1e3 * 10_f64.powf(4.0 * uniform());
         let c = 2.0 * (0.002 + 0.1 * uniform()) * (k * mass_kg).sqrt();
-        machine.springs.insert(format!("spring{i}"), spring(&other, &format!("body{i}"), k, c));
+        machine.springs.insert(format!("spring{i}"), Spring::new(other, format!("body{i}"), k, c));
     }
     let on = format!("body{}", (uniform() * (bodies as f64 - 0.001)) as usize);
     machine.actuators.insert("drive".into(), Actuator::ideal(on, GROUND));
@@ -92,16 +91,9 @@ fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, V
         (rates.iter().copied().fold(0.0, f64::max), rates.iter().copied().fold(f64::INFINITY, f64::min));
     let mut worst: f64 = 0.0;
     for step_s in [STEP_RAD / fastest, STEP_RAD / slowest] {
-        let scenario = Scenario {
-            machine: machine.clone(),
-            controllers: [].into_iter().collect(),
-            run: RunSettings {
-                duration_s: f64::from(SAMPLES) * step_s,
-                step_s,
-                record: outputs.clone(),
-                ..RunSettings::default()
-            },
-        };
+        let duration_s = f64::from(SAMPLES) * step_s;
+        let run = RunSettings { duration_s, step_s, record: outputs.clone(), ..RunSettings::default() };
+        let scenario = Scenario { run, ..Scenario::new(machine.clone()) };
         let program = Program::new(&scenario)?;
         let mut trace = Trace::new(program.record_names());
         let mut simulation = Simulation::<f64>::new(vec![program])?;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
-use feeler_catalogue::{Record, short};
+use feeler_catalogue::{Record, compact};
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
@@ -137,8 +137,8 @@ impl Builder<'_> {
         if run.integrator != Integrator::Exact && steps > MOST_STEPS {
             let message = format!(
                 "{} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken",
-                short(duration),
-                short(run.step_s)
+                compact(duration),
+                compact(run.step_s)
             );
             self.problems.add(
                 place("step"),
@@ -156,7 +156,7 @@ impl Builder<'_> {
             let message = format!(
                 "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), \
                  and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
-                short(duration),
+                compact(duration),
                 values * 8e-9
             );
             self.problems.add(
@@ -188,8 +188,8 @@ impl Builder<'_> {
                 let message = format!(
                     "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn \
                      of at most {LARGEST_TURN:.3} rad per step",
-                    short(body.velocity_m_per_s),
-                    short(step_s),
+                    compact(body.velocity_m_per_s),
+                    compact(step_s),
                 );
                 let remedy = format!(
                     "shorten `run.step` to {:.3e} s or less, or leave `run.engine` out",
@@ -222,8 +222,8 @@ impl Builder<'_> {
             let message = format!(
                 "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most \
                  {MOST_SAMPLES:.0e} are taken",
-                short(duration),
-                short(period)
+                compact(duration),
+                compact(period)
             );
             let (key, remedy) = if period < ORDINARY_S {
                 (format!("controllers.{name}.period"), "lengthen the period, or shorten the run")
@@ -239,7 +239,7 @@ impl Builder<'_> {
                     "{why} = {} Hz, and {} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are \
                      followed",
                     rounded(frequency_hz),
-                    short(duration)
+                    compact(duration)
                 );
                 let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
                     (key, "make it less or the body heavier, join the bodies rigidly, or shorten the run")
@@ -291,11 +291,11 @@ fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
             .min_by(f64::total_cmp)?;
         let vibration = (format!("{key}.stiffness"), (stiffness / mass).sqrt() / TAU);
         let decay = (format!("{key}.damping"), damping / mass / TAU);
-        let mass = short(mass);
+        let mass = compact(mass);
         Some(if decay.1 > vibration.1 {
-            (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", short(damping)))
+            (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", compact(damping)))
         } else {
-            (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", short(stiffness)))
+            (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", compact(stiffness)))
         })
     };
     springs.chain(contacts).filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))

@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
 use feeler_catalogue::{Contents, Keys, Record};
 use feeler_geometry::{Placement, Shape};
-use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
+use feeler_manipulator::{Cell, CellSimulation, Hold, ManipulatorError, Part, Start};
 use feeler_problem::Remedy;
 use nalgebra::Vector3;
 
+#[cfg(test)]
 pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
 
 use super::build::shapes;
@@ -170,7 +171,7 @@ fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn R
 
 /// Checks that need arm, tip and workpiece together.
 fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
-    let found = cell.check_start().and_then(|()| Simulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
+    let found = cell.check_start().and_then(|()| CellSimulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
     let Err(error) = found else { return };
     let start = if locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
     let key = match &error {

@@ -127,44 +127,20 @@ impl Record for Column {
                  goes in straight lines from row to row (a diagnosis fits its instant, within half a row)",
             )
         ),
-        field!(
-            Column: noise,
-            optional(
-                "noise",
-                Kind::Quantity(Unit::Signal, Bound::NotNegative),
-                "standard deviation, if known",
-            )
-        ),
-        field!(
-            Column: resolution,
-            optional(
-                "resolution",
-                Kind::Quantity(Unit::Signal, Bound::Positive),
-                "smallest step of its values, if known",
-            )
-        ),
-        field!(
-            Column: number,
-            optional(
-                "column",
-                Kind::Count(1, 1_000_000),
-                "its number in the file, from 1, in place of its name",
-            )
-        ),
-        field!(
-            Column: scale,
-            number(
-                "scale",
-                Unit::Of(Dimension::NONE),
-                Bound::Any,
-                1.0,
-                "factor on the numbers in the file, as for counts or a sign",
-            )
-        ),
-        field!(
-            Column: offset,
-            number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")
-        ),
+        field!(Column: noise,
+            optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative),
+                "standard deviation, if known")),
+        field!(Column: resolution,
+            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive),
+                "smallest step of its values, if known")),
+        field!(Column: number,
+            optional("column", Kind::Count(1, 1_000_000),
+                "its number in the file, from 1, in place of its name")),
+        field!(Column: scale,
+            number("scale", Unit::Of(Dimension::NONE), Bound::Any, 1.0,
+                "factor on the numbers in the file, as for counts or a sign")),
+        field!(Column: offset,
+            number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")),
     ];
 }
 
@@ -179,22 +155,13 @@ pub(crate) const FILE: Key =
 /// Everything except the file, whose path is relative to the dataset.
 impl Record for Experiment {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Experiment: engagement,
-            optional(
-                "engagement",
-                Kind::Word(Engagement::WORDS),
-                "overrides the engagement of the machine's contacts",
-            )
-        ),
-        field!(
-            Experiment: role,
-            optional("role", Kind::Word(Role::WORDS), "if absent, the diagnosis splits the experiments")
-        ),
-        field!(
-            Experiment: repeat,
-            optional("repeat", Kind::Text, "experiments with the same name are repetitions")
-        ),
+        field!(Experiment: engagement,
+            optional("engagement", Kind::Word(Engagement::WORDS),
+                "overrides the engagement of the machine's contacts")),
+        field!(Experiment: role,
+            optional("role", Kind::Word(Role::WORDS), "if absent, the diagnosis splits the experiments")),
+        field!(Experiment: repeat,
+            optional("repeat", Kind::Text, "experiments with the same name are repetitions")),
     ];
 }
 

@@ -21,54 +21,30 @@ const MESH_FILE: Key =
     required("file", Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
 const MESH: &[Field<ShapeFile>] = &[
     field!(ShapeFile: ShapeFile::Hull { file, .. } | ShapeFile::Mesh { file, .. } => *file, MESH_FILE),
-    field!(
-        ShapeFile: ShapeFile::Hull { scale_m, .. } | ShapeFile::Mesh { scale_m, .. } => *scale_m,
-        number("scale", LENGTH, Bound::Positive, 1e-3, "length of the file's unit")
-    ),
+    field!(ShapeFile: ShapeFile::Hull { scale_m, .. } | ShapeFile::Mesh { scale_m, .. } => *scale_m,
+        number("scale", LENGTH, Bound::Positive, 1e-3, "length of the file's unit")),
 ];
 const HEIGHT_FIELD: &[Field<ShapeFile>] = &[
-    field!(
-        ShapeFile: ShapeFile::HeightField { file, .. } => *file,
-        required(
-            "file",
-            Kind::Text,
-            "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
-        )
-    ),
-    field!(
-        ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[0],
-        required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line")
-    ),
-    field!(
-        ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[1],
-        required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last")
-    ),
+    field!(ShapeFile: ShapeFile::HeightField { file, .. } => *file,
+        required("file", Kind::Text,
+            "a CSV file, relative to this one, without a header: one line per z, one height in m per y")),
+    field!(ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[0],
+        required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line")),
+    field!(ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[1],
+        required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last")),
 ];
 
 impl Record for ShapeFile {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "hull",
-            "the convex hull of the corners of a mesh file",
-            ShapeFile: ShapeFile::Hull { .. },
-            ShapeFile::Hull { file: String::new(), scale_m: 1.0 },
-            MESH
-        ),
-        form!(
-            "mesh",
-            "the triangles of a mesh file",
-            ShapeFile: ShapeFile::Mesh { .. },
-            ShapeFile::Mesh { file: String::new(), scale_m: 1.0 },
-            MESH
-        ),
-        form!(
-            "height-field",
+        form!("hull", "the convex hull of the corners of a mesh file", ShapeFile: ShapeFile::Hull { .. },
+            ShapeFile::Hull { file: String::new(), scale_m: 1.0 }, MESH),
+        form!("mesh", "the triangles of a mesh file", ShapeFile: ShapeFile::Mesh { .. },
+            ShapeFile::Mesh { file: String::new(), scale_m: 1.0 }, MESH),
+        form!("height-field",
             "heights above the y-z plane towards the tip, flat in two triangles between its samples",
             ShapeFile: ShapeFile::HeightField { .. },
-            ShapeFile::HeightField { file: String::new(), extents_m: [1.0; 2] },
-            HEIGHT_FIELD
-        ),
+            ShapeFile::HeightField { file: String::new(), extents_m: [1.0; 2] }, HEIGHT_FIELD),
     ];
 }
 
@@ -117,26 +93,16 @@ pub(crate) enum FeedKeys {
 }
 
 const LINE: &[Field<FeedKeys>] = &[
-    field!(
-        FeedKeys: FeedKeys::Line { start_m, .. } => start_m[0],
-        number("y", LENGTH, Bound::Any, 0.0, "start")
-    ),
-    field!(
-        FeedKeys: FeedKeys::Line { start_m, .. } => start_m[1],
-        number("z", LENGTH, Bound::Any, 0.0, "start")
-    ),
-    field!(
-        FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[0],
-        number("velocity_y", VELOCITY, Bound::Any, 0.0, "velocity")
-    ),
-    field!(
-        FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[1],
-        number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity")
-    ),
-    field!(
-        FeedKeys: FeedKeys::Line { duration_s, .. } => *duration_s,
-        required("duration", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)), "how long")
-    ),
+    field!(FeedKeys: FeedKeys::Line { start_m, .. } => start_m[0],
+        number("y", LENGTH, Bound::Any, 0.0, "start")),
+    field!(FeedKeys: FeedKeys::Line { start_m, .. } => start_m[1],
+        number("z", LENGTH, Bound::Any, 0.0, "start")),
+    field!(FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[0],
+        number("velocity_y", VELOCITY, Bound::Any, 0.0, "velocity")),
+    field!(FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[1],
+        number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity")),
+    field!(FeedKeys: FeedKeys::Line { duration_s, .. } => *duration_s,
+        required("duration", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)), "how long")),
 ];
 const PATH: &[Field<FeedKeys>] = &[field!(
     FeedKeys: FeedKeys::Path { file } => *file,
@@ -146,20 +112,10 @@ const PATH: &[Field<FeedKeys>] = &[field!(
 impl Record for FeedKeys {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "line",
-            "at a constant velocity",
-            FeedKeys: FeedKeys::Line { .. },
-            FeedKeys::Line { start_m: [0.0; 2], velocity_m_per_s: [0.0; 2], duration_s: 1.0 },
-            LINE
-        ),
-        form!(
-            "path",
-            "smoothly through the points of a file, at rest at both ends",
-            FeedKeys: FeedKeys::Path { .. },
-            FeedKeys::Path { file: String::new() },
-            PATH
-        ),
+        form!("line", "at a constant velocity", FeedKeys: FeedKeys::Line { .. },
+            FeedKeys::Line { start_m: [0.0; 2], velocity_m_per_s: [0.0; 2], duration_s: 1.0 }, LINE),
+        form!("path", "smoothly through the points of a file, at rest at both ends",
+            FeedKeys: FeedKeys::Path { .. }, FeedKeys::Path { file: String::new() }, PATH),
     ];
 }
 

@@ -118,15 +118,9 @@ pub(crate) static AXIS: Keys = Keys {
 
 impl Record for Keep {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Keep: outcome,
-            Key {
-                name: "outcome",
-                kind: Kind::Flag,
-                absent: Absent::Flag(true),
-                text: "settled, chatter, unstable or no-contact, with its measures",
-            }
-        ),
+        field!(Keep: outcome,
+            Key { name: "outcome", kind: Kind::Flag, absent: Absent::Flag(true),
+                text: "settled, chatter, unstable or no-contact, with its measures" }),
         field!(
             Keep: tail,
             optional(
@@ -136,15 +130,9 @@ impl Record for Keep {
                  with one numeric axis, else 0",
             )
         ),
-        field!(
-            Keep: traces,
-            Key {
-                name: "traces",
-                kind: Kind::Flag,
-                absent: Absent::Flag(false),
-                text: "the recorded signals of every run",
-            }
-        ),
+        field!(Keep: traces,
+            Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false),
+                text: "the recorded signals of every run" }),
     ];
 }
 

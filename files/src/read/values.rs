@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use feeler_catalogue::{Bound, Dimension, Unit, Word, short};
+use feeler_catalogue::{Bound, Dimension, Unit, Word, compact};
 use feeler_plant::description::SignalName;
 use feeler_plant::names::{did_you_mean, list};
 use feeler_problem::Remedy;
@@ -80,7 +80,7 @@ impl Reader<'_> {
 
     fn bounded(&mut self, node: &Node, value: f64, dim: Dimension, bound: Bound, path: &str) -> Option<f64> {
         let unit = dim.si_unit(self.scope.rotational);
-        let shown = if unit.is_empty() { short(value) } else { format!("{} {unit}", short(value)) };
+        let shown = if unit.is_empty() { compact(value) } else { format!("{} {unit}", compact(value)) };
         if !bound.admits(value) {
             let remedy = if value.is_finite() {
                 format!("this {}", bound.words())

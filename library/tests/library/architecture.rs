@@ -29,6 +29,9 @@ const OUTSIDE_WORLD: [&str; 8] = [
     "SystemTime",
 ];
 
+/// How a thread is started without rayon.
+const THREADS: [&str; 2] = ["thread::scope", "thread::spawn"];
+
 /// How a program prints.
 const PRINTS: [&str; 6] = ["println!(", "print!(", "eprint!(", "dbg!(", "io::stdout", "io::stderr"];
 
@@ -58,17 +61,24 @@ fn below(name: &str, direct: &BTreeMap<String, (Names, String)>, found: &mut Nam
     }
 }
 
-/// The allowed dependencies of each crate, from the first paragraph of the arrows.
-fn allowed() -> BTreeMap<String, Names> {
+/// The arrows of each crate, from the first paragraph of their section: the crates that it names, and its
+/// words.
+fn arrows() -> BTreeMap<String, (Names, String)> {
     let section = section("Arrows");
-    let paragraph = section.trim().split("\n\n").next().unwrap().to_owned();
-    let mut direct: BTreeMap<String, (Names, String)> = BTreeMap::new();
+    let paragraph = section.trim().split("\n\n").next().unwrap();
+    let mut direct = BTreeMap::new();
     for clause in paragraph.trim_end_matches('.').split(';') {
         let (from, to) = clause.split_once("->").unwrap_or((clause, ""));
         for name in quoted(from) {
             direct.insert(name, (quoted(to).into_iter().collect(), to.to_owned()));
         }
     }
+    direct
+}
+
+/// The allowed dependencies of each crate.
+fn allowed() -> BTreeMap<String, Names> {
+    let direct = arrows();
     let all: Names = direct.keys().cloned().collect();
     let of = |(name, (others, words)): (&String, &(Names, String))| {
         let mut found = others.clone();
@@ -147,10 +157,18 @@ fn truth_the_crates_know_only_what_the_page_allows() {
         packages.keys().collect::<Vec<_>>(),
         "the page names other crates than there are"
     );
+    let arrows = arrows();
     for (name, package) in &packages {
-        for other in dependencies(package).into_iter().filter_map(|other| folder_of.get(other)) {
-            assert!(allowed[name].contains(*other), "`{name}` may not depend on `{other}`");
-        }
+        let used: Names = dependencies(package)
+            .into_iter()
+            .filter_map(|other| folder_of.get(other).map(|folder| (*folder).clone()))
+            .collect();
+        let beyond: Vec<_> = used.difference(&allowed[name]).collect();
+        assert!(beyond.is_empty(), "`{name}` may not depend on {beyond:?}");
+        let (named, words) = &arrows[name];
+        let idle: Vec<_> = named.difference(&used).collect();
+        let is_exception = words.contains("everything");
+        assert!(is_exception || idle.is_empty(), "`{name}` does not depend on {idle:?}, as the page says");
     }
 }
 
@@ -160,7 +178,7 @@ fn truth_arrows_are_read_as_they_are_written() {
     let allowed = allowed();
     let of = |name: &str| allowed[name].iter().map(String::as_str).collect::<Vec<_>>();
     assert_eq!(of("lanes"), [""; 0]);
-    assert_eq!(of("control"), ["catalogue", "lanes", "lti", "problem"]);
+    assert_eq!(of("control"), ["catalogue", "lanes", "problem"]);
     assert!(of("diagnosis").contains(&"plant") && !of("diagnosis").contains(&"validation"));
     assert!(!of("library").contains(&"cli") && of("cli").contains(&"validation"));
 }
@@ -176,11 +194,11 @@ fn truth_the_integration_tests_of_a_crate_are_one_program() {
 }
 
 #[test]
-fn truth_every_folder_of_the_map_exists() {
+fn truth_the_map_has_every_crate_and_no_folder_that_is_not_there() {
     let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let map = page.split("```").nth(1).unwrap();
     let mut parent = PathBuf::new();
-    let mut count = 0;
+    let mut named = Names::new();
     for line in map.lines() {
         let indent = line.len() - line.trim_start().len();
         let word = line.split_whitespace().next().unwrap_or_default();
@@ -193,9 +211,11 @@ fn truth_every_folder_of_the_map_exists() {
         if indent == 0 {
             parent = path;
         }
-        count += 1;
+        named.insert(word.trim_end_matches('/').to_owned());
     }
-    assert!(count > LIBRARIES.len(), "the map was not read");
+    for name in packages().keys() {
+        assert!(named.contains(name), "the map lacks the crate `{name}`");
+    }
 }
 
 #[test]
@@ -213,16 +233,21 @@ fn truth_threads_are_started_only_where_the_page_says() {
     let users = packages.iter().filter(|(_, package)| dependencies(package).contains(&"rayon"));
     let users: Names = users.map(|(name, _)| name.clone()).collect();
     assert_eq!(named, users);
+    for folder in LIBRARIES {
+        refuse(&product(folder), &THREADS);
+    }
 }
 
 #[test]
 fn truth_the_command_line_starts_threads_only_to_write_compare_and_serve() {
     let files = product("cli/src");
-    let users = files.iter().filter(|(_, text)| text.contains("rayon::"));
+    let starts = |text: &str| text.contains("rayon::") || THREADS.iter().any(|start| text.contains(start));
+    let users = files.iter().filter(|(_, text)| starts(text));
     let users: Names = users
         .map(|(path, _)| path.display().to_string().rsplit_once("cli/src/").unwrap().1.to_owned())
         .collect();
-    let named = ["commands/compare.rs", "commands/run.rs", "live/session.rs", "pages/sweep/png.rs"];
+    let named =
+        ["commands/compare.rs", "commands/run.rs", "live/mod.rs", "live/session.rs", "pages/sweep/png.rs"];
     assert_eq!(users, named.map(str::to_owned).into());
 }
 

@@ -29,7 +29,7 @@ const PER_PERIOD: f64 = 40.0;
 
 /// Result of a measurement on the simulated arm, and the linear theory of the axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredArm {
     /// Lines of the multisine, Hz.
     pub frequencies_hz: Vec<f64>,
     /// Force of the contact per drive force at each line.
@@ -42,7 +42,7 @@ pub struct Measured {
     pub simulated_s: f64,
 }
 
-impl Measured {
+impl MeasuredArm {
     /// Relative difference of the axis from the simulated arm in each.
     pub fn misfits(&self) -> [f64; 2] {
         [self.contact_mode_hz, self.phase_crossover_hz].map(apart)
@@ -63,7 +63,7 @@ impl Arm {
         normal: [f64; 3],
         others: Others,
         contact: [f64; 2],
-    ) -> Result<Measured, ArmError> {
+    ) -> Result<MeasuredArm, ArmError> {
         let linear = self.linear(q, normal, others)?;
         let agreement = self.agreement(axis, q, normal, others, contact)?;
         let [mode_hz, own_mode_hz] = agreement.contact_mode_hz;
@@ -126,7 +126,7 @@ impl Arm {
             frequencies_hz.iter().map(|f| axis.response_in_contact(contact, *f)).collect();
         let both =
             |turn: f64| [&response, &own].map(|values| falls_through_hz(&frequencies_hz, values, turn));
-        Ok(Measured {
+        Ok(MeasuredArm {
             contact_mode_hz: both(FRAC_PI_2),
             phase_crossover_hz: both(PI),
             simulated_s: f64::from(periods) * period_s,

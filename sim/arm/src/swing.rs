@@ -1,9 +1,7 @@
-//! The arm in motion: rigid and free, or with flexible joints against a wall. Classical Runge-Kutta steps of
-//! fixed length.
+//! The arm in motion, with flexible joints against a wall. Classical Runge-Kutta steps of fixed length.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::chain::Chain;
 use crate::error::ArmError;
 use crate::flexible::{Arm, Others};
 
@@ -19,51 +17,8 @@ fn rk4<F: FnMut(&DVector<f64>) -> Option<DVector<f64>>>(
     Some(x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d))
 }
 
-/// A chain at an instant.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SwingState {
-    /// Joint positions, rad or m.
-    pub positions: Vec<f64>,
-    /// Joint speeds.
-    pub speeds: Vec<f64>,
-    /// Kinetic and potential energy, J.
-    pub energy_j: f64,
-}
-
-/// Simulates a rigid chain without drives or friction; returns its states at the start and after every step.
-///
-/// # Errors
-/// [`ArmError::Diverged`].
-pub fn free_swing(
-    chain: &Chain,
-    q: &[f64],
-    v: &[f64],
-    step_s: f64,
-    duration_s: f64,
-) -> Result<Vec<SwingState>, ArmError> {
-    let n = chain.joints();
-    let mut x = DVector::from_iterator(2 * n, q.iter().chain(v).copied());
-    let state = |x: &DVector<f64>| {
-        let (q, v) = x.as_slice().split_at(n);
-        SwingState { positions: q.to_vec(), speeds: v.to_vec(), energy_j: chain.energy(q, v).iter().sum() }
-    };
-    let steps = (duration_s / step_s).round() as usize;
-    let mut states = vec![state(&x)];
-    for i in 0..steps {
-        let slope = |x: &DVector<f64>| {
-            let (q, v) = x.as_slice().split_at(n);
-            let bias = chain.inverse_dynamics(q, v, &vec![0.0; n]);
-            let acceleration = chain.mass_matrix(q).cholesky()?.solve(&-bias);
-            Some(DVector::from_iterator(2 * n, v.iter().chain(acceleration.iter()).copied()))
-        };
-        let diverged = ArmError::Diverged { t_s: i as f64 * step_s };
-        x = rk4(&x, step_s, slope).filter(|x| x.iter().all(|x| x.is_finite())).ok_or(diverged)?;
-        states.push(state(&x));
-    }
-    Ok(states)
-}
-
-/// A plane wall: a spring and damper that only push.
+/// A plane wall: a spring and damper that only push. It is apart from the contacts of a machine, so that
+/// what is measured against it is not measured by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
     /// Its distance from the tool at the start, along the normal.

@@ -40,6 +40,6 @@ pub use content::{Content, Contents};
 pub use dimension::{Dimension, same_exponent};
 pub use field::{Field, Form, GainPart, Record, Role, chained, joined, keys, variants};
 pub use shape::{
-    Absent, Bound, Choice, Key, Keys, Kind, Unit, Variant, Word, number, optional, required, short, word,
+    Absent, Bound, Choice, Key, Keys, Kind, Unit, Variant, Word, compact, number, optional, required, word,
 };
 pub use slot::Slot;

@@ -127,14 +127,14 @@ impl Bound {
             Self::Positive => "above zero".into(),
             Self::NotNegative => "zero or above".into(),
             Self::AtLeast(least) => format!("{least} or above"),
-            Self::Within(least, most) => format!("from {} to {}", short(least), short(most)),
+            Self::Within(least, most) => format!("from {} to {}", compact(least), compact(most)),
             Self::Above(least, most) => format!("above {least} and at most {most}"),
         }
     }
 }
 
 /// A number without long rows of zeros.
-pub fn short(value: f64) -> String {
+pub fn compact(value: f64) -> String {
     if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
         format!("{value:e}")
     } else {

@@ -186,11 +186,8 @@ macro_rules! gain {
         gain!($law.$gain, $unit, $rank, $part, $text, Bound::Any)
     };
     ($law:ident.$gain:ident, $unit:expr, $rank:expr, $part:ident, $text:expr, $bound:expr) => {
-        field!(
-            Law: Law::$law(gains) => gains.$gain,
-            number(stringify!($gain), $unit, $bound, 0.0, $text),
-            Role::Gain { rank: $rank, part: GainPart::$part }
-        )
+        field!(Law: Law::$law(gains) => gains.$gain, number(stringify!($gain), $unit, $bound, 0.0, $text),
+            Role::Gain { rank: $rank, part: GainPart::$part })
     };
 }
 
@@ -216,14 +213,9 @@ const EXPLICIT_FORCE: &[Field<Law>] = &[
     gain!(ExplicitForce.kd, PER_FORCE_RATE, 2, Derivative, "derivative gain"),
     gain!(ExplicitForce.damping, PER_VELOCITY, 3, Damping, "joint damping, on the motion sensor's velocity"),
     field!(Law: Law::ExplicitForce(gains) => gains.derivative_filter_s, DERIVATIVE_FILTER),
-    field!(
-        Law: Law::ExplicitForce(gains) => gains.lead,
-        optional(
-            "lead",
-            Kind::Table(&LEAD),
-            "lead compensator in series: { zero, pole }, gain 1 at zero frequency",
-        )
-    ),
+    field!(Law: Law::ExplicitForce(gains) => gains.lead,
+        optional("lead", Kind::Table(&LEAD),
+            "lead compensator in series: { zero, pole }, gain 1 at zero frequency")),
     field!(Law: Law::ExplicitForce(gains) => gains.anti_windup, ANTI_WINDUP),
 ];
 
@@ -265,30 +257,12 @@ const READS_ANSWERED: Key = Key { text: "the force sensor", ..READS };
 impl Record for Law {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "explicit-force",
-            "u = feed_forward r + kp e + ki int(e) + kd de/dt - damping v, e = r - f",
-            Law: Law::ExplicitForce(_),
-            Law::ExplicitForce(ForceGains::default()),
-            EXPLICIT_FORCE,
-            &[READS]
-        ),
-        form!(
-            "position",
-            "u = kp e + ki int(e) + kd de/dt - damping v, e = r - x",
-            Law: Law::Position(_),
-            Law::Position(PositionGains::default()),
-            POSITION,
-            &[READS_POSITION]
-        ),
-        form!(
-            "impedance",
-            "f_d = stiffness (x_r - x) + damping (v_r - v), u = f_d + force_gain (f_d - f)",
-            Law: Law::Impedance(_),
-            Law::Impedance(ImpedanceGains::default()),
-            IMPEDANCE,
-            &[READS_INNER]
-        ),
+        form!("explicit-force", "u = feed_forward r + kp e + ki int(e) + kd de/dt - damping v, e = r - f",
+            Law: Law::ExplicitForce(_), Law::ExplicitForce(ForceGains::default()), EXPLICIT_FORCE, &[READS]),
+        form!("position", "u = kp e + ki int(e) + kd de/dt - damping v, e = r - x", Law: Law::Position(_),
+            Law::Position(PositionGains::default()), POSITION, &[READS_POSITION]),
+        form!("impedance", "f_d = stiffness (x_r - x) + damping (v_r - v), u = f_d + force_gain (f_d - f)",
+            Law: Law::Impedance(_), Law::Impedance(ImpedanceGains::default()), IMPEDANCE, &[READS_INNER]),
         form!(
             "admittance",
             "mass a_v + damping v_v + stiffness (x_v - x_0) = r - f; u = kp (x_v - x) + kd (v_v - v) + \
@@ -298,13 +272,8 @@ impl Record for Law {
             ADMITTANCE,
             &[READS_ANSWERED]
         ),
-        form!(
-            "open-loop",
-            "the output is the reference: an excitation of the drive",
-            Law: Law::OpenLoop,
-            Law::OpenLoop,
-            &[] as &[Field<Law>]
-        ),
+        form!("open-loop", "the output is the reference: an excitation of the drive", Law: Law::OpenLoop,
+            Law::OpenLoop, &[] as &[Field<Law>]),
     ];
 }
 
@@ -312,18 +281,11 @@ static LEAD: Keys = Keys { keys: keys!(LeadSpec::FIELDS), choice: None };
 
 impl Record for LeadSpec {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            LeadSpec: zero_hz,
-            required("zero", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency of the zero")
-        ),
-        field!(
-            LeadSpec: pole_hz,
-            required(
-                "pole",
-                Kind::Quantity(FREQUENCY, Bound::Positive),
-                "frequency of the pole; below the zero's it is a lag",
-            )
-        ),
+        field!(LeadSpec: zero_hz,
+            required("zero", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency of the zero")),
+        field!(LeadSpec: pole_hz,
+            required("pole", Kind::Quantity(FREQUENCY, Bound::Positive),
+                "frequency of the pole; below the zero's it is a lag")),
     ];
 
     fn blank() -> Option<Self> {

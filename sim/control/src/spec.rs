@@ -175,90 +175,40 @@ const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 
 impl ControllerSpec {
     /// Its largest output.
-    pub const OUTPUT_LIMIT: Field<Self> = field!(
-        ControllerSpec: output_limit,
-        optional(
-            "output_limit",
-            Kind::Quantity(Unit::Output, Bound::Positive),
-            "largest output, against which the anti-windup works",
-        )
-    );
+    pub const OUTPUT_LIMIT: Field<Self> = field!(ControllerSpec: output_limit,
+        optional("output_limit", Kind::Quantity(Unit::Output, Bound::Positive),
+            "largest output, against which the anti-windup works"));
 }
 
 /// Everything except the law and the reference, which have their own keys.
 impl Record for ControllerSpec {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            ControllerSpec: period_s,
-            required(
-                "period",
-                Kind::Quantity(TIME, SHORTEST_PERIOD),
-                "time between samples; t = 0 is a sample",
-            )
-        ),
-        field!(
-            ControllerSpec: delay_s,
-            number(
-                "delay",
-                TIME,
-                LONGEST_DELAY,
-                0.0,
-                "from a sample to the instant at which its output is applied; any number",
-            )
-        ),
-        field!(
-            ControllerSpec: jitter_s,
-            number(
-                "jitter",
-                TIME,
-                Bound::NotNegative,
-                0.0,
-                "one sigma of each sample instant about its nominal time",
-            )
-        ),
-        field!(
-            ControllerSpec: offset_s,
-            number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample")
-        ),
-        field!(
-            ControllerSpec: output_resolution,
-            optional(
-                "output_resolution",
-                Kind::Quantity(Unit::Output, Bound::Positive),
-                "step of the output",
-            )
-        ),
+        field!(ControllerSpec: period_s,
+            required("period", Kind::Quantity(TIME, SHORTEST_PERIOD),
+                "time between samples; t = 0 is a sample")),
+        field!(ControllerSpec: delay_s,
+            number("delay", TIME, LONGEST_DELAY, 0.0,
+                "from a sample to the instant at which its output is applied; any number")),
+        field!(ControllerSpec: jitter_s,
+            number("jitter", TIME, Bound::NotNegative, 0.0,
+                "one sigma of each sample instant about its nominal time")),
+        field!(ControllerSpec: offset_s,
+            number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample")),
+        field!(ControllerSpec: output_resolution,
+            optional("output_resolution", Kind::Quantity(Unit::Output, Bound::Positive),
+                "step of the output")),
         ControllerSpec::OUTPUT_LIMIT,
-        field!(
-            ControllerSpec: reading_low_pass,
-            low_pass("discrete filter on the reading: a corner frequency, or a table")
-        ),
-        field!(
-            ControllerSpec: reading_notch,
-            optional(
-                "notch",
-                Kind::Table(&NOTCH),
-                "notch on the reading, after its low-pass, of gain 1 at zero frequency",
-            )
-        ),
-        field!(
-            ControllerSpec: velocity_filter_s,
-            number(
-                "velocity_filter",
-                TIME,
-                Bound::NotNegative,
-                0.0,
-                "time constant of the filter on a velocity got by differencing positions",
-            )
-        ),
-        field!(
-            ControllerSpec: approach,
-            optional(
-                "approach",
-                Kind::Table(&APPROACH),
-                "the phase before contact: move at a set speed until the reading reaches a force",
-            )
-        ),
+        field!(ControllerSpec: reading_low_pass,
+            low_pass("discrete filter on the reading: a corner frequency, or a table")),
+        field!(ControllerSpec: reading_notch,
+            optional("notch", Kind::Table(&NOTCH),
+                "notch on the reading, after its low-pass, of gain 1 at zero frequency")),
+        field!(ControllerSpec: velocity_filter_s,
+            number("velocity_filter", TIME, Bound::NotNegative, 0.0,
+                "time constant of the filter on a velocity got by differencing positions")),
+        field!(ControllerSpec: approach,
+            optional("approach", Kind::Table(&APPROACH),
+                "the phase before contact: move at a set speed until the reading reaches a force")),
     ];
 }
 
@@ -275,30 +225,14 @@ static NOTCH: Keys = Keys { keys: keys!(NotchSpec::FIELDS), choice: None };
 
 impl Record for NotchSpec {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            NotchSpec: frequency_hz,
-            required("frequency", Kind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest")
-        ),
-        field!(
-            NotchSpec: damping_ratio,
-            number(
-                "damping_ratio",
-                Unit::Of(Dimension::NONE),
-                Bound::Positive,
-                NotchSpec::DEFAULT_DAMPING_RATIO,
-                "of its poles: half of its relative width",
-            )
-        ),
-        field!(
-            NotchSpec: depth,
-            number(
-                "depth",
-                Unit::Of(Dimension::NONE),
-                Bound::Within(0.0, 1.0),
-                NotchSpec::DEFAULT_DEPTH,
-                "gain where it is deepest",
-            )
-        ),
+        field!(NotchSpec: frequency_hz,
+            required("frequency", Kind::Quantity(FREQUENCY, Bound::Positive), "where it is deepest")),
+        field!(NotchSpec: damping_ratio,
+            number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive,
+                NotchSpec::DEFAULT_DAMPING_RATIO, "of its poles: half of its relative width")),
+        field!(NotchSpec: depth,
+            number("depth", Unit::Of(Dimension::NONE), Bound::Within(0.0, 1.0), NotchSpec::DEFAULT_DEPTH,
+                "gain where it is deepest")),
     ];
 
     fn blank() -> Option<Self> {
@@ -315,40 +249,18 @@ static APPROACH: Keys = Keys { keys: keys!(Approach::FIELDS), choice: None };
 /// Values that come from the machine are not keys.
 impl Record for Approach {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Approach: speed,
-            required(
-                "speed",
-                Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
-                "speed towards the workpiece",
-            )
-        ),
-        field!(
-            Approach: until,
-            required(
-                "until",
-                Kind::Quantity(FORCE, Bound::Any),
-                "the phase ends at the first sample whose reading is at least this",
-            )
-        ),
-        field!(
-            Approach: release,
-            optional(
-                "release",
-                Kind::Quantity(FORCE, Bound::Any),
-                "it starts again below this, at most `until`; if absent, contact latches",
-            )
-        ),
-        field!(
-            Approach: bandwidth_hz,
-            number(
-                "bandwidth",
-                FREQUENCY,
-                Bound::Positive,
-                Approach::DEFAULT_BANDWIDTH_HZ,
-                "of the position loop that moves a force drive",
-            )
-        ),
+        field!(Approach: speed,
+            required("speed", Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+                "speed towards the workpiece")),
+        field!(Approach: until,
+            required("until", Kind::Quantity(FORCE, Bound::Any),
+                "the phase ends at the first sample whose reading is at least this")),
+        field!(Approach: release,
+            optional("release", Kind::Quantity(FORCE, Bound::Any),
+                "it starts again below this, at most `until`; if absent, contact latches")),
+        field!(Approach: bandwidth_hz,
+            number("bandwidth", FREQUENCY, Bound::Positive, Approach::DEFAULT_BANDWIDTH_HZ,
+                "of the position loop that moves a force drive")),
     ];
 
     fn blank() -> Option<Self> {

@@ -27,52 +27,26 @@ const HALF_LENGTH: Field<Shape> = field!(
 );
 const ROUND: &[Field<Shape>] = &[HALF_LENGTH, RADIUS];
 const CUBOID: &[Field<Shape>] = &[
-    field!(
-        Shape: Shape::Cuboid { half_extents_m } => half_extents_m[0],
-        length("half_x", "half its extent in x")
-    ),
-    field!(
-        Shape: Shape::Cuboid { half_extents_m } => half_extents_m[1],
-        length("half_y", "half its extent in y")
-    ),
-    field!(
-        Shape: Shape::Cuboid { half_extents_m } => half_extents_m[2],
-        length("half_z", "half its extent in z")
-    ),
+    field!(Shape: Shape::Cuboid { half_extents_m } => half_extents_m[0],
+        length("half_x", "half its extent in x")),
+    field!(Shape: Shape::Cuboid { half_extents_m } => half_extents_m[1],
+        length("half_y", "half its extent in y")),
+    field!(Shape: Shape::Cuboid { half_extents_m } => half_extents_m[2],
+        length("half_z", "half its extent in z")),
 ];
 
 /// The shapes with numerical keys.
 impl Record for Shape {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "ball",
-            "a ball",
-            Shape: Shape::Ball { .. },
-            Shape::Ball { radius_m: 1.0 },
-            &[RADIUS] as &[Field<Shape>]
-        ),
-        form!(
-            "capsule",
-            "a cylinder with round ends",
-            Shape: Shape::Capsule { .. },
-            Shape::Capsule { half_length_m: 1.0, radius_m: 1.0 },
-            ROUND
-        ),
-        form!(
-            "cuboid",
-            "a box",
-            Shape: Shape::Cuboid { .. },
-            Shape::Cuboid { half_extents_m: [1.0; 3] },
-            CUBOID
-        ),
-        form!(
-            "cylinder",
-            "a cylinder with flat ends",
-            Shape: Shape::Cylinder { .. },
-            Shape::Cylinder { half_length_m: 1.0, radius_m: 1.0 },
-            ROUND
-        ),
+        form!("ball", "a ball", Shape: Shape::Ball { .. }, Shape::Ball { radius_m: 1.0 },
+            &[RADIUS] as &[Field<Shape>]),
+        form!("capsule", "a cylinder with round ends", Shape: Shape::Capsule { .. },
+            Shape::Capsule { half_length_m: 1.0, radius_m: 1.0 }, ROUND),
+        form!("cuboid", "a box", Shape: Shape::Cuboid { .. }, Shape::Cuboid { half_extents_m: [1.0; 3] },
+            CUBOID),
+        form!("cylinder", "a cylinder with flat ends", Shape: Shape::Cylinder { .. },
+            Shape::Cylinder { half_length_m: 1.0, radius_m: 1.0 }, ROUND),
     ];
 }
 
@@ -81,10 +55,8 @@ impl Record for Placement {
         field!(Placement: position_m[0], number("x", LENGTH, Bound::Any, 0.0, "position")),
         field!(Placement: position_m[1], number("y", LENGTH, Bound::Any, 0.0, "position")),
         field!(Placement: position_m[2], number("z", LENGTH, Bound::Any, 0.0, "position")),
-        field!(
-            Placement: rotation_rad[0],
-            number("turn_x", ANGLE, Bound::Any, 0.0, "x component of the rotation vector: axis times angle")
-        ),
+        field!(Placement: rotation_rad[0],
+            number("turn_x", ANGLE, Bound::Any, 0.0, "x component of the rotation vector: axis times angle")),
         field!(Placement: rotation_rad[1], number("turn_y", ANGLE, Bound::Any, 0.0, "y component")),
         field!(Placement: rotation_rad[2], number("turn_z", ANGLE, Bound::Any, 0.0, "z component")),
     ];
@@ -96,20 +68,11 @@ impl Record for Placement {
 
 impl Record for Material {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Material: youngs_modulus_pa,
-            required("youngs_modulus", Kind::Quantity(Unit::Pressure, Bound::Positive), "Young's modulus")
-        ),
-        field!(
-            Material: poisson_ratio,
-            number(
-                "poisson_ratio",
-                Unit::Of(Dimension::NONE),
-                Bound::Within(0.0, 0.5),
-                0.3,
-                "Poisson's ratio",
-            )
-        ),
+        field!(Material: youngs_modulus_pa,
+            required("youngs_modulus", Kind::Quantity(Unit::Pressure, Bound::Positive), "Young's modulus")),
+        field!(Material: poisson_ratio,
+            number("poisson_ratio", Unit::Of(Dimension::NONE), Bound::Within(0.0, 0.5), 0.3,
+                "Poisson's ratio")),
     ];
 
     fn blank() -> Option<Self> {

@@ -71,7 +71,7 @@ pub use error::LtiError;
 pub use expm::{ExponentialIntegrals, expm, expm_integrals};
 pub use gain_interval::{AffineLoop, GainEdge, GainSearch, StableGains, StableInterval, stable_gains};
 pub use loop_transfer::{LoopPoint, LoopTransfer};
-pub use margins::{DiskMargin, GainMargin, LoopGainInterval, Margins, Peak, PhaseMargin};
+pub use margins::{DiskMargin, GainMargin, LoopGainInterval, Margins, PhaseMargin, SensitivityPeak};
 pub use rank_one::RankOneLoop;
 pub use response::{TransferEvaluator, unwrapped_phase_rad};
 pub use root_locus::{RootLocus, root_locus};

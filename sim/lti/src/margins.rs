@@ -42,9 +42,9 @@ impl PhaseMargin {
     }
 }
 
-/// A largest value and its frequency.
+/// Largest value of a sensitivity function, and its frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Peak {
+pub struct SensitivityPeak {
     /// The value.
     pub value: f64,
     /// The frequency, Hz.
@@ -70,9 +70,9 @@ pub struct Margins {
     /// Every crossing of the unit circle, by rising frequency.
     pub phase: Vec<PhaseMargin>,
     /// Largest |S| = |1 / (1 + L)|; 1 / Ms is the smallest distance from -1.
-    pub sensitivity: Peak,
+    pub sensitivity: SensitivityPeak,
     /// Largest |T| = |L / (1 + L)|.
-    pub complementary_sensitivity: Peak,
+    pub complementary_sensitivity: SensitivityPeak,
     /// Disk margin.
     pub disk: DiskMargin,
 }
@@ -166,7 +166,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
     }
 
     /// Largest value of a function of the loop, refined between the neighbours of its largest sample.
-    fn peak(&self, points: &[LoopPoint], f: impl Fn(C64) -> f64) -> Result<Peak, LtiError> {
+    fn peak(&self, points: &[LoopPoint], f: impl Fn(C64) -> f64) -> Result<SensitivityPeak, LtiError> {
         let values: Vec<f64> = points.iter().map(|p| f(p.value)).collect();
         let best = (0..values.len()).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
         let (left, right) =
@@ -174,7 +174,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let (w, value) = maximum(left, right, |w| Ok::<_, LtiError>(f(self.at_frequency(w)?)))?;
         // A peak at the end of the band, or at a jump over a pole, is not between samples.
         let (w, value) = if value >= values[best] { (w, value) } else { (points[best].s.im, values[best]) };
-        Ok(Peak { value, frequency_hz: w / TAU })
+        Ok(SensitivityPeak { value, frequency_hz: w / TAU })
     }
 }
 

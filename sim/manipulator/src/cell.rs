@@ -51,20 +51,11 @@ pub struct Hold {
 
 impl Record for Hold {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Hold: bandwidth_hz,
-            number(
-                "bandwidth",
-                Unit::Of(Dimension::FREQUENCY),
-                Bound::NotNegative,
-                5.0,
-                "natural frequency; 0 for no position control",
-            )
-        ),
-        field!(
-            Hold: damping_ratio,
-            number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive, 1.0, "damping ratio")
-        ),
+        field!(Hold: bandwidth_hz,
+            number("bandwidth", Unit::Of(Dimension::FREQUENCY), Bound::NotNegative, 5.0,
+                "natural frequency; 0 for no position control")),
+        field!(Hold: damping_ratio,
+            number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive, 1.0, "damping ratio")),
     ];
 
     fn blank() -> Option<Self> {

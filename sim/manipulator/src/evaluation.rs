@@ -10,7 +10,7 @@ use nalgebra::{DVector, Vector3};
 
 use crate::bodies::numbers;
 use crate::joint::JointPart;
-use crate::mode::{Change, Mode, index_of};
+use crate::mode::{CellMode, Change, index_of};
 use crate::state::{Layout, filtered};
 
 /// The whole arm and its workpiece.
@@ -58,7 +58,7 @@ pub(crate) struct Evaluation<'a> {
 
 impl Plant {
     /// Forces at a state; `inputs` are the commands on which the drives act.
-    pub(crate) fn evaluate(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Evaluation<'_> {
+    pub(crate) fn evaluate(&self, x: &DVector<f64>, mode: &CellMode, inputs: &[f64]) -> Evaluation<'_> {
         let layout = &self.layout;
         let posture = self.arm.chain().posture(layout.links(x));
         let touch = self.touch(&posture, layout.link_speeds(x));
@@ -123,7 +123,7 @@ impl Plant {
     }
 
     /// Derivatives of the state; `None` if the mass matrix is not positive definite.
-    pub(crate) fn slope(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<DVector<f64>> {
+    pub(crate) fn slope(&self, x: &DVector<f64>, mode: &CellMode, inputs: &[f64]) -> Option<DVector<f64>> {
         let layout = &self.layout;
         let n = layout.joints;
         let now = self.evaluate(x, mode, inputs);
@@ -188,7 +188,7 @@ impl Plant {
 
     /// Depth of the contact, m (negative when apart), its rate, m/s, and its acceleration, m/s2, without the
     /// rotation of normal and arm. `None` if the two are far apart.
-    pub(crate) fn compression(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<[f64; 3]> {
+    pub(crate) fn compression(&self, x: &DVector<f64>, mode: &CellMode, inputs: &[f64]) -> Option<[f64; 3]> {
         let touch = self.evaluate(x, mode, inputs).touch?;
         let n = self.layout.joints;
         let slope = self.slope(x, mode, inputs)?;
@@ -197,7 +197,12 @@ impl Plant {
 
     /// Distances of a state from leaving its mode, one for each possible change, in N, N m or rad/s. They are
     /// zero or positive within the mode.
-    pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, now: &Evaluation<'_>) -> Vec<(Change, f64)> {
+    pub(crate) fn margins(
+        &self,
+        x: &DVector<f64>,
+        mode: &CellMode,
+        now: &Evaluation<'_>,
+    ) -> Vec<(Change, f64)> {
         let mut margins = Vec::with_capacity(1 + 3 * self.layout.joints);
         let contact = self.contact_rules(mode.contact, now);
         margins.extend(contact.into_iter().map(|(left, to)| (Change::Contact(to), left)));
@@ -248,7 +253,7 @@ impl Plant {
         &self,
         change: Change,
         x: &mut DVector<f64>,
-        mode: &mut Mode,
+        mode: &mut CellMode,
         net: &[f64],
     ) -> [SwitchState; 2] {
         match change {
@@ -265,9 +270,9 @@ impl Plant {
     }
 
     /// The mode of an initial state, with all surfaces apart until their margins are evaluated.
-    pub(crate) fn first_mode(&self, x: &DVector<f64>, inputs: &[f64]) -> Mode {
+    pub(crate) fn first_mode(&self, x: &DVector<f64>, inputs: &[f64]) -> CellMode {
         let n = self.layout.joints;
-        let mut mode = Mode::open(n);
+        let mut mode = CellMode::open(n);
         let net = self.evaluate(x, &mode, inputs).net;
         for (i, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.guide.friction.acts()) {
             mode.slides[i] = Some(match FrictionState::at(x[2 * n + i]) {

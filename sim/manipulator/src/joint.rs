@@ -169,9 +169,8 @@ fn machine(
 ) -> Result<Machine, Vec<Problem>> {
     let axis = if slides { Axis::Translational } else { Axis::Rotational };
     let mut machine = Machine { name: name.into(), axis, ..Machine::default() };
-    let body = |mass_kg| Body { mass_kg, ..Body::default() };
-    machine.bodies.insert(MOTOR.into(), body(inertia));
-    machine.bodies.insert(LINK.into(), body(ANY_INERTIA));
+    machine.bodies.insert(MOTOR.into(), Body::new(inertia));
+    machine.bodies.insert(LINK.into(), Body::new(ANY_INERTIA));
     let mut under = [const { Vec::new() }; ELEMENTS.len()];
     let mut problems = Vec::new();
     if drive.dry_friction_n_m > 0.0 {
@@ -195,20 +194,10 @@ fn machine(
         return Err(problems);
     }
     let [on_guide, on_gear, on_drive, on_encoder] = under;
-    let between = |a: &str, b: &str| [a.to_owned(), b.to_owned()];
-    let guide = Spring {
-        between: between(GROUND, MOTOR),
-        damping_n_s_per_m: drive.viscous_friction_n_m_s_per_rad,
-        effects: on_guide,
-        ..Spring::default()
-    };
-    let gear = Spring {
-        between: between(MOTOR, LINK),
-        stiffness_n_per_m: drive.stiffness_n_m_per_rad,
-        damping_n_s_per_m: drive.damping_n_m_s_per_rad,
-        effects: on_gear,
-        ..Spring::default()
-    };
+    let guide = Spring::new(GROUND, MOTOR, 0.0, drive.viscous_friction_n_m_s_per_rad);
+    let guide = Spring { effects: on_guide, ..guide };
+    let gear = Spring::new(MOTOR, LINK, drive.stiffness_n_m_per_rad, drive.damping_n_m_s_per_rad);
+    let gear = Spring { effects: on_gear, ..gear };
     machine.springs.insert(GUIDE.into(), guide);
     machine.springs.insert(GEAR.into(), gear);
     let kind = ActuatorKind::Force { bandwidth_hz: drive.bandwidth_hz };

@@ -5,7 +5,7 @@ use feeler_plant::motion::{ContactState, FrictionState, StopSide};
 
 /// Contacts in touch, and sliding joints.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Mode {
+pub(crate) struct CellMode {
     /// Tip and workpiece.
     pub(crate) contact: ContactState,
     /// Lower and upper flank of each gear's play.
@@ -14,7 +14,7 @@ pub(crate) struct Mode {
     pub(crate) slides: Vec<Option<FrictionState>>,
 }
 
-impl Mode {
+impl CellMode {
     /// All contacts apart, and no joint sticking.
     pub(crate) fn open(joints: usize) -> Self {
         Self {

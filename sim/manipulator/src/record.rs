@@ -28,7 +28,7 @@ pub struct JointEvent {
 
 /// The signals of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Record {
+pub struct CellRecord {
     /// Force, compression and command along the normal, readings, and whether a joint's torque was at its
     /// limit (`joints.limited`). All are at the rate of the measures, with the contact's events.
     pub measures: Trace,
@@ -73,7 +73,7 @@ pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
 }
 
 /// Records joints that have reached the end of their travel.
-pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i8]) {
+pub(crate) fn note_limits(record: &mut CellRecord, t_s: f64, before: &[i8], now: &[i8]) {
     for (joint, (was, is)) in before.iter().zip(now).enumerate() {
         if was != is && *is != 0 && record.joint_events.len() < MOST_EVENTS {
             record.joint_events.push(JointEvent { t_s, joint, what: if *is > 0 { UPPER } else { LOWER } });
@@ -82,7 +82,7 @@ pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i
 }
 
 /// Records a change of state as an event, if it is one.
-pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
+pub(crate) fn note(record: &mut CellRecord, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
     let Some(kind) = EventKind::of(Switch::Contact(0), from, to) else { return };
     match change {
         Change::Contact(_) => {

@@ -11,8 +11,8 @@ use crate::bodies::numbers;
 use crate::cell::{Cell, farthest_m};
 use crate::error::ManipulatorError;
 use crate::evaluation::Plant;
-use crate::mode::Mode;
-use crate::record::{Record, names, note, note_limits, put};
+use crate::mode::CellMode;
+use crate::record::{CellRecord, names, note, note_limits, put};
 use crate::sampling::{Control, Drives};
 use crate::state::{Layout, filtered};
 use crate::stepping::{advance, settle};
@@ -39,11 +39,11 @@ pub struct Finished {
 
 /// A cell at work.
 #[derive(Debug)]
-pub struct Simulation {
+pub struct CellSimulation {
     plant: Plant,
     assembly: Assembly,
     x: DVector<f64>,
-    mode: Mode,
+    mode: CellMode,
     inputs: Vec<f64>,
     control: Control,
     drives: Drives,
@@ -58,7 +58,7 @@ pub struct Simulation {
     rate_hz: f64,
     every: u64,
     rows: u64,
-    record: Record,
+    record: CellRecord,
     /// Which limits links are beyond.
     beyond: Vec<i8>,
 }
@@ -68,7 +68,7 @@ const MOST_STEPS: f64 = 1e7;
 /// Shortest step, s: ten milliseconds are then some seconds of work.
 const SHORTEST_S: f64 = 1e-7;
 
-impl Simulation {
+impl CellSimulation {
     /// A cell at its start. It records the measures at `rate_hz` and the motion at every `every`th of its
     /// rows.
     ///
@@ -125,7 +125,7 @@ impl Simulation {
                 .map(|(i, sensor)| Tap::new(i, sensor.delay, 0.0))
                 .collect(),
             home_m: cell.arm.chain().tool_place(&start.pose).translation.vector,
-            record: Record {
+            record: CellRecord {
                 measures: Trace::new(&names[0]),
                 motion: Trace::new(&names.concat()),
                 joint_events: Vec::new(),
@@ -192,7 +192,7 @@ impl Simulation {
     }
 
     /// The record so far.
-    pub fn into_record(self) -> Record {
+    pub fn into_record(self) -> CellRecord {
         self.record
     }
 

@@ -4,7 +4,7 @@ use feeler_plant::motion::SwitchState;
 use nalgebra::DVector;
 
 use crate::evaluation::Plant;
-use crate::mode::{Change, Mode};
+use crate::mode::{CellMode, Change};
 
 /// Number of changes within one step after which the rest is taken in one piece, with the changes at its end.
 const MOST_CHANGES: usize = 32;
@@ -16,7 +16,7 @@ const CLOSE: f64 = 1e-11;
 const NUDGE: f64 = 0.4 * CLOSE;
 
 /// Classical Runge-Kutta over `h` within a mode.
-fn step(plant: &Plant, x: &DVector<f64>, h: f64, mode: &Mode, inputs: &[f64]) -> Option<DVector<f64>> {
+fn step(plant: &Plant, x: &DVector<f64>, h: f64, mode: &CellMode, inputs: &[f64]) -> Option<DVector<f64>> {
     let slope = |x: &DVector<f64>| plant.slope(x, mode, inputs);
     let a = slope(x)?;
     let b = slope(&(x + 0.5 * h * &a))?;
@@ -25,7 +25,7 @@ fn step(plant: &Plant, x: &DVector<f64>, h: f64, mode: &Mode, inputs: &[f64]) ->
     Some(x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)).filter(|x| x.iter().all(|x| x.is_finite()))
 }
 
-fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
+fn least(plant: &Plant, x: &DVector<f64>, mode: &CellMode, inputs: &[f64]) -> f64 {
     let now = plant.evaluate(x, mode, inputs);
     plant.margins(x, mode, &now).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
 }
@@ -35,7 +35,7 @@ fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
 pub(crate) fn settle(
     plant: &Plant,
     x: &mut DVector<f64>,
-    mode: &mut Mode,
+    mode: &mut CellMode,
     inputs: &[f64],
     mut changed: impl FnMut(Change, [SwitchState; 2]),
 ) {
@@ -61,7 +61,7 @@ pub(crate) fn advance(
     plant: &Plant,
     x: &mut DVector<f64>,
     h: f64,
-    mode: &mut Mode,
+    mode: &mut CellMode,
     inputs: &[f64],
     mut changed: impl FnMut(f64, Change, [SwitchState; 2]),
 ) -> Option<()> {
@@ -94,7 +94,7 @@ fn locate(
     x: &DVector<f64>,
     (h, begins, ends): (f64, f64, f64),
     next: DVector<f64>,
-    mode: &Mode,
+    mode: &CellMode,
     inputs: &[f64],
 ) -> Option<(f64, DVector<f64>)> {
     let (mut low, mut low_margin) = (0.0, begins);

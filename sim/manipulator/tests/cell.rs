@@ -13,7 +13,9 @@ use feeler_arm::{Arm, FlexibleArm, JointDrive, Others, Target, Urdf, Wall, inver
 use feeler_control::{Controller, ControllerSpec, ForceGains, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
 use feeler_geometry::{Placement, Shape};
-use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
+use feeler_manipulator::{
+    Cell, CellSimulation, Hold, JointPart, ManipulatorError, Part, Start, link_capsules,
+};
 
 use feeler_plant::description::{Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName};
 use feeler_plant::effects::{EffectUse, find};
@@ -108,7 +110,8 @@ fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenar
 }
 
 fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
-    let mut simulation = Simulation::new(&Cell { step_s: Some(step_s), ..cell.clone() }, rate_hz, 1).unwrap();
+    let mut simulation =
+        CellSimulation::new(&Cell { step_s: Some(step_s), ..cell.clone() }, rate_hz, 1).unwrap();
     assert!(simulation.run_to(end_s).end.is_none_or(|end| end == RunEnd::Completed));
     simulation.finish();
     simulation.into_record().measures.columns.swap_remove(0)
@@ -166,12 +169,12 @@ fn truth_motors_held_by_dry_friction_stay_where_they_are() {
     // wrist's 1 N m holds 2 N at 0.26 m.
     let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
     let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
-    let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
+    let mut simulation = CellSimulation::new(&cell, 1e3, 1).unwrap();
     assert!(simulation.run_to(0.05).end.is_none_or(|end| end == RunEnd::Completed));
     assert_eq!(simulation.links(), cell.start.pose);
     // A tenth of the friction releases them.
     let loose = self::cell(six_joint(0.1), [0.65, 0.1], 1e-3, 0.0, cell.scenario.clone());
-    let mut simulation = Simulation::new(&loose, 1e3, 1).unwrap();
+    let mut simulation = CellSimulation::new(&loose, 1e3, 1).unwrap();
     simulation.run_to(0.6);
     assert!(simulation.into_record().measures.events.iter().any(|event| event.kind == EventKind::Touch));
 }
@@ -202,7 +205,7 @@ fn truth_starts_that_make_no_sense_are_refused() {
         other => panic!("{other:?}"),
     }
     let long = Cell { step_s: Some(5e-3), ..still(1e-3) };
-    assert!(matches!(Simulation::new(&long, 1e3, 1), Err(ManipulatorError::Step { .. })));
+    assert!(matches!(CellSimulation::new(&long, 1e3, 1), Err(ManipulatorError::Step { .. })));
 }
 
 /// A lever of 0.8 m about y; nothing is within its reach.
@@ -241,7 +244,7 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
 }
 
 fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
-    let mut simulation = Simulation::new(cell, 1e3, 1).unwrap();
+    let mut simulation = CellSimulation::new(cell, 1e3, 1).unwrap();
     assert!(simulation.run_to(end_s).end.is_none_or(|end| end == RunEnd::Completed));
     simulation
         .into_record()
@@ -285,7 +288,7 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
     let mut scenario = axis(ForceGains::default(), 0.0, contact(2e4, 40.0));
     scenario.machine.sensors["force"].delay_s = 2e-3;
     let cell = cell(six_joint(0.0), [0.65, 0.1], 0.2e-3, 0.05, scenario);
-    let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
+    let mut simulation = CellSimulation::new(&cell, 1e3, 1).unwrap();
     simulation.run_to(0.03);
     let record = simulation.into_record().measures;
     let [force, reading] =
@@ -312,7 +315,7 @@ fn truth_a_joint_is_stopped_at_the_end_of_its_travel_and_named() {
     chain.joints[joint].limits[side] = home[joint] + room * direction[joint].signum();
     let limited = Arm::new(chain, arm.drives().to_vec()).unwrap();
     let cell = cell(limited, [0.65, 0.1], 0.2, speed, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
-    let mut simulation = Simulation::new(&Cell { step_s: Some(2e-4), ..cell }, 1000.0, 1).unwrap();
+    let mut simulation = CellSimulation::new(&Cell { step_s: Some(2e-4), ..cell }, 1000.0, 1).unwrap();
     assert!(simulation.has_a_way());
     let limit = home[joint] + room * direction[joint].signum();
     let mut farthest = 0.0_f64;

@@ -404,6 +404,12 @@ fn prop_the_order_in_a_file_does_not_matter() {
     assert!(machine.links[3].play > 0.0 && machine.links[3].cubic > 0.0);
 }
 
+/// The build script reads these numbers from the text of the files.
+#[test]
+fn truth_the_library_has_the_order_of_its_definitions() {
+    assert!(LIBRARY.is_sorted_by(|before, after| before.order < after.order));
+}
+
 #[test]
 fn prop_every_place_has_an_effect() {
     for (place, name) in Place::ALL {

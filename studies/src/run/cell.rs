@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use feeler_engine::{Event, EventKind, RunEnd, Trace};
-use feeler_manipulator::{JointEvent, LOWER, Simulation, UPPER};
+use feeler_manipulator::{CellSimulation, JointEvent, LOWER, UPPER};
 use feeler_plant::motion::Switch;
 use serde::Serialize;
 
@@ -86,7 +86,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     let duration_s = cell.scenario.run.duration_s;
     let every = (MEASURE_RATE_HZ / file.record_rate_hz).ceil().max(1.0);
     let rate_hz = file.record_rate_hz * every;
-    let mut simulation = Simulation::new(cell, rate_hz, every as u64)?;
+    let mut simulation = CellSimulation::new(cell, rate_hz, every as u64)?;
     let rows = (duration_s * rate_hz).floor();
     // Slices end at instants of the record, so slicing does not change any bit.
     let slices =

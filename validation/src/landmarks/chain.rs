@@ -2,12 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine};
+use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Spring};
 use nalgebra::DVector;
 use serde::Serialize;
 
 use crate::error::ValidationError;
-use crate::paper::spring;
 
 /// Bodies after the motor.
 pub(super) const LINKS: usize = 4;
@@ -199,18 +198,18 @@ impl Chain {
 
     /// The machine: `base`, `motor`, `link1` to `link4`, the last of which is the end-point; contact `tool`.
     pub fn machine(&self, engagement: Engagement) -> Machine {
-        let mut machine = Machine { name: "landmarks".into(), ..Machine::default() };
-        let body = |mass_kg| Body { mass_kg, ..Body::default() };
-        machine.bodies.insert("base".into(), body(self.base_kg));
-        machine.bodies.insert("motor".into(), body(self.motor_kg));
+        let mut machine = Machine::new("landmarks");
+        machine.bodies.insert("base".into(), Body::new(self.base_kg));
+        machine.bodies.insert("motor".into(), Body::new(self.motor_kg));
         let [stiffness, damping] = self.mount_spring();
-        machine.springs.insert("mount".into(), spring(GROUND, "base", stiffness, damping));
-        machine.springs.insert("guide".into(), spring("base", "motor", 0.0, self.guide_n_s_per_m));
+        machine.springs.insert("mount".into(), Spring::new(GROUND, "base", stiffness, damping));
+        machine.springs.insert("guide".into(), Spring::new("base", "motor", 0.0, self.guide_n_s_per_m));
         let mut before = "motor".to_string();
         for i in 0..LINKS {
             let name = format!("link{}", i + 1);
-            machine.bodies.insert(name.clone(), body(self.masses_kg[i]));
-            let joint = spring(&before, &name, self.stiffness_n_per_m[i], self.damping_n_s_per_m[i]);
+            machine.bodies.insert(name.clone(), Body::new(self.masses_kg[i]));
+            let (stiffness, damping) = (self.stiffness_n_per_m[i], self.damping_n_s_per_m[i]);
+            let joint = Spring::new(before, name.as_str(), stiffness, damping);
             machine.springs.insert(format!("joint{}", i + 1), joint);
             before = name;
         }

@@ -42,7 +42,7 @@ impl ContinuousLoop {
         let output = whole.plant().output(Source::Sensor(sensor))?;
         let plant = whole.loop_plant(Some((controller, output)))?;
         let this = Self { whole, plant };
-        this.assemble(&this.specs(), Some((controller, Probe::Reading)))
+        this.assemble(&this.whole.specs(), Some((controller, Probe::Reading)))
     }
 
     /// State matrix of the closed loop. The plant's states come first.
@@ -50,7 +50,7 @@ impl ContinuousLoop {
     /// # Errors
     /// [`AnalysisError::Improper`] if a law differentiates a signal that jumps with the command.
     pub fn closed_loop(&self) -> Result<DMatrix<f64>, AnalysisError> {
-        Ok(self.assemble(&self.specs(), None)?.a().clone())
+        Ok(self.assemble(&self.whole.specs(), None)?.a().clone())
     }
 
     /// The same with one gain changed.
@@ -72,16 +72,12 @@ impl ContinuousLoop {
     /// # Errors
     /// As [`Self::closed_loop`].
     pub fn open_loop(&self, controller: usize) -> Result<StateSpace, AnalysisError> {
-        self.assemble(&self.specs(), Some((controller, Probe::Law)))
+        self.assemble(&self.whole.specs(), Some((controller, Probe::Law)))
     }
 
     /// Matrix from a state of the loop to positions and speeds of the machine.
     pub(crate) fn expand(&self) -> &DMatrix<f64> {
         &self.plant.reduced.expand
-    }
-
-    fn specs(&self) -> Vec<ControllerSpec> {
-        self.whole.controllers().iter().map(|c| c.spec.clone()).collect()
     }
 
     /// All states, and each controller's inputs as `H x + J u`; then the loop closed around them.

@@ -245,14 +245,19 @@ impl ControlLoop {
         self.controllers[controller].spec = spec;
     }
 
-    /// Specifications with one gain changed.
+    /// Specifications of the controllers.
+    pub(crate) fn specs(&self) -> Vec<ControllerSpec> {
+        self.controllers.iter().map(|c| c.spec.clone()).collect()
+    }
+
+    /// The same with one gain changed.
     pub(crate) fn specs_with(
         &self,
         controller: usize,
         gain: &str,
         value: f64,
     ) -> Result<Vec<ControllerSpec>, AnalysisError> {
-        let mut specs: Vec<ControllerSpec> = self.controllers.iter().map(|c| c.spec.clone()).collect();
+        let mut specs = self.specs();
         specs[controller] = with_gain(&specs[controller], gain, value)?;
         Ok(specs)
     }

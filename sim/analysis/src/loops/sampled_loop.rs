@@ -30,10 +30,12 @@ pub struct SampledLoop<'a> {
     whole: &'a ControlLoop,
     plant: LoopPlant,
     schedule: Schedule,
-    /// Per instant, transition and input matrix of the plant up to the next.
+    /// Transition and input matrix of the plant over each span that differs.
     spans: Vec<Span>,
-    /// From the start of the period to the first instant.
-    lead_in: Span,
+    /// Per instant, which of them leads to the next.
+    steps: Vec<usize>,
+    /// Which leads from the start of the period to the first instant.
+    lead_in: usize,
 }
 
 /// Everything over the lifted vector.
@@ -68,24 +70,21 @@ impl<'a> SampledLoop<'a> {
             })
             .collect();
         let schedule = Schedule::new(&timings)?;
-        let mut known: Vec<(f64, Span)> = Vec::new();
-        let mut span = |s: f64| -> Result<_, AnalysisError> {
-            if let Some((_, found)) = known.iter().find(|(t, _)| (t - s).abs() <= SAME_SPAN_S) {
-                return Ok(found.clone());
-            }
-            let found = spans::span(&plant.reduced.a, &plant.reduced.b, s.max(0.0))?;
-            known.push((s, found.clone()));
-            Ok(found)
+        let mut lengths_s: Vec<f64> = Vec::new();
+        let mut number = |span_s: f64| {
+            let known = lengths_s.iter().position(|other| (other - span_s).abs() <= SAME_SPAN_S);
+            known.unwrap_or_else(|| {
+                lengths_s.push(span_s);
+                lengths_s.len() - 1
+            })
         };
         let ends = schedule.instants.iter().skip(1).map(|(t, _)| *t).chain([schedule.common_s]);
-        let spans = schedule
-            .instants
-            .iter()
-            .zip(ends)
-            .map(|((t, _), end)| span(end - t.max(0.0)))
-            .collect::<Result<Vec<_>, _>>()?;
-        let lead_in = span(schedule.instants.first().map_or(0.0, |(t, _)| t.max(0.0)))?;
-        Ok(Self { whole, plant, schedule, spans, lead_in })
+        let steps: Vec<usize> =
+            schedule.instants.iter().zip(ends).map(|((t, _), end)| number(end - t.max(0.0))).collect();
+        let lead_in = number(schedule.instants.first().map_or(0.0, |(t, _)| t.max(0.0)));
+        let over = |span_s: &f64| spans::span(&plant.reduced.a, &plant.reduced.b, span_s.max(0.0));
+        let spans = lengths_s.iter().map(over).collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { whole, plant, schedule, spans, steps, lead_in })
     }
 
     /// The time after which all controllers repeat together, s.
@@ -114,7 +113,7 @@ impl<'a> SampledLoop<'a> {
     /// # Errors
     /// [`AnalysisError::Control`].
     pub fn closed_loop(&self) -> Result<DMatrix<f64>, AnalysisError> {
-        self.closed_with(&self.specs())
+        self.closed_with(&self.whole.specs())
     }
 
     /// The same with the gain of every drive multiplied by a factor.
@@ -123,7 +122,7 @@ impl<'a> SampledLoop<'a> {
     /// As [`Self::closed_loop`].
     pub(crate) fn closed_loop_driven(&self, factor: f64) -> Result<DMatrix<f64>, AnalysisError> {
         let mut driven = self.clone();
-        for (_, step) in driven.spans.iter_mut().chain([&mut driven.lead_in]) {
+        for (_, step) in &mut driven.spans {
             *step *= factor;
         }
         for row in driven.plant.reading.iter_mut().chain(&mut driven.plant.motion).flatten() {
@@ -191,7 +190,7 @@ impl<'a> SampledLoop<'a> {
                 common_s,
             });
         }
-        let (a, output) = self.walk(&self.specs(), Some((controller, probe)))?;
+        let (a, output) = self.walk(&self.whole.specs(), Some((controller, probe)))?;
         let n = a.nrows();
         let b = a.column(n).into_owned();
         let (c, d) = (output.columns(0, n).into_owned(), output[n]);
@@ -203,10 +202,6 @@ impl<'a> SampledLoop<'a> {
             DMatrix::from_element(1, 1, sign * d),
             common_s,
         )?)
-    }
-
-    fn specs(&self) -> Vec<ControllerSpec> {
-        self.whole.controllers().iter().map(|c| c.spec.clone()).collect()
     }
 
     fn closed_with(&self, specs: &[ControllerSpec]) -> Result<DMatrix<f64>, AnalysisError> {
@@ -241,8 +236,8 @@ impl<'a> SampledLoop<'a> {
             .collect::<Result<Vec<_>, _>>()?;
         let mut walk = self.start(&laws, broken.is_some());
         let mut answer = RowDVector::zeros(walk.width);
-        self.advance(&mut walk, &self.lead_in);
-        for ((_, actions), span) in self.schedule.instants.iter().zip(&self.spans) {
+        self.advance(&mut walk, self.lead_in);
+        for ((_, actions), span) in self.schedule.instants.iter().zip(&self.steps) {
             // Sensors are read before anything acts.
             let signals: Vec<[Option<RowDVector<f64>>; 2]> = (0..laws.len())
                 .map(|i| {
@@ -283,7 +278,7 @@ impl<'a> SampledLoop<'a> {
                     }
                 }
             }
-            self.advance(&mut walk, span);
+            self.advance(&mut walk, *span);
         }
         Ok((walk.into_matrix(), answer))
     }
@@ -314,8 +309,9 @@ impl<'a> SampledLoop<'a> {
         Walk { width, x: DMatrix::identity(n, width), held, pending, taken, states }
     }
 
-    /// Advances the plant with its inputs held.
-    fn advance(&self, walk: &mut Walk, (transition, step): &Span) {
+    /// Advances the plant over one of its spans with its inputs held.
+    fn advance(&self, walk: &mut Walk, span: usize) {
+        let (transition, step) = &self.spans[span];
         walk.x = transition * &walk.x;
         for (controller, held) in self.acting(&walk.held) {
             walk.x.ger(1.0, &step.column(controller.drive), &held.transpose(), 1.0);

@@ -1,13 +1,13 @@
 //! A two-mass axis against a force sensor.
 
 use feeler_control::{ControllerSpec, ForceGains, Law};
-use feeler_engine::{ControllerUse, RunSettings, Scenario};
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::description::{
     Actuator, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 
 pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
-    Spring { between: [a.into(), b.into()], stiffness_n_per_m: k, damping_n_s_per_m: c, ..Spring::default() }
+    Spring::new(a, b, k, c)
 }
 
 pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
@@ -17,8 +17,8 @@ pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
 /// Motor of 7 kg, transmission, tip of 5 kg, clamped sensor; sensors `force` and `encoder`.
 pub(crate) fn machine() -> Machine {
     let mut machine = Machine::default();
-    machine.bodies.insert("motor".into(), Body { mass_kg: 7.0, ..Body::default() });
-    machine.bodies.insert("tip".into(), Body { mass_kg: 5.0, ..Body::default() });
+    machine.bodies.insert("motor".into(), Body::new(7.0));
+    machine.bodies.insert("tip".into(), Body::new(5.0));
     machine.springs.insert("guide".into(), spring(GROUND, "motor", 0.0, 60.0));
     machine.springs.insert("transmission".into(), spring("motor", "tip", 1.2e6, 120.0));
     let contact =
@@ -34,18 +34,11 @@ pub(crate) fn machine() -> Machine {
 /// A controller on the drive.
 pub(crate) fn control(law: Law, reads: &str, period_s: f64, delay_s: f64) -> ControllerUse {
     let spec = ControllerSpec { delay_s, ..ControllerSpec::new(law, period_s) };
-    ControllerUse {
-        spec,
-        reads: Some(reads.into()),
-        motion: None,
-        drives: "drive".into(),
-        effects: Vec::new(),
-    }
+    ControllerUse::new(spec, "drive").reading(reads)
 }
 
 /// The axis under proportional force control at 1 kHz.
 pub(crate) fn force_loop(kp: f64, delay_s: f64) -> Scenario {
     let law = Law::ExplicitForce(ForceGains { kp, ..ForceGains::default() });
-    let controllers = [("force".to_string(), control(law, "force", 1e-3, delay_s))].into_iter().collect();
-    Scenario { machine: machine(), controllers, run: RunSettings::default() }
+    Scenario::new(machine()).with_controller("force", control(law, "force", 1e-3, delay_s))
 }

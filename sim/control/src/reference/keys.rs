@@ -31,10 +31,8 @@ const fn one_of(name: &'static str, words: &'static [feeler_catalogue::Word], te
     Key { name, kind: Kind::Word(words), absent: Absent::Word(words[0].name), text }
 }
 
-const VALUE: Field<ReferenceSpec> = field!(
-    ReferenceSpec: ReferenceSpec::Constant(value) => *value,
-    required("value", Kind::Quantity(R, Bound::Any), "the value")
-);
+const VALUE: Field<ReferenceSpec> = field!(ReferenceSpec: ReferenceSpec::Constant(value) => *value,
+    required("value", Kind::Quantity(R, Bound::Any), "the value"));
 const POINTS: Key = required("points", Kind::Points(R), "[[time, value], ...]");
 const CORNERS: Field<ReferenceSpec> = field!(
     ReferenceSpec: ReferenceSpec::Steps(points) | ReferenceSpec::PiecewiseLinear(points) => *points,
@@ -81,53 +79,34 @@ const BAND: Field<ReferenceSpec> = Field {
 
 const CHIRP: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
-    field!(
-        ReferenceSpec: ReferenceSpec::Chirp { start_hz, .. } => *start_hz,
-        required("start", Kind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")
-    ),
-    field!(
-        ReferenceSpec: ReferenceSpec::Chirp { end_hz, .. } => *end_hz,
-        required("end", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")
-    ),
-    field!(
-        ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
-        required("duration", Kind::Quantity(TIME, Bound::Positive), "length of the sweep")
-    ),
-    field!(
-        ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
-        one_of("sweep", Sweep::WORDS, "how the frequency changes")
-    ),
+    field!(ReferenceSpec: ReferenceSpec::Chirp { start_hz, .. } => *start_hz,
+        required("start", Kind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start")),
+    field!(ReferenceSpec: ReferenceSpec::Chirp { end_hz, .. } => *end_hz,
+        required("end", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end")),
+    field!(ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
+        required("duration", Kind::Quantity(TIME, Bound::Positive), "length of the sweep")),
+    field!(ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
+        one_of("sweep", Sweep::WORDS, "how the frequency changes")),
     OFFSET,
 ];
 
 const MULTISINE: &[Field<ReferenceSpec>] = &[
     RMS,
     BAND,
-    field!(
-        ReferenceSpec: ReferenceSpec::Multisine { period_s, .. } => *period_s,
-        required("period", Kind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")
-    ),
-    field!(
-        ReferenceSpec: ReferenceSpec::Multisine { lines, .. } => *lines,
-        one_of("lines", Lines::WORDS, "which frequencies are excited")
-    ),
+    field!(ReferenceSpec: ReferenceSpec::Multisine { period_s, .. } => *period_s,
+        required("period", Kind::Quantity(TIME, Bound::Above(0.0, 1e4)), "its period")),
+    field!(ReferenceSpec: ReferenceSpec::Multisine { lines, .. } => *lines,
+        one_of("lines", Lines::WORDS, "which frequencies are excited")),
     OFFSET,
 ];
 
 const PRBS: &[Field<ReferenceSpec>] = &[
     AMPLITUDE,
-    field!(
-        ReferenceSpec: ReferenceSpec::Prbs { clock_period_s, .. } => *clock_period_s,
-        required("clock_period", Kind::Quantity(TIME, Bound::Positive), "how long each chip is held")
-    ),
-    field!(
-        ReferenceSpec: ReferenceSpec::Prbs { order, .. } => *order,
-        required(
-            "order",
-            Kind::Count(MIN_ORDER as u64, MAX_ORDER as u64),
-            "length of the shift register; it repeats after 2^order - 1 chips",
-        )
-    ),
+    field!(ReferenceSpec: ReferenceSpec::Prbs { clock_period_s, .. } => *clock_period_s,
+        required("clock_period", Kind::Quantity(TIME, Bound::Positive), "how long each chip is held")),
+    field!(ReferenceSpec: ReferenceSpec::Prbs { order, .. } => *order,
+        required("order", Kind::Count(MIN_ORDER as u64, MAX_ORDER as u64),
+            "length of the shift register; it repeats after 2^order - 1 chips")),
     OFFSET,
 ];
 
@@ -156,76 +135,29 @@ const SAMPLES: &[Field<ReferenceSpec>] = &[
 impl Record for ReferenceSpec {
     const FIELDS: &'static [Field<Self>] = &[];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "constant",
-            "one value throughout the run",
-            ReferenceSpec: ReferenceSpec::Constant(_),
-            ReferenceSpec::Constant(0.0),
-            &[VALUE] as &[Field<ReferenceSpec>]
-        ),
-        form!(
-            "steps",
-            "each value from its time on; zero before the first",
-            ReferenceSpec: ReferenceSpec::Steps(_),
-            ReferenceSpec::Steps(Vec::new()),
-            &[CORNERS] as &[Field<ReferenceSpec>]
-        ),
-        form!(
-            "ramp",
-            "straight lines between points; the first and last values hold outside",
-            ReferenceSpec: ReferenceSpec::PiecewiseLinear(_),
-            ReferenceSpec::PiecewiseLinear(Vec::new()),
-            &[CORNERS] as &[Field<ReferenceSpec>]
-        ),
-        form!(
-            "chirp",
-            "a sine of changing frequency, from t = 0",
-            ReferenceSpec: ReferenceSpec::Chirp { .. },
-            ReferenceSpec::Chirp {
-                sweep: Sweep::default(),
-                amplitude: 1.0,
-                start_hz: 1.0,
-                end_hz: 1.0,
-                duration_s: 1.0,
-                offset: 0.0,
-            },
-            CHIRP
-        ),
-        form!(
-            "multisine",
-            "periodic, flat over a band, of random phases and low crest factor",
+        form!("constant", "one value throughout the run", ReferenceSpec: ReferenceSpec::Constant(_),
+            ReferenceSpec::Constant(0.0), &[VALUE] as &[Field<ReferenceSpec>]),
+        form!("steps", "each value from its time on; zero before the first",
+            ReferenceSpec: ReferenceSpec::Steps(_), ReferenceSpec::Steps(Vec::new()),
+            &[CORNERS] as &[Field<ReferenceSpec>]),
+        form!("ramp", "straight lines between points; the first and last values hold outside",
+            ReferenceSpec: ReferenceSpec::PiecewiseLinear(_), ReferenceSpec::PiecewiseLinear(Vec::new()),
+            &[CORNERS] as &[Field<ReferenceSpec>]),
+        form!("chirp", "a sine of changing frequency, from t = 0", ReferenceSpec: ReferenceSpec::Chirp { .. },
+            ReferenceSpec::Chirp { sweep: Sweep::default(), amplitude: 1.0, start_hz: 1.0, end_hz: 1.0,
+                duration_s: 1.0, offset: 0.0 }, CHIRP),
+        form!("multisine", "periodic, flat over a band, of random phases and low crest factor",
             ReferenceSpec: ReferenceSpec::Multisine { .. },
-            ReferenceSpec::Multisine {
-                lines: Lines::default(),
-                low_hz: 0.0,
-                high_hz: 1.0,
-                period_s: 1.0,
-                rms: 1.0,
-                offset: 0.0,
-            },
-            MULTISINE
-        ),
-        form!(
-            "white-noise",
-            "Gaussian, flat over a band",
-            ReferenceSpec: ReferenceSpec::WhiteNoise { .. },
+            ReferenceSpec::Multisine { lines: Lines::default(), low_hz: 0.0, high_hz: 1.0, period_s: 1.0,
+                rms: 1.0, offset: 0.0 }, MULTISINE),
+        form!("white-noise", "Gaussian, flat over a band", ReferenceSpec: ReferenceSpec::WhiteNoise { .. },
             ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: 1.0, rms: 1.0, offset: 0.0 },
-            &[RMS, BAND, OFFSET] as &[Field<ReferenceSpec>]
-        ),
-        form!(
-            "prbs",
-            "a maximum-length pseudo-random binary sequence",
+            &[RMS, BAND, OFFSET] as &[Field<ReferenceSpec>]),
+        form!("prbs", "a maximum-length pseudo-random binary sequence",
             ReferenceSpec: ReferenceSpec::Prbs { .. },
-            ReferenceSpec::Prbs { order: MIN_ORDER, clock_period_s: 1.0, amplitude: 1.0, offset: 0.0 },
-            PRBS
-        ),
-        form!(
-            "samples",
-            "a list of samples",
-            ReferenceSpec: ReferenceSpec::Table { .. },
-            ReferenceSpec::samples(Vec::new(), Vec::new()),
-            SAMPLES
-        ),
+            ReferenceSpec::Prbs { order: MIN_ORDER, clock_period_s: 1.0, amplitude: 1.0, offset: 0.0 }, PRBS),
+        form!("samples", "a list of samples", ReferenceSpec: ReferenceSpec::Table { .. },
+            ReferenceSpec::samples(Vec::new(), Vec::new()), SAMPLES),
     ];
 }
 

@@ -37,10 +37,8 @@ pub struct ControllerUse {
 /// The wiring; the signal that it reads is a key of its law.
 impl Record for ControllerUse {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            ControllerUse: drives,
-            required("drives", Kind::Name("an actuator"), "the actuator whose command it gives")
-        ),
+        field!(ControllerUse: drives,
+            required("drives", Kind::Name("an actuator"), "the actuator whose command it gives")),
         field!(
             ControllerUse: motion,
             optional(

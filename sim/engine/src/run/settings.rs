@@ -135,40 +135,20 @@ const RECORD: Field<RunSettings> = Field {
 
 impl Record for RunSettings {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            RunSettings: duration_s,
-            number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long")
-        ),
-        field!(
-            RunSettings: step_s,
-            number(
-                "step",
-                Unit::Of(Dimension::TIME),
-                Bound::Above(1e-9, 1e3),
-                1e-4,
-                "base step; the exact integrator needs none, and the record uses it",
-            )
-        ),
+        field!(RunSettings: duration_s,
+            number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long")),
+        field!(RunSettings: step_s,
+            number("step", Unit::Of(Dimension::TIME), Bound::Above(1e-9, 1e3), 1e-4,
+                "base step; the exact integrator needs none, and the record uses it")),
         ENGINE,
         INTEGRATOR,
-        field!(
-            RunSettings: seed,
-            Key {
-                name: "seed",
-                kind: Kind::Count(0, u64::MAX),
-                absent: Absent::Count(1),
-                text: "seed of every random stream",
-            }
-        ),
+        field!(RunSettings: seed,
+            Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1),
+                text: "seed of every random stream" }),
         RECORD,
-        field!(
-            RunSettings: record_rate_hz,
-            optional(
-                "record_rate",
-                Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
-                "rate of the record; if absent, one over the step",
-            )
-        ),
+        field!(RunSettings: record_rate_hz,
+            optional("record_rate", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+                "rate of the record; if absent, one over the step")),
         Field {
             key: Key {
                 name: "energy",

@@ -10,7 +10,7 @@ use crate::sample::sensing::Sensing;
 
 /// The running controller of every lane.
 #[derive(Debug)]
-pub(crate) struct ControlLoop<L: Lane> {
+pub(crate) struct SampledController<L: Lane> {
     pub(super) name: String,
     pub(super) sampler: Sampler<L>,
     /// Output as applied.
@@ -24,7 +24,7 @@ pub(crate) struct ControlLoop<L: Lane> {
     pub(super) drives_force: bool,
 }
 
-impl<L: Lane> ControlLoop<L> {
+impl<L: Lane> SampledController<L> {
     /// Controller `i` of all programs.
     pub(super) fn new(programs: &[Program], i: usize, sensors: &[Sensing<L>]) -> Result<Self, EngineError> {
         let (name, used) =

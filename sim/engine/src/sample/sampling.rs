@@ -6,7 +6,7 @@ use crate::carry::lanes::Lanes;
 use crate::error::EngineError;
 use crate::run::program::Program;
 use crate::sample::clock::{GapClock, due};
-use crate::sample::control_loop::ControlLoop;
+use crate::sample::control_loop::SampledController;
 use crate::sample::drive::DriveChain;
 use crate::sample::sampler::Sampler;
 use crate::sample::sensing::Sensing;
@@ -15,7 +15,7 @@ use crate::sample::servo_loop::ServoLoop;
 /// Controllers, drives and sensors of every lane.
 #[derive(Debug)]
 pub(crate) struct Sampling<L: Lane> {
-    loops: Vec<ControlLoop<L>>,
+    loops: Vec<SampledController<L>>,
     drives: Vec<DriveChain<L>>,
     servos: Vec<ServoLoop<L>>,
     sensors: Vec<Sensing<L>>,
@@ -38,7 +38,7 @@ impl<L: Lane> Sampling<L> {
         let sensors: Vec<Sensing<L>> =
             (0..assembly.sensors.len()).map(|i| Sensing::new(&parts(i), first.run.seed)).collect();
         let loops = (0..first.controllers.len())
-            .map(|i| ControlLoop::new(programs, i, &sensors))
+            .map(|i| SampledController::new(programs, i, &sensors))
             .collect::<Result<Vec<_>, _>>()?;
         let servos = (0..first.servos.len())
             .map(|i| ServoLoop::new(programs, i, &sensors))

@@ -7,16 +7,16 @@ use std::path::PathBuf;
 use feeler_control::{ControllerSpec, ForceGains, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_plant::description::{
-    Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+    Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::{self, EffectUse};
 
 pub(crate) fn body(mass_kg: f64, position_m: f64) -> Body {
-    Body { mass_kg, position_m, ..Body::default() }
+    Body::new(mass_kg).at(position_m)
 }
 
 pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
-    Spring { between: [a.into(), b.into()], stiffness_n_per_m: k, damping_n_s_per_m: c, ..Spring::default() }
+    Spring::new(a, b, k, c)
 }
 
 pub(crate) fn contact(tip: &str, work: &str, stiffness: f64, damping: f64) -> Contact {
@@ -40,39 +40,28 @@ pub(crate) fn effect(kind: &str, values: &[f64]) -> EffectUse {
 
 /// One body, `tip`, of this mass, position and speed.
 pub(crate) fn free_mass(mass_kg: f64, position_m: f64, velocity_m_per_s: f64) -> Machine {
-    let mut machine = Machine::default();
-    machine.bodies.insert("tip".into(), Body { velocity_m_per_s, ..body(mass_kg, position_m) });
-    machine
+    Machine::default().with_body("tip", Body { velocity_m_per_s, ..body(mass_kg, position_m) })
 }
 
 /// A run without controllers that keeps the energy ledger.
 pub(crate) fn scenario(machine: Machine, duration_s: f64, record: &[&str]) -> Scenario {
     let record = record.iter().map(|name| name.parse().unwrap()).collect();
     let run = RunSettings { duration_s, step_s: 1e-3, record, energy: true, ..RunSettings::default() };
-    Scenario { machine, controllers: Elements::default(), run }
+    Scenario { run, ..Scenario::new(machine) }
 }
 
 /// Adds an open-loop controller that gives the drive `drive` the reference every `period_s`.
 pub(crate) fn command(scenario: &mut Scenario, name: &str, reference: ReferenceSpec, period_s: f64) {
     let mut spec = ControllerSpec::new(Law::OpenLoop, period_s);
     spec.reference = reference;
-    let controller =
-        ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
-    scenario.controllers.insert(name.into(), controller);
+    scenario.controllers.insert(name.into(), ControllerUse::new(spec, "drive"));
 }
 
 /// Adds explicit force control of the drive `drive` by the sensor `force`.
 pub(crate) fn force_control(scenario: &mut Scenario, gains: ForceGains, period_s: f64, force_n: f64) {
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
     spec.reference = ReferenceSpec::Constant(force_n);
-    let controller = ControllerUse {
-        spec,
-        reads: Some("force".into()),
-        motion: None,
-        drives: "drive".into(),
-        effects: Vec::new(),
-    };
-    scenario.controllers.insert("force".into(), controller);
+    scenario.controllers.insert("force".into(), ControllerUse::new(spec, "drive").reading("force"));
 }
 
 /// The axis for effects, in a force loop at 1 kHz with a 20 N reference. A motor (7 kg) on a guide, a
@@ -104,7 +93,7 @@ pub(crate) fn axis(duration_s: f64) -> Scenario {
 
 /// M1, M2 or M4 for `duration_s`, its record every 0.1 ms.
 pub(crate) fn reference_machine(masses: u32, duration_s: f64) -> Scenario {
-    let mut machine = Machine { name: format!("M{masses}"), ..Machine::default() };
+    let mut machine = Machine::new(format!("M{masses}"));
     let start = -5e-3;
     let (mut guide, mut work) = (GROUND, GROUND);
     let mut motor = "tip";
@@ -133,19 +122,13 @@ pub(crate) fn reference_machine(masses: u32, duration_s: f64) -> Scenario {
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
     spec.output_limit = Some(200.0);
     spec.reference = ReferenceSpec::Constant(20.0);
-    let controller = ControllerUse {
-        spec,
-        reads: Some("force".into()),
-        motion: None,
-        drives: "drive".into(),
-        effects: Vec::new(),
-    };
     let record = ["tool.force", "tip.position", "tip.velocity", "drive.command"]
         .iter()
         .map(|name| name.parse().unwrap())
         .collect();
     let run = RunSettings { duration_s, record, ..RunSettings::default() };
-    Scenario { machine, controllers: [("force".to_string(), controller)].into_iter().collect(), run }
+    let controller = ControllerUse::new(spec, "drive").reading("force");
+    Scenario { run, ..Scenario::new(machine).with_controller("force", controller) }
 }
 
 /// Runs a scenario on one lane and gives its trace and simulation.

@@ -7,6 +7,18 @@ use super::{
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
 
+/// The element with an effect, by the kind of its host. On any other host it is [`EffectError::WrongHost`].
+macro_rules! hosts {
+    ($($name:ident: $host:ident in $parts:ident, $part:ty;)*) => {$(
+        pub(crate) fn $name(&mut self, host: Host, effect: &Definition) -> Result<&mut $part, EffectError> {
+            match host {
+                Host::$host(i) => Ok(&mut self.$parts[i]),
+                _ => Err(self.wrong_host(host, effect)),
+            }
+        }
+    )*};
+}
+
 impl Assembly {
     /// Kind of the element with an effect, in the present machine: a rigid spring that another effect made
     /// flexible is no longer rigid.
@@ -21,52 +33,12 @@ impl Assembly {
         }
     }
 
-    /// The node with an effect.
-    ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not a body.
-    pub(crate) fn node_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Node, EffectError> {
-        match host {
-            Host::Body(i) => Ok(&mut self.nodes[i]),
-            _ => Err(self.wrong_host(host, effect)),
-        }
-    }
-
-    /// The link with an effect.
-    ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not a spring.
-    pub(crate) fn link_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Link, EffectError> {
-        match host {
-            Host::Spring(i) => Ok(&mut self.links[i]),
-            _ => Err(self.wrong_host(host, effect)),
-        }
-    }
-
-    /// The contact with an effect.
-    ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not a contact.
-    pub(crate) fn contact_mut(
-        &mut self,
-        host: Host,
-        effect: &Definition,
-    ) -> Result<&mut ContactPart, EffectError> {
-        match host {
-            Host::Contact(i) => Ok(&mut self.contacts[i]),
-            _ => Err(self.wrong_host(host, effect)),
-        }
-    }
-
-    /// The drive with an effect.
-    ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not an actuator.
-    pub(crate) fn drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
-        match host {
-            Host::Actuator(i) => Ok(&mut self.drives[i]),
-            _ => Err(self.wrong_host(host, effect)),
-        }
+    hosts! {
+        node_mut: Body in nodes, Node;
+        link_mut: Spring in links, Link;
+        contact_mut: Contact in contacts, ContactPart;
+        drive_mut: Actuator in drives, Drive;
+        sensor_mut: Sensor in sensors, SensorPart;
     }
 
     /// The drive with an effect on its force.
@@ -84,21 +56,6 @@ impl Assembly {
             return Err(EffectError::WrongSite { kind: effect.kind, needs: effect.site });
         }
         Ok(drive)
-    }
-
-    /// The sensor with an effect.
-    ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not a sensor.
-    pub(crate) fn sensor_mut(
-        &mut self,
-        host: Host,
-        effect: &Definition,
-    ) -> Result<&mut SensorPart, EffectError> {
-        match host {
-            Host::Sensor(i) => Ok(&mut self.sensors[i]),
-            _ => Err(self.wrong_host(host, effect)),
-        }
     }
 
     /// The error that names the elements for this effect.

@@ -100,14 +100,9 @@ const BODY: Kind = Kind::Name("a body or `ground`");
 
 const FORCE: &[Field<Actuator>] = &[
     Actuator::RATE_LIMIT,
-    field!(
-        Actuator: Actuator { kind: ActuatorKind::Force { bandwidth_hz }, .. } => *bandwidth_hz,
-        optional(
-            "bandwidth",
-            Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
-            "first-order bandwidth of the current loop",
-        )
-    ),
+    field!(Actuator: Actuator { kind: ActuatorKind::Force { bandwidth_hz }, .. } => *bandwidth_hz,
+        optional("bandwidth", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+            "first-order bandwidth of the current loop")),
 ];
 
 const VELOCITY_SOURCE: &[Field<Actuator>] = &[
@@ -126,65 +121,36 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
             Actuator { kind: ActuatorKind::VelocitySource { time_constant_s, .. }, .. } => *time_constant_s,
         required("time_constant", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive), "tau")
     ),
-    field!(
-        Actuator: rate_limit_per_s,
-        optional(
-            "rate_limit",
-            Kind::Quantity(Unit::Of(Dimension::ACCELERATION), Bound::Positive),
-            "largest rate of the commanded velocity",
-        )
-    ),
+    field!(Actuator: rate_limit_per_s,
+        optional("rate_limit", Kind::Quantity(Unit::Of(Dimension::ACCELERATION), Bound::Positive),
+            "largest rate of the commanded velocity")),
 ];
 
 impl Actuator {
     /// The largest effort of the drive.
-    pub const LIMIT: Field<Self> = field!(
-        Actuator: limit_n,
-        optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort")
-    );
+    pub const LIMIT: Field<Self> = field!(Actuator: limit_n,
+        optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort"));
     /// The largest rate of the drive's force.
-    pub const RATE_LIMIT: Field<Self> = field!(
-        Actuator: rate_limit_per_s,
-        optional(
-            "rate_limit",
-            Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
-            "largest rate of the force",
-        )
-    );
+    pub const RATE_LIMIT: Field<Self> = field!(Actuator: rate_limit_per_s,
+        optional("rate_limit", Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
+            "largest rate of the force"));
 }
 
 impl Record for Actuator {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Actuator: on, required("on", BODY, "the body that a positive force pushes towards +x")),
-        field!(
-            Actuator: reacts_on,
-            Key {
-                name: "reacts_on",
-                kind: BODY,
-                absent: Absent::Word(GROUND),
-                text: "the body that carries the reaction",
-            }
-        ),
+        field!(Actuator: reacts_on,
+            Key { name: "reacts_on", kind: BODY, absent: Absent::Word(GROUND),
+                text: "the body that carries the reaction" }),
         Actuator::LIMIT,
     ];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "force",
-            "a current amplifier: the command is the force",
-            Actuator: Actuator { kind: ActuatorKind::Force { .. }, .. },
-            Actuator::ideal("", GROUND),
-            FORCE
-        ),
-        form!(
-            "velocity-source",
-            "a voltage amplifier: tau df/dt + f = b_a (command - velocity)",
+        form!("force", "a current amplifier: the command is the force",
+            Actuator: Actuator { kind: ActuatorKind::Force { .. }, .. }, Actuator::ideal("", GROUND), FORCE),
+        form!("velocity-source", "a voltage amplifier: tau df/dt + f = b_a (command - velocity)",
             Actuator: Actuator { kind: ActuatorKind::VelocitySource { .. }, .. },
-            Actuator {
-                kind: ActuatorKind::VelocitySource { damping_n_s_per_m: 1.0, time_constant_s: 1.0 },
-                ..Actuator::ideal("", GROUND)
-            },
-            VELOCITY_SOURCE
-        ),
+            Actuator { kind: ActuatorKind::VelocitySource { damping_n_s_per_m: 1.0, time_constant_s: 1.0 },
+                ..Actuator::ideal("", GROUND) }, VELOCITY_SOURCE),
         form!(
             "position-servo",
             "f = kp e + ki int(e) - kd v, e the command less the position",
@@ -195,34 +161,24 @@ impl Record for Actuator {
             },
             POSITION_SERVO
         ),
-        form!(
-            "dc-motor",
-            "L di/dt + R i = u - K_e N v, f = N K_t i; the command is u or i",
+        form!("dc-motor", "L di/dt + R i = u - K_e N v, f = N K_t i; the command is u or i",
             Actuator: Actuator { kind: ActuatorKind::DcMotor(_), .. },
             Actuator { kind: ActuatorKind::DcMotor(DcMotor::default()), ..Actuator::ideal("", GROUND) },
-            DC_MOTOR
-        ),
-        form!(
-            "imposed",
-            "the body moves as commanded, whatever forces act on it",
+            DC_MOTOR),
+        form!("imposed", "the body moves as commanded, whatever forces act on it",
             Actuator: Actuator { kind: ActuatorKind::Imposed, .. },
             Actuator { kind: ActuatorKind::Imposed, ..Actuator::ideal("", GROUND) },
-            &[] as &[Field<Actuator>]
-        ),
-        form!(
-            "target-velocity",
+            &[] as &[Field<Actuator>]),
+        form!("target-velocity",
             "the speed of the target of the position servo on the same bodies, which adds kd times it",
             Actuator: Actuator { kind: ActuatorKind::TargetVelocity, .. },
             Actuator { kind: ActuatorKind::TargetVelocity, ..Actuator::ideal("", GROUND) },
-            &[] as &[Field<Actuator>]
-        ),
-        form!(
-            "feed-forward",
+            &[] as &[Field<Actuator>]),
+        form!("feed-forward",
             "a force that the position servo on the same bodies adds to that of its loop, within its limit",
             Actuator: Actuator { kind: ActuatorKind::FeedForward, .. },
             Actuator { kind: ActuatorKind::FeedForward, ..Actuator::ideal("", GROUND) },
-            &[] as &[Field<Actuator>]
-        ),
+            &[] as &[Field<Actuator>]),
     ];
 
     fn blank() -> Option<Self> {

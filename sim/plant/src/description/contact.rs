@@ -82,14 +82,11 @@ words!(Engagement {
 });
 
 const HUNT_CROSSLEY: &[Field<Contact>] = &[
-    field!(
-        Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
-        required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative), "alpha")
-    ),
-    field!(
-        Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
-        number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n")
-    ),
+    field!(Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
+        required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
+            "alpha")),
+    field!(Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
+        number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n")),
 ];
 
 /// Before its keys are read.
@@ -99,76 +96,40 @@ fn unread(law: ContactLaw) -> Contact {
 
 impl Contact {
     /// Its stiffness.
-    pub const STIFFNESS: Field<Self> = field!(
-        Contact: stiffness,
-        optional(
-            "stiffness",
-            Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
-            "k; may be left out of a `hertz` law between materials",
-        ),
-        Role::Believed
-    );
+    pub const STIFFNESS: Field<Self> = field!(Contact: stiffness,
+        optional("stiffness", Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
+            "k; may be left out of a `hertz` law between materials"), Role::Believed);
     /// Its linear damping.
-    pub const DAMPING: Field<Self> = field!(
-        Contact: damping_n_s_per_m,
+    pub const DAMPING: Field<Self> = field!(Contact: damping_n_s_per_m,
         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
-        Role::Believed
-    );
+        Role::Believed);
     /// Its gap at zero positions.
-    pub const GAP: Field<Self> = field!(
-        Contact: gap_m,
-        number(
-            "gap",
-            Unit::Of(Dimension::LENGTH),
-            Bound::Any,
-            0.0,
-            "distance to close before they touch, where all positions are zero",
-        ),
-        Role::Believed
-    );
+    pub const GAP: Field<Self> = field!(Contact: gap_m,
+        number("gap", Unit::Of(Dimension::LENGTH), Bound::Any, 0.0,
+            "distance to close before they touch, where all positions are zero"), Role::Believed);
 }
 
 impl Record for Contact {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Contact: between,
-            required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`")
-        ),
-        field!(
-            Contact: engagement,
-            Key {
-                name: "engagement",
-                kind: Kind::Word(Engagement::WORDS),
+        field!(Contact: between,
+            required("between", Kind::Pair,
+                "tip and workpiece, in this order; the workpiece may be `ground`")),
+        field!(Contact: engagement,
+            Key { name: "engagement", kind: Kind::Word(Engagement::WORDS),
                 absent: Absent::Word(Engagement::Unilateral.name()),
-                text: "how tip and workpiece hold on to each other",
-            }
-        ),
+                text: "how tip and workpiece hold on to each other" }),
         Contact::STIFFNESS,
         Contact::DAMPING,
         Contact::GAP,
     ];
     const FORMS: &'static [Form<Self>] = &[
-        form!(
-            "kelvin-voigt",
-            "k d + c d'",
-            Contact: Contact { law: ContactLaw::KelvinVoigt, .. },
-            unread(ContactLaw::KelvinVoigt),
-            &[] as &[Field<Contact>]
-        ),
-        form!(
-            "hunt-crossley",
-            "k d^n (1 + alpha d')",
+        form!("kelvin-voigt", "k d + c d'", Contact: Contact { law: ContactLaw::KelvinVoigt, .. },
+            unread(ContactLaw::KelvinVoigt), &[] as &[Field<Contact>]),
+        form!("hunt-crossley", "k d^n (1 + alpha d')",
             Contact: Contact { law: ContactLaw::HuntCrossley { .. }, .. },
-            unread(ContactLaw::HuntCrossley { alpha_s_per_m: 1.0, exponent: 1.0 }),
-            HUNT_CROSSLEY
-        ),
-        form!(
-            "hertz",
-            "k d^1.5 + c d'",
-            Contact: Contact { law: ContactLaw::Hertz, .. },
-            unread(ContactLaw::Hertz),
-            &[] as &[Field<Contact>]
-        ),
+            unread(ContactLaw::HuntCrossley { alpha_s_per_m: 1.0, exponent: 1.0 }), HUNT_CROSSLEY),
+        form!("hertz", "k d^1.5 + c d'", Contact: Contact { law: ContactLaw::Hertz, .. },
+            unread(ContactLaw::Hertz), &[] as &[Field<Contact>]),
     ];
 
     fn blank() -> Option<Self> {

@@ -118,11 +118,8 @@ const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
 
 impl Body {
     /// The key of the mass.
-    pub const MASS: Field<Self> = field!(
-        Body: mass_kg,
-        required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
-        Role::Believed
-    );
+    pub const MASS: Field<Self> = field!(Body: mass_kg,
+        required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"), Role::Believed);
 }
 
 impl Record for Body {
@@ -130,27 +127,13 @@ impl Record for Body {
         Body::MASS,
         field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "initial position")),
         field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "initial velocity")),
-        field!(
-            Body: gravity_n,
-            number(
-                "gravity",
-                FORCE,
-                Bound::NotNegative,
-                0.0,
-                "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis",
-            ),
-            Role::Believed
-        ),
-        field!(
-            Body: gravity_phase_rad,
-            number(
-                "gravity_phase",
-                LENGTH,
-                Bound::Any,
-                0.0,
-                "angle of the body from its hanging position, at zero position",
-            )
-        ),
+        field!(Body: gravity_n,
+            number("gravity", FORCE, Bound::NotNegative, 0.0,
+                "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis"),
+            Role::Believed),
+        field!(Body: gravity_phase_rad,
+            number("gravity_phase", LENGTH, Bound::Any, 0.0,
+                "angle of the body from its hanging position, at zero position")),
     ];
 
     fn blank() -> Option<Self> {
@@ -160,40 +143,23 @@ impl Record for Body {
 
 impl Spring {
     /// The key of the stiffness.
-    pub const STIFFNESS: Field<Self> = field!(
-        Spring: stiffness_n_per_m,
-        number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
-        Role::Believed
-    );
+    pub const STIFFNESS: Field<Self> = field!(Spring: stiffness_n_per_m,
+        number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"), Role::Believed);
     /// The key of the damping.
-    pub const DAMPING: Field<Self> = field!(
-        Spring: damping_n_s_per_m,
-        number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),
-        Role::Believed
-    );
+    pub const DAMPING: Field<Self> = field!(Spring: damping_n_s_per_m,
+        number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"), Role::Believed);
 }
 
 impl Record for Spring {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Spring: between,
-            required(
-                "between",
-                Kind::Pair,
-                "the two bodies; elongation is the position of the second minus that of the first",
-            )
-        ),
+        field!(Spring: between,
+            required("between", Kind::Pair,
+                "the two bodies; elongation is the position of the second minus that of the first")),
         Spring::STIFFNESS,
         Spring::DAMPING,
-        field!(
-            Spring: rigid,
-            Key {
-                name: "rigid",
-                kind: Kind::Flag,
-                absent: Absent::Flag(false),
-                text: "the two bodies move as one, and each keeps its own signals",
-            }
-        ),
+        field!(Spring: rigid,
+            Key { name: "rigid", kind: Kind::Flag, absent: Absent::Flag(false),
+                text: "the two bodies move as one, and each keeps its own signals" }),
     ];
 
     fn blank() -> Option<Self> {

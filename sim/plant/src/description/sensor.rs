@@ -68,49 +68,27 @@ pub enum LowPass {
 
 impl Sensor {
     /// Its scale factor.
-    pub const GAIN: Field<Self> = field!(
-        Sensor: gain,
-        number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"),
-        Role::Believed
-    );
+    pub const GAIN: Field<Self> = field!(Sensor: gain,
+        number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), Role::Believed);
 }
 
 impl Record for Sensor {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Sensor: reads,
-            required(
-                "reads",
-                Kind::Signal,
-                "the signal, as in motor.position, tip.acceleration or tool.spring_force",
-            )
-        ),
-        field!(
-            Sensor: relative_to,
-            optional(
-                "relative_to",
-                Kind::Name("a body or `ground`"),
-                "the body it rides on, for position and velocity; absolute if absent",
-            )
-        ),
+        field!(Sensor: reads,
+            required("reads", Kind::Signal,
+                "the signal, as in motor.position, tip.acceleration or tool.spring_force")),
+        field!(Sensor: relative_to,
+            optional("relative_to", Kind::Name("a body or `ground`"),
+                "the body it rides on, for position and velocity; absolute if absent")),
         Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
         field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),
         field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),
-        field!(
-            Sensor: resolution,
-            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")
-        ),
-        field!(
-            Sensor: noise,
-            number(
-                "noise",
-                Unit::Signal,
-                Bound::NotNegative,
-                0.0,
-                "one sigma of white Gaussian noise per reading",
-            )
-        ),
+        field!(Sensor: resolution,
+            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")),
+        field!(Sensor: noise,
+            number("noise", Unit::Signal, Bound::NotNegative, 0.0,
+                "one sigma of white Gaussian noise per reading")),
     ];
 
     fn blank() -> Option<Self> {

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ActuatorLag::KIND,
     name: "actuator-lag",
     place: Place::Drive,
+    order: 10,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: ActuatorLag::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: AddedMass::KIND,
     name: "added-mass",
     place: Place::Transmission,
+    order: 230,
     hosts: &[HostKind::Body],
     site: "",
     parameters: AddedMass::PARAMETERS,

@@ -17,6 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: AsymmetricFriction::KIND,
     name: "asymmetric-friction",
     place: Place::Guide,
+    order: 200,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: AsymmetricFriction::PARAMETERS,

@@ -29,6 +29,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: Backlash::KIND,
     name: "backlash",
     place: Place::Transmission,
+    order: 250,
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
     site: "the spring must have stiffness or be rigid, and a free body at one end at least",
     parameters: Backlash::PARAMETERS,

@@ -17,6 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: BaseFlexibility::KIND,
     name: "base-flexibility",
     place: Place::Base,
+    order: 270,
     hosts: &[HostKind::RigidSpring, HostKind::Spring],
     site: "one end of the spring must be on ground",
     parameters: BaseFlexibility::PARAMETERS,

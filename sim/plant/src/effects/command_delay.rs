@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: CommandDelay::KIND,
     name: "command-delay",
     place: Place::Drive,
+    order: 20,
     hosts: &[HostKind::Actuator],
     site: "",
     parameters: CommandDelay::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: CommandInterpolation::KIND,
     name: "command-interpolation",
     place: Place::Drive,
+    order: 30,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: CommandInterpolation::PARAMETERS,

@@ -16,6 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: CommandNoise::KIND,
     name: "command-noise",
     place: Place::Drive,
+    order: 110,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force, not a velocity source",
     parameters: CommandNoise::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ConstantLoad::KIND,
     name: "constant-load",
     place: Place::Guide,
+    order: 120,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: ConstantLoad::PARAMETERS,

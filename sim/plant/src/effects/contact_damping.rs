@@ -12,6 +12,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ContactDamping::KIND,
     name: "contact-damping",
     place: Place::Contact,
+    order: 300,
     hosts: &[HostKind::Contact],
     site: "",
     parameters: ContactDamping::PARAMETERS,

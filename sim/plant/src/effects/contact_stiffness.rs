@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ContactStiffness::KIND,
     name: "contact-stiffness",
     place: Place::Contact,
+    order: 290,
     hosts: &[HostKind::Contact],
     site: "",
     parameters: ContactStiffness::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: CoulombFriction::KIND,
     name: "coulomb-friction",
     place: Place::Guide,
+    order: 140,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: CoulombFriction::PARAMETERS,

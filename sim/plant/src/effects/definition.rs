@@ -286,6 +286,8 @@ pub struct Definition {
     pub name: &'static str,
     /// Its place; see [`Definition::place_under`].
     pub place: Place,
+    /// Position in the manual, by rising numbers. Steps of ten leave room for another between two.
+    pub order: u16,
     /// Elements that take it.
     pub hosts: &'static [HostKind],
     /// Further requirement on the element; empty if there is none.

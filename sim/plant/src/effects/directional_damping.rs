@@ -18,6 +18,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: DirectionalDamping::KIND,
     name: "directional-damping",
     place: Place::Guide,
+    order: 170,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: DirectionalDamping::PARAMETERS,

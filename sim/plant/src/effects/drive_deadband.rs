@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: DriveDeadband::KIND,
     name: "drive-deadband",
     place: Place::Drive,
+    order: 60,
     hosts: &[HostKind::Actuator],
     site: "",
     parameters: DriveDeadband::PARAMETERS,

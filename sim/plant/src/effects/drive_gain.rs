@@ -16,6 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: DriveGain::KIND,
     name: "drive-gain",
     place: Place::Drive,
+    order: 40,
     hosts: &[HostKind::Actuator],
     site: "",
     parameters: DriveGain::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: EncoderResolution::KIND,
     name: "encoder-resolution",
     place: Place::Encoder,
+    order: 400,
     hosts: &[HostKind::MotionSensor],
     site: "",
     parameters: EncoderResolution::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceBias::KIND,
     name: "force-bias",
     place: Place::ForceSensor,
+    order: 370,
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceBias::PARAMETERS,

@@ -16,6 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceDelay::KIND,
     name: "force-delay",
     place: Place::ForceSensor,
+    order: 350,
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceDelay::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceGain::KIND,
     name: "force-gain",
     place: Place::ForceSensor,
+    order: 360,
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceGain::PARAMETERS,

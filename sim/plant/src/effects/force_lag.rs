@@ -17,6 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceLag::KIND,
     name: "force-lag",
     place: Place::ForceSensor,
+    order: 340,
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceLag::PARAMETERS,

@@ -15,6 +15,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceLimit::KIND,
     name: "force-limit",
     place: Place::Drive,
+    order: 70,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: ForceLimit::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceResolution::KIND,
     name: "force-resolution",
     place: Place::ForceSensor,
+    order: 380,
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceResolution::PARAMETERS,

@@ -22,6 +22,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ForceRipple::KIND,
     name: "force-ripple",
     place: Place::Drive,
+    order: 100,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: ForceRipple::PARAMETERS,

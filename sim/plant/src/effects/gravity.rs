@@ -22,6 +22,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: Gravity::KIND,
     name: "gravity",
     place: Place::Guide,
+    order: 130,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: Gravity::PARAMETERS,

@@ -19,6 +19,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: HardStop::KIND,
     name: "hard-stop",
     place: Place::Guide,
+    order: 220,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: HardStop::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: HardeningStiffness::KIND,
     name: "hardening-stiffness",
     place: Place::Transmission,
+    order: 260,
     hosts: &[HostKind::Spring, HostKind::Contact],
     site: "",
     parameters: HardeningStiffness::PARAMETERS,

@@ -18,6 +18,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: HertzContact::KIND,
     name: "hertz-contact",
     place: Place::Contact,
+    order: 320,
     hosts: &[HostKind::Contact],
     site: "",
     parameters: HertzContact::PARAMETERS,

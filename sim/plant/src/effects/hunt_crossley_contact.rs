@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: HuntCrossleyContact::KIND,
     name: "hunt-crossley-contact",
     place: Place::Contact,
+    order: 310,
     hosts: &[HostKind::Contact],
     site: "",
     parameters: HuntCrossleyContact::PARAMETERS,

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: LoadFriction::KIND,
     name: "load-friction",
     place: Place::Guide,
+    order: 190,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: LoadFriction::PARAMETERS,

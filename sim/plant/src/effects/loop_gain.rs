@@ -15,6 +15,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: LoopGain::KIND,
     name: "loop-gain",
     place: Place::Drive,
+    order: 50,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: LoopGain::PARAMETERS,

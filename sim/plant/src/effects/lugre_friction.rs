@@ -24,6 +24,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: LugreFriction::KIND,
     name: "lugre-friction",
     place: Place::Guide,
+    order: 210,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: LugreFriction::PARAMETERS,

@@ -1,8 +1,9 @@
 //! The effects library: departures of a real machine from the ideal one.
 //!
 //! Each effect has one file: its parameters (one line each), its change of the machine, and its
-//! documentation. [`effects!`](crate::effects!) is the only list of effects. [`Kind`] and [`LIBRARY`] follow
-//! from it; file format, schema, command line, documentation, fitting and contract tests use these.
+//! documentation. `build.rs` lists these files by their [`Definition::order`]. [`Kind`] and [`LIBRARY`]
+//! follow from the list; file format, schema, command line, documentation, fitting and contract tests use
+//! these.
 
 #[macro_use]
 mod definition;
@@ -19,56 +20,8 @@ pub use law::{Curve, Law};
 
 use definition::ChangesPlant;
 
-/// Passes every effect, in the order of the manual, to a macro: `file Kind,` each.
-#[macro_export]
-macro_rules! effects {
-    ($to:ident) => {
-        $to! {
-            actuator_lag ActuatorLag,
-            command_delay CommandDelay,
-            command_interpolation CommandInterpolation,
-            drive_gain DriveGain,
-            loop_gain LoopGain,
-            drive_deadband DriveDeadband,
-            force_limit ForceLimit,
-            torque_speed_line TorqueSpeedLine,
-            thermal_derating ThermalDerating,
-            slew_limit SlewLimit,
-            force_ripple ForceRipple,
-            command_noise CommandNoise,
-            constant_load ConstantLoad,
-            gravity Gravity,
-            coulomb_friction CoulombFriction,
-            stribeck_friction StribeckFriction,
-            viscous_friction ViscousFriction,
-            directional_damping DirectionalDamping,
-            quadratic_drag QuadraticDrag,
-            load_friction LoadFriction,
-            asymmetric_friction AsymmetricFriction,
-            lugre_friction LugreFriction,
-            hard_stop HardStop,
-            added_mass AddedMass,
-            transmission_flexibility TransmissionFlexibility,
-            backlash Backlash,
-            hardening_stiffness HardeningStiffness,
-            base_flexibility BaseFlexibility,
-            workpiece_dynamics WorkpieceDynamics,
-            contact_stiffness ContactStiffness,
-            contact_damping ContactDamping,
-            hunt_crossley_contact HuntCrossleyContact,
-            hertz_contact HertzContact,
-            surface_offset SurfaceOffset,
-            force_lag ForceLag,
-            force_delay ForceDelay,
-            force_gain ForceGain,
-            force_bias ForceBias,
-            force_resolution ForceResolution,
-            tool_inertia ToolInertia,
-            encoder_resolution EncoderResolution,
-            timing_jitter TimingJitter,
-        }
-    };
-}
+// `effects!`, which passes every effect, in the order of the manual, to a macro: `file Kind,` each.
+include!(concat!(env!("OUT_DIR"), "/effects.rs"));
 
 macro_rules! library {
     ($($file:ident $kind:ident,)*) => {

@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: QuadraticDrag::KIND,
     name: "quadratic-drag",
     place: Place::Guide,
+    order: 180,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: QuadraticDrag::PARAMETERS,

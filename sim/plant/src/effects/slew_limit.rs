@@ -15,6 +15,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: SlewLimit::KIND,
     name: "slew-limit",
     place: Place::Drive,
+    order: 90,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: SlewLimit::PARAMETERS,

@@ -21,6 +21,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: StribeckFriction::KIND,
     name: "stribeck-friction",
     place: Place::Guide,
+    order: 150,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: StribeckFriction::PARAMETERS,

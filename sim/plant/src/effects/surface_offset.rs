@@ -12,6 +12,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: SurfaceOffset::KIND,
     name: "surface-offset",
     place: Place::Contact,
+    order: 330,
     hosts: &[HostKind::Contact],
     site: "",
     parameters: SurfaceOffset::PARAMETERS,

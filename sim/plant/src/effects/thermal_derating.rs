@@ -19,6 +19,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ThermalDerating::KIND,
     name: "thermal-derating",
     place: Place::Drive,
+    order: 85,
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: ThermalDerating::PARAMETERS,

@@ -11,6 +11,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: TimingJitter::KIND,
     name: "timing-jitter",
     place: Place::Timing,
+    order: 410,
     hosts: &[HostKind::Controller],
     site: "",
     parameters: TimingJitter::PARAMETERS,

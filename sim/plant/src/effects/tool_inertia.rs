@@ -12,6 +12,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ToolInertia::KIND,
     name: "tool-inertia",
     place: Place::ForceSensor,
+    order: 390,
     hosts: &[HostKind::ForceSensor],
     site: "what the sensor reads must have a body at its end",
     parameters: ToolInertia::PARAMETERS,

@@ -18,6 +18,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: TorqueSpeedLine::KIND,
     name: "torque-speed-line",
     place: Place::Drive,
+    order: 80,
     hosts: &[HostKind::Actuator],
     site: "a drive without a speed line of its own",
     parameters: TorqueSpeedLine::PARAMETERS,

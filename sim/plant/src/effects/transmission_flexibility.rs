@@ -17,6 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: TransmissionFlexibility::KIND,
     name: "transmission-flexibility",
     place: Place::Transmission,
+    order: 240,
     hosts: &[HostKind::RigidSpring, HostKind::Spring, HostKind::Body],
     site: "a spring must join two bodies",
     parameters: TransmissionFlexibility::PARAMETERS,

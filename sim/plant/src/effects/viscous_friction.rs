@@ -14,6 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: ViscousFriction::KIND,
     name: "viscous-friction",
     place: Place::Guide,
+    order: 160,
     hosts: &[HostKind::Spring],
     site: "",
     parameters: ViscousFriction::PARAMETERS,

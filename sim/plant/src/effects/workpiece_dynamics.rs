@@ -17,6 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: WorkpieceDynamics::KIND,
     name: "workpiece-dynamics",
     place: Place::Workpiece,
+    order: 280,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
     site: "a rigid spring must be a fixture: its workpiece is the end that a contact names second, or else \
            its second end; ground is none",

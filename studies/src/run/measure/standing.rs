@@ -24,7 +24,7 @@ impl Standing {
 
     /// Of a whole arm with its one contact; beyond the measurable distance only an approach can close the
     /// gap. Where nothing holds or drives the arm, drag slows a tool that leaves, and does not bring it back.
-    pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::Simulation, cell: &Cell) -> Self {
+    pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::CellSimulation, cell: &Cell) -> Self {
         let leaves = |[_, rate, _]: &[f64; 3]| *rate < 0.0 && !is_driven(cell);
         Self {
             is_approaching: simulation.is_approaching() && simulation.has_a_way(),

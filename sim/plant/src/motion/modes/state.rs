@@ -97,46 +97,30 @@ pub enum SwitchState {
     Direction(DirectionState),
 }
 
-impl SwitchState {
-    fn bits(self) -> u8 {
-        match self {
-            Self::Contact(state) => state as u8,
-            Self::Friction(state) => state as u8,
-            Self::Limit(state) => state as u8,
-            Self::Ramp(state) => state as u8,
-            Self::Direction(state) => state as u8,
+macro_rules! states {
+    ($($switch:ident($state:ident),)*) => {
+        impl SwitchState {
+            fn bits(self) -> u8 {
+                match self {
+                    $(Self::$switch(state) => state as u8,)*
+                }
+            }
         }
-    }
+
+        $(impl From<$state> for SwitchState {
+            fn from(state: $state) -> Self {
+                Self::$switch(state)
+            }
+        })*
+    };
 }
 
-impl From<ContactState> for SwitchState {
-    fn from(state: ContactState) -> Self {
-        Self::Contact(state)
-    }
-}
-
-impl From<FrictionState> for SwitchState {
-    fn from(state: FrictionState) -> Self {
-        Self::Friction(state)
-    }
-}
-
-impl From<LimitState> for SwitchState {
-    fn from(state: LimitState) -> Self {
-        Self::Limit(state)
-    }
-}
-
-impl From<RampState> for SwitchState {
-    fn from(state: RampState) -> Self {
-        Self::Ramp(state)
-    }
-}
-
-impl From<DirectionState> for SwitchState {
-    fn from(state: DirectionState) -> Self {
-        Self::Direction(state)
-    }
+states! {
+    Contact(ContactState),
+    Friction(FrictionState),
+    Limit(LimitState),
+    Ramp(RampState),
+    Direction(DirectionState),
 }
 
 /// The states of all switches, two bits each. By default everything is open, stuck, within its limit and at

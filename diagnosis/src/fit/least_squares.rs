@@ -8,6 +8,7 @@ use crate::dataset::{Dataset, Record};
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
 use crate::fit::model::Model;
+use crate::fit::shared_scale::{SharedScale, without};
 use crate::fit::unknown::Unknown;
 use crate::fit::wander::{commanded_acceleration, wander};
 use crate::inverse::Inverse;
@@ -277,15 +278,23 @@ impl Task<'_> {
         })
     }
 
-    /// Normal equations of one record: `J^T W J`, `J^T W r`.
-    fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction along which nothing that
+    /// is measured changes; empty for none.
+    fn normal(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        still: &[f64],
+        r: usize,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
         let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {
-            let slopes = slopes(&base, &moved, c, self.weights.sigma[r][c]);
+            let mut slopes = slopes(&base, &moved, c, self.weights.sigma[r][c]);
+            without(still, &mut slopes);
             let residuals = self.residuals(r, c, &base);
             let mut weights = self.robust_weights(r, c, &residuals);
             // Within the dead zone a slope has no effect.
@@ -301,17 +310,47 @@ impl Task<'_> {
 
     /// Fits from `start` in at most `steps` steps.
     pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
-        let n = start.len();
-        let mut theta = start.to_vec();
-        let mut cost = self.cost(model, &theta);
+        let scale = self.shared_scale(model, start);
+        let begun = self.settled(model, start, self.cost(model, start), scale.as_ref());
+        let Fitted { theta, cost, sigma, .. } = self.descend(model, begun, scale.as_ref(), steps);
+        let (theta, cost) = self.settled(model, &theta, cost, scale.as_ref());
+        Fitted { model: model.clone(), theta, cost, sigma }
+    }
+
+    /// A point and its cost, or those with the scale that the believed values ask for where that costs less.
+    fn settled(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        cost: f64,
+        scale: Option<&SharedScale>,
+    ) -> (Vec<f64>, f64) {
+        let settled = scale.map(|scale| scale.settled(model, theta));
+        let settled = settled.map(|settled| (self.cost(model, &settled), settled));
+        match settled.filter(|(tried, _)| *tried < cost) {
+            Some((tried, settled)) => (settled, tried),
+            None => (theta.to_vec(), cost),
+        }
+    }
+
+    /// The steps of a fit from a point with its cost.
+    fn descend(
+        &self,
+        model: &Model,
+        (mut theta, mut cost): (Vec<f64>, f64),
+        scale: Option<&SharedScale>,
+        steps: usize,
+    ) -> Fitted {
+        let n = theta.len();
         let mut damping = 1e-3;
         let mut sigma = vec![f64::INFINITY; n];
         for _ in 0..steps {
             if !cost.is_finite() || self.budget.is_over(Stage::Compose) {
                 break;
             }
+            let still = scale.map_or_else(Vec::new, |scale| scale.direction(model, &theta));
             let parts: Option<Vec<_>> =
-                self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
+                self.fitted.par_iter().map(|&r| self.normal(model, &theta, &still, r)).collect();
             let Some(parts) = parts else { break };
             let mut a = DMatrix::zeros(n, n);
             let mut b = DVector::zeros(n);

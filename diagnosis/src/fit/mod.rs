@@ -15,5 +15,7 @@ pub(crate) mod sandwich;
 pub(crate) mod scored;
 pub(crate) mod screen;
 pub(crate) mod search;
+pub(crate) mod shared_scale;
 pub(crate) mod unknown;
+mod walk;
 pub(crate) mod wander;

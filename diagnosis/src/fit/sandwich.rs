@@ -7,8 +7,8 @@
 //! - **The actual residuals.** Their effect on the values is taken from the fit, block by block of motion.
 //!   This is the sandwich of Huber and White, with blocks as clusters (Cameron and Miller, A Practitioner's
 //!   Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
-//! - **The cost itself**, by steps along the first estimate. Where impacts make
-//!   slopes steep, the cost is flatter than they say.
+//! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost is
+//!   flatter than they say.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         worth[(i, i)] += prior + 1e-9;
     }
     let inverse = bread.try_inverse()?;
-    // Number of values that the records determine, and not what was believed.
+    // Number of values that the records determine, and not their priors.
     let determined: f64 = priors.iter().enumerate().map(|(i, prior)| 1.0 - prior * inverse[(i, i)]).sum();
     filling *= blocks / (blocks - determined.max(1.0)).max(1.0);
     for (i, prior) in priors.iter().enumerate() {
@@ -77,7 +77,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         let own = plain[(i, i)].max(0.0).sqrt();
         let step: Vec<f64> = plain.column(i).iter().map(|with| with / own.max(f64::MIN_POSITIVE)).collect();
         let is_sought = fitted.model.unknowns[i].is_of_effect();
-        let stretch = if is_sought { stretch(task, fitted, &per_reading, &step) } else { 1.0 };
+        let stretch = if is_sought { stretch(task, fitted, &per_reading, i, &step) } else { 1.0 };
         (stretch * own).max(lasting[(i, i)].max(0.0).sqrt())
     };
     let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();

@@ -1,8 +1,8 @@
 //! The scale that all forces share.
 //!
-//! Motion does not say how much a kilogram is. If no column is a force, or the gain between it and the force
-//! is unknown too, one factor on all masses, dampings, stiffnesses and frictions changes nothing that is
-//! measured. Only the believed values limit it.
+//! Motion does not say how much a kilogram is. Let no column be a force, or let the gain between it and the
+//! force be unknown. One factor on all masses, dampings, stiffnesses and frictions then changes nothing that
+//! is measured. Only the believed values limit it.
 //!
 //! Slopes by finite differences hide this. Each has its own error near impacts and reversals, and in their
 //! sum these errors look like knowledge of the factor. Here that sum is removed from the slopes, and the

@@ -13,18 +13,24 @@ const RISE: f64 = 1.0;
 /// Largest number of doublings of a step.
 const DOUBLINGS: i32 = 10;
 
-/// Factor on one deviation of an unknown: the cost has risen by one there. `step` is the step by one
-/// deviation, with the other unknowns following. `worth` is what a reading counts, by fitted record and
-/// channel.
-pub(super) fn stretch(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], step: &[f64]) -> f64 {
-    let Some(here) = cost(task, fitted, worth, &fitted.theta) else { return 1.0 };
-    let along = |by: f64| {
-        let rows = fitted.theta.iter().zip(step).zip(&fitted.model.unknowns);
-        rows.map(|((theta, step), unknown)| (theta + by * step).clamp(unknown.bounds.0, unknown.bounds.1))
-            .collect::<Vec<f64>>()
+/// Factor on one deviation of unknown `i`: the cost has risen by one there, or the unknown is at its bound.
+/// `step` is the step by one deviation, with the other unknowns following. `worth` is what a reading counts,
+/// by fitted record and channel.
+pub(super) fn stretch(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], i: usize, step: &[f64]) -> f64 {
+    let Fitted { model, theta, .. } = fitted;
+    let Some(here) = cost(task, fitted, worth, theta) else { return 1.0 };
+    let rise = |by: f64| {
+        let (low, high) = model.unknowns[i].bounds;
+        if !(low..=high).contains(&(theta[i] + by * step[i])) {
+            return f64::INFINITY;
+        }
+        let rows = theta.iter().zip(step).zip(&model.unknowns);
+        let there: Vec<f64> = rows
+            .map(|((theta, step), unknown)| (theta + by * step).clamp(unknown.bounds.0, unknown.bounds.1))
+            .collect();
+        // Where the machine does not move, the value is known not to be.
+        cost(task, fitted, worth, &there).map_or(f64::INFINITY, |there| there - here)
     };
-    // Where the machine does not move, the value is known not to be.
-    let rise = |by: f64| cost(task, fitted, worth, &along(by)).map_or(f64::INFINITY, |there| there - here);
     [-1.0, 1.0].map(|side| reach(|by| rise(side * by))).into_iter().fold(1.0, f64::max)
 }
 

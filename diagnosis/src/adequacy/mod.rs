@@ -115,11 +115,11 @@ impl Adequacy {
     }
 
     /// Tells which columns short predictions do not explain, each with its residual in sigmas.
-    pub(crate) fn add_unexplained<'a>(&mut self, columns: impl Iterator<Item = (&'a str, f64)>) {
-        let short = |(column, sigmas): (&str, f64)| Shortfall {
+    pub(crate) fn add_unexplained(&mut self, columns: impl Iterator<Item = (String, f64)>) {
+        let short = |(column, sigmas): (String, f64)| Shortfall {
             condition: Condition::Left,
             what: format!(
-                "short predictions of `{column}` are off by {sigmas:.1} sigma, more than an imprecise law of \
+                "short predictions of {column} are off by {sigmas:.1} sigma, more than an imprecise law of \
                  friction or contact usually leaves"
             ),
         };

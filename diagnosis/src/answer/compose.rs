@@ -90,7 +90,7 @@ impl Judge<'_> {
             let mut left = unknown::unexplained(&self.search.calibrated, accepted);
             // Noise that is stated or estimated may be too small.
             left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
-            let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
+            let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
             adequacy.add_unexplained(left.into_iter().map(column));
         }
         (adequacy, machine)
@@ -369,8 +369,8 @@ impl Judge<'_> {
             (
                 worst,
                 format!(
-                    "without {kind} `{}` departs {:.1} sigma, with it {:.1}",
-                    self.column(worst),
+                    "without {kind} {} departs {:.1} sigma, with it {:.1}",
+                    self.search.task.weighed_as(worst),
                     sigmas[0],
                     sigmas[1]
                 ),

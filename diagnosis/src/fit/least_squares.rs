@@ -7,6 +7,7 @@ use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record};
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
+use crate::fit::elongation::{Against, against};
 use crate::fit::model::Model;
 use crate::fit::shared_scale::{SharedScale, without};
 use crate::fit::unknown::Unknown;
@@ -49,6 +50,8 @@ pub(crate) struct Weights {
     pub(crate) sigma: Vec<Vec<f64>>,
     /// Number of independent samples.
     pub(crate) looks: Vec<Vec<f64>>,
+    /// The channel from which another one is weighed as a difference; `None` for one weighed by itself.
+    pub(super) against: Vec<Vec<Option<Against>>>,
 }
 
 impl Weights {
@@ -100,6 +103,8 @@ impl Weights {
             c.quantity(&dataset.machine) == feeler_plant::description::Quantity::Acceleration
         };
         let is_blind = !dataset.channels.iter().any(is_read);
+        let against: Vec<Vec<Option<Against>>> =
+            dataset.records.iter().map(|record| against(dataset, record)).collect();
         let sigma = (0..dataset.records.len())
             .map(|r| {
                 // Accelerometers keep a prediction on the motion despite noise of the command.
@@ -109,6 +114,11 @@ impl Weights {
                     acceleration_scale(dataset, &scale[r], r, reference[r].omega).max(commanded);
                 (0..channels)
                     .map(|c| {
+                        if let Some(against) = against[r][c].filter(|_| scale[r][c].is_finite()) {
+                            let stretch = against.variation(&dataset.records[r], c);
+                            let noise = against.noise(noise[r][c], &noise[r]);
+                            return noise.hypot(DISCREPANCY * stretch).max(f64::MIN_POSITIVE);
+                        }
                         let expected = if is_position[c] && reference[r].omega > 0.0 {
                             accelerations / reference[r].omega.powi(2)
                         } else {
@@ -126,7 +136,7 @@ impl Weights {
                 (0..channels).map(|c| looks(record, c, omega)).collect()
             })
             .collect();
-        Self { noise, scale, sigma, looks }
+        Self { noise, scale, sigma, looks, against }
     }
 }
 
@@ -225,23 +235,6 @@ impl Task<'_> {
         (0..record.series.len()).map(loss).collect()
     }
 
-    /// Residuals of a channel in sigmas; zero in rows without a reading.
-    pub(crate) fn residuals(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
-        let (record, sigma) = (&self.dataset.records[r], self.weights.sigma[r][c]);
-        let residual = |(m, p): (&f64, &f64)| beyond(m - p, prediction.dead_zone[c]) / sigma;
-        let mut residuals: Vec<f64> =
-            record.series[c].iter().zip(&prediction.smooth[c]).map(residual).collect();
-        record.blank(c, &mut residuals);
-        residuals
-    }
-
-    /// Robust weights of the residuals of a channel; zero in rows without a reading.
-    pub(crate) fn robust_weights(&self, r: usize, c: usize, residuals: &[f64]) -> Vec<f64> {
-        let mut weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
-        self.dataset.records[r].blank(c, &mut weights);
-        weights
-    }
-
     /// What one reading of a channel counts in the cost.
     pub(crate) fn share(&self, r: usize, c: usize) -> f64 {
         PIECES / self.dataset.records[r].count(c) as f64
@@ -293,12 +286,13 @@ impl Task<'_> {
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {
-            let mut slopes = slopes(&base, &moved, c, self.weights.sigma[r][c]);
+            let mut slopes = self.slopes(r, c, &base, &moved);
             without(still, &mut slopes);
             let residuals = self.residuals(r, c, &base);
             let mut weights = self.robust_weights(r, c, &residuals);
             // Within the dead zone a slope has no effect.
-            let is_within = |residual: &f64| *residual == 0.0 && base.dead_zone[c] != 0.0;
+            let dead_zone = self.dead_zone(r, c, &base);
+            let is_within = |residual: &f64| *residual == 0.0 && dead_zone != 0.0;
             let rows = weights.iter_mut().zip(&residuals).filter(|(_, residual)| is_within(residual));
             rows.for_each(|(weight, _)| *weight = 0.0);
             let factor = self.share(r, c);
@@ -398,24 +392,6 @@ impl Task<'_> {
         }
         Fitted { model: model.clone(), theta, cost, sigma }
     }
-}
-
-/// Slopes of channel `c` in sigmas, by unknown, from shifted predictions. The slope is zero if an unknown
-/// cannot be shifted.
-pub(crate) fn slopes(
-    base: &Prediction,
-    moved: &[Option<(Prediction, f64)>],
-    c: usize,
-    sigma: f64,
-) -> Vec<Vec<f64>> {
-    let base = &base.smooth[c];
-    let of = |moved: &Option<(Prediction, f64)>| match moved {
-        Some((moved, step)) => {
-            moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect()
-        }
-        None => vec![0.0; base.len()],
-    };
-    moved.iter().map(of).collect()
 }
 
 /// Longest step of one unknown: a factor of e, or its unit.

@@ -4,6 +4,7 @@ pub(crate) mod balanced;
 pub(crate) mod bounded;
 pub(crate) mod candidates;
 pub(crate) mod curvature;
+mod elongation;
 pub(crate) mod glance;
 pub(crate) mod least_squares;
 mod leeway;

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::fit::curvature::{add_curvature, add_gradient, times};
-use crate::fit::least_squares::{Fitted, Task, robust, slopes};
+use crate::fit::least_squares::{Fitted, Task, robust};
 use crate::fit::shared_scale::without;
 use crate::fit::walk::stretch;
 
@@ -97,11 +97,10 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
         pulls: vec![DVector::zeros(n); blocks],
     };
     for (c, measured) in task.dataset.records[r].series.iter().enumerate() {
-        let sigma = task.weights.sigma[r][c];
-        if sigma.is_infinite() {
+        if task.weights.sigma[r][c].is_infinite() {
             continue;
         }
-        let mut slopes = slopes(&here, &moved, c, sigma);
+        let mut slopes = task.slopes(r, c, &here, &moved);
         without(still, &mut slopes);
         let residuals = task.residuals(r, c, &here);
         let weights = task.robust_weights(r, c, &residuals);
@@ -126,7 +125,8 @@ fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> f64 {
     let weights = &task.weights;
     let readings = task.dataset.records[r].count(c) as f64;
     let misfit = residuals.iter().map(|&residual| robust(residual).0).sum::<f64>() / readings;
-    let noise = (weights.noise[r][c] / weights.sigma[r][c]).powi(2).min(misfit);
+    let noise = weights.noise_of(r, c, &weights.noise[r]);
+    let noise = (noise / weights.sigma[r][c]).powi(2).min(misfit);
     task.share(r, c).min(once_per_look(noise, misfit - noise, readings / weights.looks[r][c]))
 }
 

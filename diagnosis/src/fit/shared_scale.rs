@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::dataset::Dataset;
 use crate::fit::curvature::along;
-use crate::fit::least_squares::{Task, slopes};
+use crate::fit::least_squares::Task;
 use crate::fit::model::Model;
 use crate::fit::unknown::{Target, Unknown};
 
@@ -128,8 +128,8 @@ impl Task<'_> {
             let here = self.predict(model, theta, r)?;
             let moved = [Some((self.predict(model, &larger, r)?, 1.0))];
             let of = |c: usize| {
-                let mut changes = slopes(&here, &moved, c, self.weights.sigma[r][c]).swap_remove(0);
-                self.dataset.records[r].blank(c, &mut changes);
+                let mut changes = self.slopes(r, c, &here, &moved).swap_remove(0);
+                self.blank(r, c, &mut changes);
                 self.share(r, c) * changes.iter().map(|change| change * change).sum::<f64>()
             };
             Some((0..self.dataset.channels.len()).map(of).sum::<f64>())

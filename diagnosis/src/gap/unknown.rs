@@ -30,9 +30,13 @@ const NOISE_ALONE: f64 = 1.25;
 pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
     let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
     for (r, record) in task.dataset.records.iter().enumerate() {
-        let shares: Vec<f64> = (scored.misfits[r].iter().zip(&task.weights.sigma[r]).zip(noise))
-            .map(|((misfit, sigma), noise)| misfit * (sigma / noise.max(f64::MIN_POSITIVE)).powi(2))
-            .collect();
+        let share = |(c, misfit): (usize, &f64)| {
+            let noise = task.weights.noise_of(r, c, noise).max(f64::MIN_POSITIVE);
+            let sigmas = task.weights.sigma[r][c] / noise;
+            // A channel that does not count here has no misfit.
+            if sigmas.is_finite() { misfit * sigmas.powi(2) } else { 0.0 }
+        };
+        let shares: Vec<f64> = scored.misfits[r].iter().enumerate().map(share).collect();
         match groups.iter_mut().find(|(engagement, ..)| *engagement == record.engagement) {
             Some((_, sums, count)) => {
                 sums.iter_mut().zip(&shares).for_each(|(sum, share)| *sum += share);
@@ -126,7 +130,17 @@ const APART: f64 = 3.0;
 pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let dataset = task.dataset;
     let misfits = channel_misfits(scored);
-    let worst = (0..misfits.len()).max_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
+    let (apart, own): (Vec<usize>, Vec<usize>) =
+        (0..misfits.len()).partition(|&c| task.weights.is_elongation(c));
+    let worst_of =
+        |channels: &[usize]| channels.iter().copied().max_by(|&a, &b| misfits[a].total_cmp(&misfits[b]));
+    // What moves both ends of a joint alike does not show in their difference.
+    if let Some(channel) = worst_of(&apart).filter(|&c| misfits[c] > APART) {
+        let (what, sigmas) = (task.weighed_as(channel), misfits[channel].sqrt());
+        let evidence = format!("{what} departs {sigmas:.1} sigma: the two ends of the joint move apart");
+        return Pointer { place: Place::Transmission, channel, is_contact: false, evidence };
+    }
+    let worst = worst_of(&own).unwrap_or(0);
     let quantity = |c: usize| dataset.channels[c].quantity(&dataset.machine);
     let phase = |c: usize| {
         let mut sums = [(0.0, 0.0); 2];
@@ -141,7 +155,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let [free, contact] = phase(worst);
     let is_contact = !dataset.machine.contacts.is_empty() && contact > 2.0 * free;
     let positions: Vec<f64> =
-        (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Position).map(|c| misfits[c]).collect();
+        own.iter().filter(|&&c| quantity(c) == Quantity::Position).map(|&c| misfits[c]).collect();
     let least = positions.iter().copied().fold(f64::INFINITY, f64::min);
     let name = &dataset.channels[worst].column;
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());

@@ -85,6 +85,8 @@ pub(crate) const LATE_ROWS: f64 = 1.0;
 pub(crate) struct Seen {
     /// The longest way, m.
     pub(crate) stroke_m: f64,
+    /// Its ends, m.
+    pub(crate) ends_m: [f64; 2],
     /// The largest command, N.
     pub(crate) command_n: f64,
     /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
@@ -143,10 +145,16 @@ impl Glance {
         self.elongations.iter().find(|(spring, _)| host == Host::Spring(*spring)).map(|(_, range)| *range)
     }
 
-    /// From the least to the largest position that the fitted records cover, m.
-    pub(crate) fn stroke(&self) -> f64 {
+    /// The least and the largest position that the fitted records cover, m; both zero without any.
+    pub(crate) fn ends(&self) -> [f64; 2] {
         let ends = (self.missing.iter())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, _)| (low.min(*x), high.max(*x)));
-        (ends.1 - ends.0).max(0.0)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (x, _)| [low.min(*x), high.max(*x)]);
+        if self.missing.is_empty() { [0.0; 2] } else { ends }
+    }
+
+    /// From the one to the other, m.
+    pub(crate) fn stroke(&self) -> f64 {
+        let [low, high] = self.ends();
+        (high - low).max(0.0)
     }
 }

@@ -20,6 +20,7 @@ pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::ResidualTrace;
+pub(crate) use rivals::as_good_but_small;
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -127,9 +128,9 @@ impl Adequacy {
     }
 
     /// Tells what else may be there.
-    pub(crate) fn add_further(&mut self, further: Vec<String>) {
+    pub(crate) fn add_rivals(&mut self, rivals: Vec<String>) {
         let short = |what| Shortfall { condition: Condition::Rivals, what };
-        self.shortfalls.extend(further.into_iter().map(short));
+        self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
     /// Tells that the repaired machine runs freely farther off than the believed one, where it does.

@@ -4,7 +4,7 @@ use feeler_plant::description::Machine;
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, assess, further};
+use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
 use crate::answer::causes::{Field, look_alikes};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
@@ -82,7 +82,10 @@ impl Judge<'_> {
     ) -> (Adequacy, Machine) {
         let mut adequacy = assess(self, accepted, &field.sets, balanced, sizes);
         let all: Vec<&Scored> = attempts.fitted.iter().chain(&attempts.screened).collect();
-        adequacy.add_further(further(self, accepted, &all, &Criteria::default()));
+        adequacy.add_rivals(further(self, accepted, &all, &Criteria::default()));
+        if !accepted.causes.is_empty() {
+            adequacy.add_rivals(as_good_but_small(self, accepted, &all, &Criteria::default()));
+        }
         adequacy.add_untried(attempts.untried.len());
         let (machine, worse) = self.proposed(accepted);
         adequacy.add_free_run(worse);

@@ -3,8 +3,10 @@
 use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{ActuatorKind, Body, Contact, ElementKind, Machine, Site, Spring};
-use feeler_plant::effects::Host;
+use feeler_plant::effects::{EffectUse, Host};
 use indexmap::IndexMap;
+
+use crate::tolerance;
 
 /// An element of the believed machine with a trial effect.
 pub(crate) struct Element<'a> {
@@ -73,6 +75,13 @@ impl<'a> Element<'a> {
     pub(crate) fn tolerance(&self, value: &Key, default: f64) -> f64 {
         let Some(stated) = self.tolerance else { return 0.0 };
         stated.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
+    }
+
+    /// The tolerance of a parameter of one of its believed laws of friction, as a fraction.
+    pub(crate) fn tolerance_of_friction(&self, law: &EffectUse, parameter: &str) -> f64 {
+        let Some(stated) = self.tolerance else { return 0.0 };
+        let key = format!("{}.effects.{}.{parameter}", self.key, law.definition.kind);
+        stated.get(&key).copied().unwrap_or(tolerance::DAMPING)
     }
 }
 

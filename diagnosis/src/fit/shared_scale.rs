@@ -155,7 +155,7 @@ fn is_gain_of(model: &Model, unknown: &Unknown, site: Site) -> bool {
 }
 
 fn is_gain(definition: &'static Definition) -> bool {
-    matches!(definition.kind, Kind::DriveGain | Kind::ForceGain)
+    matches!(definition.kind, Kind::DriveGain | Kind::LoopGain | Kind::ForceGain)
 }
 
 fn believed_effect(model: &Model, site: Site, effect: usize) -> Option<&'static Definition> {
@@ -191,7 +191,8 @@ fn of_parameter(model: &Model, site: Site, definition: &'static Definition, para
         model.believed.actuators.get_index(site.index).filter(|_| site.table == ElementKind::Actuators);
     let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
     match (site.table, definition.kind) {
-        (_, Kind::DriveGain) => command.mass,
+        // A servo's loop is scaled by its gains.
+        (_, Kind::DriveGain | Kind::LoopGain) => command.mass,
         (_, Kind::ForceGain) => -read(model, site),
         // They count in readings, or in commands before the gain.
         (ElementKind::Sensors, _) | (_, Kind::DriveDeadband) => 0.0,

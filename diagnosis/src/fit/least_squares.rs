@@ -22,6 +22,8 @@ pub(crate) const PIECES: f64 = 100.0;
 const ROBUST_SIGMAS: f64 = 8.0;
 /// Share of a channel's variation that no model is expected to explain.
 const DISCREPANCY: f64 = 0.01;
+/// Share of a motion to which the readings of two sensors agree on a rigid joint: their scales differ.
+const AGREEMENT: f64 = 1e-4;
 /// Smallest scale of a channel in one experiment, as a share of its variation over all experiments.
 const SMALLEST_SCALE: f64 = 0.1;
 /// Smallest damping of a step.
@@ -117,7 +119,7 @@ impl Weights {
                         if let Some(against) = against[r][c].filter(|_| scale[r][c].is_finite()) {
                             let stretch = against.variation(&dataset.records[r], c);
                             let noise = against.noise(noise[r][c], &noise[r]);
-                            return noise.hypot(DISCREPANCY * stretch).max(f64::MIN_POSITIVE);
+                            return noise.hypot(DISCREPANCY * stretch).hypot(AGREEMENT * scale[r][c]);
                         }
                         let expected = if is_position[c] && reference[r].omega > 0.0 {
                             accelerations / reference[r].omega.powi(2)

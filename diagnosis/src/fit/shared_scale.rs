@@ -78,7 +78,7 @@ impl SharedScale {
     /// The logarithm of the scale that the believed values ask for, within all bounds, and its standard
     /// deviation. `None` if no believed value has a share in it.
     fn believed(&self, model: &Model, theta: &[f64]) -> Option<(f64, f64)> {
-        let (mut precision, mut pull) = (0.0, 0.0);
+        let (mut precision, mut pull) = (0.0_f64, 0.0_f64);
         let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
         let direction = self.direction(model, theta);
         let rows = model.unknowns.iter().zip(&self.exponents).zip(theta.iter().zip(&direction));

@@ -123,24 +123,29 @@ pub(crate) fn portrait(
     points
 }
 
-/// Ratio of mean square residuals of two encoders along one chain above which the chain is not rigid.
+/// Ratio of mean square residuals of two encoders along one chain above which the chain is not rigid; and
+/// the mean square residual of their difference.
 const APART: f64 = 3.0;
+
+/// The joint whose two ends move apart; `None` if none do. What moves both alike does not show in their
+/// difference.
+fn parted(task: &Task<'_>, misfits: &[f64]) -> Option<Pointer> {
+    let apart = (0..misfits.len()).filter(|&c| task.weights.is_elongation(c) && misfits[c] > APART);
+    let channel = apart.max_by(|&a, &b| misfits[a].total_cmp(&misfits[b]))?;
+    let (what, sigmas) = (task.weighed_as(channel), misfits[channel].sqrt());
+    let evidence = format!("{what} departs {sigmas:.1} sigma: the two ends of the joint move apart");
+    Some(Pointer { place: Place::Transmission, channel, is_contact: false, evidence })
+}
 
 /// The place that the residuals of a model point to.
 pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let dataset = task.dataset;
     let misfits = channel_misfits(scored);
-    let (apart, own): (Vec<usize>, Vec<usize>) =
-        (0..misfits.len()).partition(|&c| task.weights.is_elongation(c));
-    let worst_of =
-        |channels: &[usize]| channels.iter().copied().max_by(|&a, &b| misfits[a].total_cmp(&misfits[b]));
-    // What moves both ends of a joint alike does not show in their difference.
-    if let Some(channel) = worst_of(&apart).filter(|&c| misfits[c] > APART) {
-        let (what, sigmas) = (task.weighed_as(channel), misfits[channel].sqrt());
-        let evidence = format!("{what} departs {sigmas:.1} sigma: the two ends of the joint move apart");
-        return Pointer { place: Place::Transmission, channel, is_contact: false, evidence };
+    if let Some(pointer) = parted(task, &misfits) {
+        return pointer;
     }
-    let worst = worst_of(&own).unwrap_or(0);
+    let own = || (0..misfits.len()).filter(|&c| !task.weights.is_elongation(c));
+    let worst = own().max_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
     let quantity = |c: usize| dataset.channels[c].quantity(&dataset.machine);
     let phase = |c: usize| {
         let mut sums = [(0.0, 0.0); 2];
@@ -155,7 +160,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let [free, contact] = phase(worst);
     let is_contact = !dataset.machine.contacts.is_empty() && contact > 2.0 * free;
     let positions: Vec<f64> =
-        own.iter().filter(|&&c| quantity(c) == Quantity::Position).map(|&c| misfits[c]).collect();
+        own().filter(|&c| quantity(c) == Quantity::Position).map(|c| misfits[c]).collect();
     let least = positions.iter().copied().fold(f64::INFINITY, f64::min);
     let name = &dataset.channels[worst].column;
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());

@@ -67,7 +67,7 @@ fn portrayed(missing: &[(f64, f64)], middle: f64, end: f64) -> Option<HardStop> 
         let is_before = |x: f64| depth(x) == 0.0 && side * (x - middle) >= 0.0;
         let before: Vec<f64> = missing.iter().filter(|(x, _)| is_before(*x)).map(|(_, f)| *f).collect();
         let level = before.iter().sum::<f64>() / before.len().max(1) as f64;
-        let (mut square, mut pushed) = (0.0, 0.0);
+        let (mut square, mut pushed) = (0.0_f64, 0.0_f64);
         for (x, f) in missing {
             square += depth(*x).powi(2);
             pushed -= side * depth(*x) * (f - level);

@@ -144,8 +144,8 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     if let Some(pointer) = parted(task, &misfits) {
         return pointer;
     }
-    let own = || (0..misfits.len()).filter(|&c| !task.weights.is_elongation(c));
-    let worst = own().max_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
+    let own: Vec<usize> = (0..misfits.len()).filter(|&c| !task.weights.is_elongation(c)).collect();
+    let worst = own.iter().copied().max_by(|&a, &b| misfits[a].total_cmp(&misfits[b])).unwrap_or(0);
     let quantity = |c: usize| dataset.channels[c].quantity(&dataset.machine);
     let phase = |c: usize| {
         let mut sums = [(0.0, 0.0); 2];
@@ -160,7 +160,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let [free, contact] = phase(worst);
     let is_contact = !dataset.machine.contacts.is_empty() && contact > 2.0 * free;
     let positions: Vec<f64> =
-        own().filter(|&c| quantity(c) == Quantity::Position).map(|c| misfits[c]).collect();
+        own.iter().filter(|&&c| quantity(c) == Quantity::Position).map(|&c| misfits[c]).collect();
     let least = positions.iter().copied().fold(f64::INFINITY, f64::min);
     let name = &dataset.channels[worst].column;
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());

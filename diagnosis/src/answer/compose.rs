@@ -123,7 +123,7 @@ impl Judge<'_> {
         let known = certainty(&adequacy);
         let is_early = !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_early), &attempts.fitted);
-        let look_alikes = look_alikes(accepted, &field, &balanced);
+        let look_alikes = look_alikes(accepted, &field, &balanced, &effects);
         let removed: Vec<Scored> = match accepted.causes.len() {
             1 => vec![calibrated.clone()],
             n => (0..n).map(|i| self.without(accepted, i)).collect(),

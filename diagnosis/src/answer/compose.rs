@@ -30,8 +30,8 @@ const INADEQUATE: f64 = 0.65;
 const STRUCTURED: f64 = 0.25;
 /// The same if something else may do as well, or a believed value ends at the limit of its tolerance.
 const RIVALLED: f64 = 0.8;
-/// Probability of the place that a residual beside unsure causes points to: 2 of 6 such places were right on
-/// a wild seed. Where a cause is as probable, its own place comes first.
+/// Probability of the place that a residual points to beside unsure causes, or without depending on much: 2
+/// of 6 of the first kind were right on a wild seed. Where a cause is as probable, its own place comes first.
 const POINTED: f64 = 0.25;
 /// Factor on the usual limit of a column's mean square residual where what is left depends on nothing.
 const NOISY: f64 = 2.0;
@@ -354,7 +354,8 @@ impl Judge<'_> {
             *chance = (*chance + known * field.instead(accepted, place)).min(1.0);
         }
         if verdict == Verdict::UnknownCause {
-            let rest = if accepted.causes.is_empty() || smooth.is_some() { 0.7 } else { POINTED };
+            let is_alone = accepted.causes.is_empty() && pointer.is_clear;
+            let rest = if is_alone || smooth.is_some() { 0.7 } else { POINTED };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }

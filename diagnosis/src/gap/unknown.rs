@@ -22,8 +22,8 @@ pub(crate) struct Pointer {
     pub(crate) evidence: String,
 }
 
-/// Share of the missing force that goes with position, velocity or drive force, below which it goes with
-/// none: six places on three blind seeds were named by less, and all were wrong.
+/// Share of the missing force that goes with position, velocity or drive force below which it goes with none.
+/// Six places on three blind seeds were named by less, and all were wrong.
 const CLEAR: f64 = 0.05;
 
 /// Largest mean square residual, over that of noise, that noise alone may leave in a channel over the

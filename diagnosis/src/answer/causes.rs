@@ -147,6 +147,16 @@ impl Judge<'_> {
         causes
     }
 
+    /// A gain below one and an added mass, if these records show forces only in ratios and masses alone tie
+    /// them to the believed machine.
+    pub(super) fn gain_or_mass(&self, accepted: &Scored) -> Option<[Kind; 2]> {
+        let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
+        let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
+        let is_weaker = *model.parameters(gain, theta).first()? < 1.0;
+        let scale = self.search.task.shared_scale(model, theta)?;
+        (is_weaker && scale.is_of_masses(model)).then_some([Kind::DriveGain, Kind::AddedMass])
+    }
+
     /// A cause of a fitted set with its values and their intervals.
     fn cause(&self, scored: &Scored, i: usize, sigma: &[f64], probability: f64) -> Cause {
         let candidate = scored.causes[i];
@@ -207,13 +217,15 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
 
 /// Kinds that look alike: an accepted one, and another that explains about as much in its place, or that
 /// balances the forces as well. So does a law that an accepted one may be within its intervals, `effects`.
+/// `known` looks like it on these records whatever was fitted.
 pub(super) fn look_alikes(
     accepted: &Scored,
     field: &Field,
     balanced: &[&Scored],
     effects: &[Cause],
+    known: Option<[Kind; 2]>,
 ) -> Vec<[Kind; 2]> {
-    let mut found: Vec<[Kind; 2]> = Vec::new();
+    let mut found: Vec<[Kind; 2]> = known.into_iter().collect();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
     for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {

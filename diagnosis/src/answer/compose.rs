@@ -123,7 +123,7 @@ impl Judge<'_> {
         let known = certainty(&adequacy);
         let is_early = !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_early), &attempts.fitted);
-        let look_alikes = look_alikes(accepted, &field, &balanced, &effects);
+        let look_alikes = look_alikes(accepted, &field, &balanced, &effects, self.gain_or_mass(accepted));
         let removed: Vec<Scored> = match accepted.causes.len() {
             1 => vec![calibrated.clone()],
             n => (0..n).map(|i| self.without(accepted, i)).collect(),
@@ -184,7 +184,9 @@ impl Judge<'_> {
     /// Whether a cause that was not tried may be there, or one that shifts commands beyond their timing.
     fn is_open(&self, adequacy: &Adequacy) -> bool {
         let Fitted { model, theta, .. } = &self.search.calibrated.fitted;
-        adequacy.has_untried() || model.is_timing_at_limit(theta)
+        // Nothing makes a command act before it is given.
+        let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
+        adequacy.has_untried() || is_late
     }
 
     /// When commands act of which no hold is stated.

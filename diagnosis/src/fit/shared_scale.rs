@@ -25,6 +25,9 @@ use crate::fit::unknown::{Target, Unknown};
 /// believed values. The scale moves by one standard deviation of what is believed.
 const KNOWN: f64 = 1.0;
 
+/// Smallest standard deviation of the logarithm of a believed value that hardly limits the scale.
+const LOOSE: f64 = 0.2;
+
 /// The change of every unknown of a model under another unit of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct SharedScale {
@@ -96,6 +99,17 @@ impl SharedScale {
         // A value on its bound may lie beyond it by rounding.
         let by = (pull / precision).clamp(least.min(0.0), most.max(0.0));
         (precision > 0.0 && by.is_finite()).then(|| (by, precision.sqrt().recip()))
+    }
+
+    /// Whether masses alone limit the scale closely. A gain then does what larger masses do, with damping and
+    /// friction that are larger too.
+    pub(crate) fn is_of_masses(&self, model: &Model) -> bool {
+        let is_close = |unknown: &Unknown| unknown.prior.is_some_and(|(_, sigma)| sigma < LOOSE);
+        let is_mass = |unknown: &Unknown| {
+            matches!(unknown.target, Target::Value(Site { table: ElementKind::Bodies, .. }, _))
+        };
+        let scaled = model.unknowns.iter().zip(&self.exponents).filter(|(_, exponent)| **exponent != 0.0);
+        scaled.map(|(unknown, _)| unknown).filter(|unknown| is_close(unknown)).all(is_mass)
     }
 
     /// The point with the scale that the believed values ask for.

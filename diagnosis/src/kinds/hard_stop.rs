@@ -14,7 +14,7 @@ const LOOKED_AT: usize = 20;
 
 /// Share of the travel by which a stop gives way at most under the largest command, of which it holds but a
 /// part: a softer one is a spring.
-const SOFT: f64 = 0.3;
+const SOFT: f64 = 0.25;
 /// Largest share of the travel beyond a stop: it ends a travel.
 const BEYOND: f64 = 0.25;
 

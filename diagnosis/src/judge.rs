@@ -208,14 +208,17 @@ impl Judge<'_> {
     pub(crate) fn as_two(&self, accepted: &Scored) -> Option<Scored> {
         let [cause] = accepted.causes[..] else { return None };
         let [first, second] = dossier(cause.definition.kind).same_as?;
-        let first = self.search.singles.iter().find(|single| {
+        let is_first = |single: &&Scored| {
             single.causes[0].site == cause.site && single.causes[0].definition.kind == first
-        })?;
+        };
+        let task = &self.search.task;
+        let fitted = self.search.singles.iter().find(is_first).cloned();
+        // Half of an effect alone may have been left after a few steps.
+        let half = fitted.or_else(|| Some(finished(task, self.search.others.iter().find(is_first)?)))?;
         let second = candidates(&self.dataset.machine)
             .into_iter()
             .find(|c| c.site == cause.site && c.definition.kind == second)?;
-        let pair =
-            extensions(&self.search.task, first, &[second], &glance(&self.search.task, first)).fits.pop()?;
+        let pair = extensions(task, &half, &[second], &glance(task, &half)).fits.pop()?;
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 

@@ -20,6 +20,7 @@ pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::ResidualTrace;
+pub(crate) use rivals::as_good_but_small;
 
 use feeler_plant::effects::Place;
 use serde::Serialize;
@@ -115,11 +116,11 @@ impl Adequacy {
     }
 
     /// Tells which columns short predictions do not explain, each with its residual in sigmas.
-    pub(crate) fn add_unexplained<'a>(&mut self, columns: impl Iterator<Item = (&'a str, f64)>) {
-        let short = |(column, sigmas): (&str, f64)| Shortfall {
+    pub(crate) fn add_unexplained(&mut self, columns: impl Iterator<Item = (String, f64)>) {
+        let short = |(column, sigmas): (String, f64)| Shortfall {
             condition: Condition::Left,
             what: format!(
-                "short predictions of `{column}` are off by {sigmas:.1} sigma, more than an imprecise law of \
+                "short predictions of {column} are off by {sigmas:.1} sigma, more than an imprecise law of \
                  friction or contact usually leaves"
             ),
         };
@@ -127,9 +128,9 @@ impl Adequacy {
     }
 
     /// Tells what else may be there.
-    pub(crate) fn add_further(&mut self, further: Vec<String>) {
+    pub(crate) fn add_rivals(&mut self, rivals: Vec<String>) {
         let short = |what| Shortfall { condition: Condition::Rivals, what };
-        self.shortfalls.extend(further.into_iter().map(short));
+        self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
     /// Tells that the repaired machine runs freely farther off than the believed one, where it does.

@@ -50,3 +50,34 @@ pub(super) fn as_good(
     }
     found
 }
+
+/// Sets of as many causes, with one at another place, that explain as much at a value too small to be a
+/// finding, in words. A small value of the true cause may lie within a tolerance, and something else then
+/// seems to be found.
+pub(crate) fn as_good_but_small(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    tried: &[&Scored],
+    criteria: &Criteria,
+) -> Vec<String> {
+    let simple = accepted.fitted.model.effect_parameters();
+    let elsewhere = |rival: &&Scored| {
+        let [mine, theirs] = [accepted.beyond(rival), rival.beyond(accepted)];
+        let [(_, mine), (_, theirs)] = [mine.last()?, theirs.last()?];
+        (theirs.place != mine.place)
+            .then(|| format!("{} at the {}", theirs.definition.kind, theirs.place.name()))
+    };
+    let does_as_well = |rival: &&&Scored| {
+        rival.causes.len() == accepted.causes.len()
+            && rival.fitted.model.effect_parameters() <= simple
+            && judge.check(rival, accepted) < criteria.rival_nats
+            && judge.gain(rival, accepted, &judge.everything()) < criteria.rival_nats
+            && !judge.is_finding(rival)
+    };
+    let mut found: Vec<String> = tried.iter().filter(does_as_well).filter_map(elsewhere).collect();
+    found.sort_unstable();
+    found.dedup();
+    found.truncate(MOST_PREDICTED);
+    let say = |name: String| format!("{name} explains as much, at a value too small to be a finding");
+    found.into_iter().map(say).collect()
+}

@@ -1,7 +1,7 @@
 //! The causes of an answer: how probable each is, its values, and which causes look alike.
 
 use feeler_plant::description::ElementKind;
-use feeler_plant::effects::{Kind, Scale};
+use feeler_plant::effects::{Kind, LIBRARY, Scale};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
@@ -11,7 +11,7 @@ use crate::fit::odds::probabilities;
 use crate::fit::sandwich;
 use crate::fit::scored::{Scored, distinct};
 use crate::judge::{Judge, LOOK_ALIKE, PARSIMONY};
-use crate::kinds::{contains, dossier};
+use crate::kinds::{contains, dossier, embed, nearest};
 use crate::report::{Cause, Estimate};
 
 /// Quantile of the 90 % interval of a normal distribution, in standard deviations.
@@ -147,6 +147,16 @@ impl Judge<'_> {
         causes
     }
 
+    /// A gain below one and an added mass, if these records show forces only in ratios and masses alone tie
+    /// them to the believed machine.
+    pub(super) fn gain_or_mass(&self, accepted: &Scored) -> Option<[Kind; 2]> {
+        let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
+        let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
+        let is_weaker = *model.parameters(gain, theta).first()? < 1.0;
+        let scale = self.search.task.shared_scale(model, theta)?;
+        (is_weaker && scale.is_of_masses(model)).then_some([Kind::DriveGain, Kind::AddedMass])
+    }
+
     /// A cause of a fitted set with its values and their intervals.
     fn cause(&self, scored: &Scored, i: usize, sigma: &[f64], probability: f64) -> Cause {
         let candidate = scored.causes[i];
@@ -206,9 +216,16 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
 }
 
 /// Kinds that look alike: an accepted one, and another that explains about as much in its place, or that
-/// balances the forces as well.
-pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]) -> Vec<[Kind; 2]> {
-    let mut found: Vec<[Kind; 2]> = Vec::new();
+/// balances the forces as well. So does a law that an accepted one may be within its intervals, `effects`.
+/// `known` looks like it on these records whatever was fitted.
+pub(super) fn look_alikes(
+    accepted: &Scored,
+    field: &Field,
+    balanced: &[&Scored],
+    effects: &[Cause],
+    known: Option<[Kind; 2]>,
+) -> Vec<[Kind; 2]> {
+    let mut found: Vec<[Kind; 2]> = known.into_iter().collect();
     let best = field.evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let near = field.rivals(accepted).filter(|(.., evidence)| best - evidence < LOOK_ALIKE);
     for (rival, ..) in field.rivals(accepted).filter(|(rival, ..)| is_split_of(accepted, rival)) {
@@ -229,6 +246,17 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
     };
     let pairs = near.filter_map(|(rival, ..)| single(rival));
     let pairs: Vec<[Kind; 2]> = pairs.chain(balanced.iter().filter_map(of_balance)).collect();
+    for (cause, effect) in accepted.causes.iter().zip(effects) {
+        let outer = cause.definition.kind;
+        let values: Vec<&Estimate> = effect.parameters.values().collect();
+        let inner = LIBRARY.iter().map(|inner| inner.kind).find(|inner| may_be(outer, *inner, &values));
+        if let Some(inner) = inner
+            && found.len() < MOST_ALIKE
+            && !found.contains(&[outer, inner])
+        {
+            found.push([outer, inner]);
+        }
+    }
     // A law is always near one that it contains: other pairs are worth more words.
     let is_nested = |[a, b]: &&[Kind; 2]| contains(*a, *b) || contains(*b, *a);
     let (nested, apart): (Vec<_>, Vec<_>) = pairs.iter().partition(is_nested);
@@ -238,6 +266,16 @@ pub(super) fn look_alikes(accepted: &Scored, field: &Field, balanced: &[&Scored]
         }
     }
     found
+}
+
+/// Whether a law with these values is, somewhere within their intervals, the same as one that it contains.
+fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
+    let own: Vec<f64> = values.iter().map(|estimate| estimate.value).collect();
+    let is_within = |same: Vec<f64>| {
+        let mut rows = same.iter().zip(values);
+        rows.all(|(same, estimate)| (estimate.ci90[0]..=estimate.ci90[1]).contains(same))
+    };
+    nearest(outer, inner, &own).iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
 }
 
 /// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
@@ -258,4 +296,25 @@ fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
         && a.definition.kind == b.definition.kind
         && a.place == b.place
         && a.site != b.site
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_law_whose_interval_holds_a_simpler_one_may_be_that() {
+        let of = |value: f64, half: f64| Estimate {
+            value,
+            ci90: [value - half, value + half],
+            unit: String::new(),
+        };
+        let may_be = |asymmetry: &Estimate| {
+            may_be(Kind::AsymmetricFriction, Kind::CoulombFriction, &[&of(7.0, 0.5), asymmetry])
+        };
+        assert!(may_be(&of(-0.03, 0.04)) && !may_be(&of(-0.03, 0.02)));
+        // It contains no other law.
+        let values = [&of(7.0, 0.5), &of(0.0, 0.04)];
+        assert!(!super::may_be(Kind::AsymmetricFriction, Kind::StribeckFriction, &values));
+    }
 }

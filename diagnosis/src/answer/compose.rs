@@ -4,7 +4,7 @@ use feeler_plant::description::Machine;
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, assess, further};
+use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
 use crate::answer::causes::{Field, look_alikes};
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
@@ -30,8 +30,8 @@ const INADEQUATE: f64 = 0.65;
 const STRUCTURED: f64 = 0.25;
 /// The same if something else may do as well, or a believed value ends at the limit of its tolerance.
 const RIVALLED: f64 = 0.8;
-/// Probability of the place that a residual beside unsure causes points to: 2 of 6 such places were right on
-/// a wild seed. Where a cause is as probable, its own place comes first.
+/// Probability of the place that a residual points to beside unsure causes, or without depending on much: 2
+/// of 6 of the first kind were right on a wild seed. Where a cause is as probable, its own place comes first.
 const POINTED: f64 = 0.25;
 /// Factor on the usual limit of a column's mean square residual where what is left depends on nothing.
 const NOISY: f64 = 2.0;
@@ -82,7 +82,10 @@ impl Judge<'_> {
     ) -> (Adequacy, Machine) {
         let mut adequacy = assess(self, accepted, &field.sets, balanced, sizes);
         let all: Vec<&Scored> = attempts.fitted.iter().chain(&attempts.screened).collect();
-        adequacy.add_further(further(self, accepted, &all, &Criteria::default()));
+        adequacy.add_rivals(further(self, accepted, &all, &Criteria::default()));
+        if !accepted.causes.is_empty() {
+            adequacy.add_rivals(as_good_but_small(self, accepted, &all, &Criteria::default()));
+        }
         adequacy.add_untried(attempts.untried.len());
         let (machine, worse) = self.proposed(accepted);
         adequacy.add_free_run(worse);
@@ -90,7 +93,7 @@ impl Judge<'_> {
             let mut left = unknown::unexplained(&self.search.calibrated, accepted);
             // Noise that is stated or estimated may be too small.
             left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
-            let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
+            let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
             adequacy.add_unexplained(left.into_iter().map(column));
         }
         (adequacy, machine)
@@ -120,7 +123,7 @@ impl Judge<'_> {
         let known = certainty(&adequacy);
         let is_early = !task.budget.is_over(Stage::Compose);
         let mut effects = self.causes(accepted, &field, (known, is_early), &attempts.fitted);
-        let look_alikes = look_alikes(accepted, &field, &balanced);
+        let look_alikes = look_alikes(accepted, &field, &balanced, &effects, self.gain_or_mass(accepted));
         let removed: Vec<Scored> = match accepted.causes.len() {
             1 => vec![calibrated.clone()],
             n => (0..n).map(|i| self.without(accepted, i)).collect(),
@@ -181,7 +184,9 @@ impl Judge<'_> {
     /// Whether a cause that was not tried may be there, or one that shifts commands beyond their timing.
     fn is_open(&self, adequacy: &Adequacy) -> bool {
         let Fitted { model, theta, .. } = &self.search.calibrated.fitted;
-        adequacy.has_untried() || model.is_timing_at_limit(theta)
+        // Nothing makes a command act before it is given.
+        let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
+        adequacy.has_untried() || is_late
     }
 
     /// When commands act of which no hold is stated.
@@ -351,7 +356,8 @@ impl Judge<'_> {
             *chance = (*chance + known * field.instead(accepted, place)).min(1.0);
         }
         if verdict == Verdict::UnknownCause {
-            let rest = if accepted.causes.is_empty() || smooth.is_some() { 0.7 } else { POINTED };
+            let is_alone = accepted.causes.is_empty() && pointer.is_clear;
+            let rest = if is_alone || smooth.is_some() { 0.7 } else { POINTED };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }
@@ -369,8 +375,8 @@ impl Judge<'_> {
             (
                 worst,
                 format!(
-                    "without {kind} `{}` departs {:.1} sigma, with it {:.1}",
-                    self.column(worst),
+                    "without {kind} {} departs {:.1} sigma, with it {:.1}",
+                    self.search.task.weighed_as(worst),
                     sigmas[0],
                     sigmas[1]
                 ),

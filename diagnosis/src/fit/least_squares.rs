@@ -7,7 +7,9 @@ use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record};
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
+use crate::fit::elongation::{Against, against};
 use crate::fit::model::Model;
+use crate::fit::shared_scale::{SharedScale, without};
 use crate::fit::unknown::Unknown;
 use crate::fit::wander::{commanded_acceleration, wander};
 use crate::inverse::Inverse;
@@ -20,6 +22,8 @@ pub(crate) const PIECES: f64 = 100.0;
 const ROBUST_SIGMAS: f64 = 8.0;
 /// Share of a channel's variation that no model is expected to explain.
 const DISCREPANCY: f64 = 0.01;
+/// Share of a motion to which the readings of two sensors agree on a rigid joint: their scales differ.
+const AGREEMENT: f64 = 1e-4;
 /// Smallest scale of a channel in one experiment, as a share of its variation over all experiments.
 const SMALLEST_SCALE: f64 = 0.1;
 /// Smallest damping of a step.
@@ -48,6 +52,8 @@ pub(crate) struct Weights {
     pub(crate) sigma: Vec<Vec<f64>>,
     /// Number of independent samples.
     pub(crate) looks: Vec<Vec<f64>>,
+    /// The channel from which another one is weighed as a difference; `None` for one weighed by itself.
+    pub(super) against: Vec<Vec<Option<Against>>>,
 }
 
 impl Weights {
@@ -99,6 +105,8 @@ impl Weights {
             c.quantity(&dataset.machine) == feeler_plant::description::Quantity::Acceleration
         };
         let is_blind = !dataset.channels.iter().any(is_read);
+        let against: Vec<Vec<Option<Against>>> =
+            dataset.records.iter().map(|record| against(dataset, record)).collect();
         let sigma = (0..dataset.records.len())
             .map(|r| {
                 // Accelerometers keep a prediction on the motion despite noise of the command.
@@ -108,6 +116,11 @@ impl Weights {
                     acceleration_scale(dataset, &scale[r], r, reference[r].omega).max(commanded);
                 (0..channels)
                     .map(|c| {
+                        if let Some(against) = against[r][c].filter(|_| scale[r][c].is_finite()) {
+                            let stretch = against.variation(&dataset.records[r], c);
+                            let noise = against.noise(noise[r][c], &noise[r]);
+                            return noise.hypot(DISCREPANCY * stretch).hypot(AGREEMENT * scale[r][c]);
+                        }
                         let expected = if is_position[c] && reference[r].omega > 0.0 {
                             accelerations / reference[r].omega.powi(2)
                         } else {
@@ -125,7 +138,7 @@ impl Weights {
                 (0..channels).map(|c| looks(record, c, omega)).collect()
             })
             .collect();
-        Self { noise, scale, sigma, looks }
+        Self { noise, scale, sigma, looks, against }
     }
 }
 
@@ -224,23 +237,6 @@ impl Task<'_> {
         (0..record.series.len()).map(loss).collect()
     }
 
-    /// Residuals of a channel in sigmas; zero in rows without a reading.
-    pub(crate) fn residuals(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
-        let (record, sigma) = (&self.dataset.records[r], self.weights.sigma[r][c]);
-        let residual = |(m, p): (&f64, &f64)| beyond(m - p, prediction.dead_zone[c]) / sigma;
-        let mut residuals: Vec<f64> =
-            record.series[c].iter().zip(&prediction.smooth[c]).map(residual).collect();
-        record.blank(c, &mut residuals);
-        residuals
-    }
-
-    /// Robust weights of the residuals of a channel; zero in rows without a reading.
-    pub(crate) fn robust_weights(&self, r: usize, c: usize, residuals: &[f64]) -> Vec<f64> {
-        let mut weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
-        self.dataset.records[r].blank(c, &mut weights);
-        weights
-    }
-
     /// What one reading of a channel counts in the cost.
     pub(crate) fn share(&self, r: usize, c: usize) -> f64 {
         PIECES / self.dataset.records[r].count(c) as f64
@@ -277,19 +273,28 @@ impl Task<'_> {
         })
     }
 
-    /// Normal equations of one record: `J^T W J`, `J^T W r`.
-    fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction along which nothing that
+    /// is measured changes; empty for none.
+    fn normal(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        still: &[f64],
+        r: usize,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
         let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         for c in 0..self.dataset.channels.len() {
-            let slopes = slopes(&base, &moved, c, self.weights.sigma[r][c]);
+            let mut slopes = self.slopes(r, c, &base, &moved);
+            without(still, &mut slopes);
             let residuals = self.residuals(r, c, &base);
             let mut weights = self.robust_weights(r, c, &residuals);
             // Within the dead zone a slope has no effect.
-            let is_within = |residual: &f64| *residual == 0.0 && base.dead_zone[c] != 0.0;
+            let dead_zone = self.dead_zone(r, c, &base);
+            let is_within = |residual: &f64| *residual == 0.0 && dead_zone != 0.0;
             let rows = weights.iter_mut().zip(&residuals).filter(|(_, residual)| is_within(residual));
             rows.for_each(|(weight, _)| *weight = 0.0);
             let factor = self.share(r, c);
@@ -301,17 +306,47 @@ impl Task<'_> {
 
     /// Fits from `start` in at most `steps` steps.
     pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
-        let n = start.len();
-        let mut theta = start.to_vec();
-        let mut cost = self.cost(model, &theta);
+        let scale = self.shared_scale(model, start);
+        let begun = self.settled(model, start, self.cost(model, start), scale.as_ref());
+        let Fitted { theta, cost, sigma, .. } = self.descend(model, begun, scale.as_ref(), steps);
+        let (theta, cost) = self.settled(model, &theta, cost, scale.as_ref());
+        Fitted { model: model.clone(), theta, cost, sigma }
+    }
+
+    /// A point and its cost, or those with the scale that the believed values ask for where that costs less.
+    fn settled(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        cost: f64,
+        scale: Option<&SharedScale>,
+    ) -> (Vec<f64>, f64) {
+        let settled = scale.map(|scale| scale.settled(model, theta));
+        let settled = settled.map(|settled| (self.cost(model, &settled), settled));
+        match settled.filter(|(tried, _)| *tried < cost) {
+            Some((tried, settled)) => (settled, tried),
+            None => (theta.to_vec(), cost),
+        }
+    }
+
+    /// The steps of a fit from a point with its cost.
+    fn descend(
+        &self,
+        model: &Model,
+        (mut theta, mut cost): (Vec<f64>, f64),
+        scale: Option<&SharedScale>,
+        steps: usize,
+    ) -> Fitted {
+        let n = theta.len();
         let mut damping = 1e-3;
         let mut sigma = vec![f64::INFINITY; n];
         for _ in 0..steps {
             if !cost.is_finite() || self.budget.is_over(Stage::Compose) {
                 break;
             }
+            let still = scale.map_or_else(Vec::new, |scale| scale.direction(model, &theta));
             let parts: Option<Vec<_>> =
-                self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
+                self.fitted.par_iter().map(|&r| self.normal(model, &theta, &still, r)).collect();
             let Some(parts) = parts else { break };
             let mut a = DMatrix::zeros(n, n);
             let mut b = DVector::zeros(n);
@@ -359,24 +394,6 @@ impl Task<'_> {
         }
         Fitted { model: model.clone(), theta, cost, sigma }
     }
-}
-
-/// Slopes of channel `c` in sigmas, by unknown, from shifted predictions. The slope is zero if an unknown
-/// cannot be shifted.
-pub(crate) fn slopes(
-    base: &Prediction,
-    moved: &[Option<(Prediction, f64)>],
-    c: usize,
-    sigma: f64,
-) -> Vec<Vec<f64>> {
-    let base = &base.smooth[c];
-    let of = |moved: &Option<(Prediction, f64)>| match moved {
-        Some((moved, step)) => {
-            moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect()
-        }
-        None => vec![0.0; base.len()],
-    };
-    moved.iter().map(of).collect()
 }
 
 /// Longest step of one unknown: a factor of e, or its unit.

@@ -241,7 +241,7 @@ impl Model {
 
     /// Number of effect parameters among the unknowns, the measure of complexity.
     pub(crate) fn effect_parameters(&self) -> usize {
-        self.unknowns.iter().filter(|unknown| matches!(unknown.target, Target::Effect(..))).count()
+        self.unknowns.iter().filter(|unknown| unknown.is_of_effect()).count()
     }
 
     /// Copies the values of `other` at `theta` for shared unknowns. Effects from index `effects` on are
@@ -272,7 +272,7 @@ impl Model {
     }
 
     /// A believed number of an element, by its index among the element's keys.
-    fn believed_at(&self, site: Site, index: usize) -> Option<Believed> {
+    pub(super) fn believed_at(&self, site: Site, index: usize) -> Option<Believed> {
         self.believed.element(site)?.1.believed().into_iter().find(|believed| believed.index == index)
     }
 

@@ -66,12 +66,13 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     }
     let dataset = task.dataset;
     let mut perfect = scored.clone();
-    let rows = perfect.misfits.iter_mut().zip(&task.weights.sigma).zip(&dataset.records);
-    for ((misfits, sigmas), record) in rows {
-        for (c, (misfit, sigma)) in misfits.iter_mut().zip(sigmas).enumerate() {
-            // A fit does not see the steps of an encoder, and stated noise may be too large.
-            let noise = dataset.channels[c].noise.min(scatter_of(record, c));
-            *misfit = misfit.min(LEAST_NOISE * mean_loss(noise / sigma));
+    for (r, (misfits, record)) in perfect.misfits.iter_mut().zip(&dataset.records).enumerate() {
+        // A fit does not see the steps of an encoder, and stated noise may be too large.
+        let noise = |c: usize| dataset.channels[c].noise.min(scatter_of(record, c));
+        let noise: Vec<f64> = (0..misfits.len()).map(noise).collect();
+        for (c, misfit) in misfits.iter_mut().enumerate() {
+            let sigmas = task.weights.noise_of(r, c, &noise) / task.weights.sigma[r][c];
+            *misfit = misfit.min(LEAST_NOISE * mean_loss(sigmas));
         }
     }
     let records = &dataset.records;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, add_mixed, along, times};
-use crate::fit::least_squares::{Fitted, Task, beyond, deviations, reach, robust, slopes};
+use crate::fit::least_squares::{Fitted, Task, beyond, deviations, reach, robust};
 use crate::fit::model::Model;
 use crate::predict::Prediction;
 
@@ -66,10 +66,10 @@ impl<'a> Linearised<'a> {
                 let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
                 let slopes: Vec<Vec<Vec<f64>>> = (0..record.series.len())
                     .map(|c| {
-                        let slopes = slopes(&here, &moved, c, task.weights.sigma[r][c]);
+                        let slopes = task.slopes(r, c, &here, &moved);
                         let weights = task.robust_weights(r, c, &task.residuals(r, c, &here));
                         let mut alike = vec![1.0; weights.len()];
-                        record.blank(c, &mut alike);
+                        task.blank(r, c, &mut alike);
                         add_curvature(&mut normal, task.share(r, c), &slopes, &weights);
                         add_curvature(&mut plain, task.share(r, c), &slopes, &alike);
                         slopes
@@ -233,15 +233,13 @@ impl<'a> Linearised<'a> {
         if sigma.is_infinite() {
             return None;
         }
-        let record = &self.task.dataset.records[r];
-        let measured = &record.series[c];
-        let moved = along(slopes, shift, measured.len());
-        let rows = measured.iter().zip(&prediction.smooth[c]).zip(&moved);
-        let residual = |((m, p), moved): ((&f64, &f64), &f64)| {
-            beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma
-        };
-        let mut residuals: Vec<f64> = rows.map(residual).collect();
-        record.blank(c, &mut residuals);
+        let mut residuals = self.task.departures(r, c, prediction);
+        let dead_zone = self.task.dead_zone(r, c, prediction);
+        let moved = along(slopes, shift, residuals.len());
+        for (residual, moved) in residuals.iter_mut().zip(&moved) {
+            *residual = beyond(*residual - sigma * moved, dead_zone) / sigma;
+        }
+        self.task.blank(r, c, &mut residuals);
         Some(residuals)
     }
 
@@ -265,7 +263,7 @@ impl<'a> Linearised<'a> {
                     let Some(residuals) = self.residuals(r, c, others, prediction, &here.weighed_at) else {
                         continue;
                     };
-                    let slopes = slopes(prediction, &moved, c, self.task.weights.sigma[r][c]);
+                    let slopes = self.task.slopes(r, c, prediction, &moved);
                     let factor = self.task.share(r, c);
                     let weights = self.task.robust_weights(r, c, &residuals);
                     add_curvature(&mut a, factor, &slopes, &weights);

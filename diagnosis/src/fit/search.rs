@@ -114,7 +114,13 @@ pub(crate) fn search(
 /// Range that the fitted records cover.
 fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
     let instant_s = if dataset.first_sampled().is_some() { glance.spacing_s } else { 0.0 };
-    Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset), instant_s }
+    Seen {
+        stroke_m: glance.stroke(),
+        ends_m: glance.ends(),
+        command_n: glance.command,
+        step_m: finest_step(dataset),
+        instant_s,
+    }
 }
 
 /// The finest step of an encoder, m. Zero if an accelerometer resolves smaller motion.

@@ -72,6 +72,11 @@ impl Unknown {
         matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
     }
 
+    /// Whether it is a parameter of a trial effect.
+    pub(super) fn is_of_effect(&self) -> bool {
+        matches!(self.target, Target::Effect(..))
+    }
+
     /// The parameter's index if the unknown belongs to effect `effect`.
     pub(crate) fn parameter_of(&self, effect: usize) -> Option<usize> {
         match self.target {

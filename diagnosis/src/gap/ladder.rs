@@ -39,7 +39,9 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
             .collect()
     };
     let accelerations = of_kind(&[Quantity::Acceleration]);
-    let positions = of_kind(&[Quantity::Position]);
+    // A force on all bodies does not show in the difference of two ends of a joint.
+    let mut positions = of_kind(&[Quantity::Position]);
+    positions.retain(|&c| !task.weights.is_elongation(c));
     let forces = of_kind(&[Quantity::Force, Quantity::SpringForce]);
     let records = &dataset.records;
     let residual = |r: usize, prediction: &Prediction, c: usize| -> Vec<f64> {

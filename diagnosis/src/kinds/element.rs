@@ -3,8 +3,10 @@
 use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{ActuatorKind, Body, Contact, ElementKind, Machine, Site, Spring};
-use feeler_plant::effects::Host;
+use feeler_plant::effects::{EffectUse, Host};
 use indexmap::IndexMap;
+
+use crate::tolerance;
 
 /// An element of the believed machine with a trial effect.
 pub(crate) struct Element<'a> {
@@ -74,6 +76,13 @@ impl<'a> Element<'a> {
         let Some(stated) = self.tolerance else { return 0.0 };
         stated.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
     }
+
+    /// The tolerance of a parameter of one of its believed laws of friction, as a fraction.
+    pub(crate) fn tolerance_of_friction(&self, law: &EffectUse, parameter: &str) -> f64 {
+        let Some(stated) = self.tolerance else { return 0.0 };
+        let key = format!("{}.effects.{}.{parameter}", self.key, law.definition.kind);
+        stated.get(&key).copied().unwrap_or(tolerance::DAMPING)
+    }
 }
 
 /// Rows by which a command may act late and be no finding. It may be held for half a row, and timing is known
@@ -85,6 +94,8 @@ pub(crate) const LATE_ROWS: f64 = 1.0;
 pub(crate) struct Seen {
     /// The longest way, m.
     pub(crate) stroke_m: f64,
+    /// Its ends, m.
+    pub(crate) ends_m: [f64; 2],
     /// The largest command, N.
     pub(crate) command_n: f64,
     /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
@@ -145,10 +156,16 @@ impl Glance {
         self.elongations.iter().find(|(spring, _)| host == Host::Spring(*spring)).map(|(_, range)| *range)
     }
 
-    /// From the least to the largest position that the fitted records cover, m.
-    pub(crate) fn stroke(&self) -> f64 {
+    /// The least and the largest position that the fitted records cover, m; both zero without any.
+    pub(crate) fn ends(&self) -> [f64; 2] {
         let ends = (self.missing.iter())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, _)| (low.min(*x), high.max(*x)));
-        (ends.1 - ends.0).max(0.0)
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (x, _)| [low.min(*x), high.max(*x)]);
+        if self.missing.is_empty() { [0.0; 2] } else { ends }
+    }
+
+    /// From the one to the other, m.
+    pub(crate) fn stroke(&self) -> f64 {
+        let [low, high] = self.ends();
+        (high - low).max(0.0)
     }
 }

@@ -9,8 +9,14 @@ const PLACES: [f64; 4] = [0.3, 0.6, 0.85, 0.97];
 /// Travel over the depth at which a stop holds the largest command.
 const HARDNESS: [f64; 2] = [4.0, 40.0];
 
-/// Share of the travel by which a stop gives way at most under the largest command: a softer one is a spring.
-const SOFT: f64 = 0.15;
+/// Places from the middle of the travel to an end at which the missing force may begin.
+const LOOKED_AT: usize = 20;
+
+/// Share of the travel by which a stop gives way at most under the largest command, of which it holds but a
+/// part: a softer one is a spring.
+const SOFT: f64 = 0.25;
+/// Largest share of the travel beyond a stop: it ends a travel.
+const BEYOND: f64 = 0.25;
 
 impl Known for HardStop {
     const APART: &'static [(Kind, &'static str)] = &[(
@@ -19,8 +25,7 @@ impl Known for HardStop {
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
-        let ends = (glance.missing.iter())
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (x, _)| [low.min(*x), high.max(*x)]);
+        let ends = glance.ends();
         let [low, high] = ends;
         let stroke = high - low;
         if !(stroke > 0.0 && stroke.is_finite()) {
@@ -35,10 +40,69 @@ impl Known for HardStop {
             })
         };
         let places = PLACES.into_iter().flat_map(|share| ends.map(|end| middle + share * (end - middle)));
-        places.flat_map(at).collect()
+        let portrayed = ends.into_iter().filter_map(|end| portrayed(&glance.missing, middle, end));
+        places.flat_map(at).chain(portrayed).collect()
     }
 
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
-        seen.command_n > SOFT * seen.stroke_m * self.stiffness
+        is_spring(self, seen)
+    }
+}
+
+/// Whether a stop does what a spring does: it gives way, or the machine works beyond it.
+fn is_spring(stop: HardStop, seen: Seen) -> bool {
+    let [low, high] = seen.ends_m;
+    let beyond = (high - stop.position).min(stop.position - low);
+    seen.command_n > SOFT * seen.stroke_m * stop.stiffness || beyond > BEYOND * seen.stroke_m
+}
+
+/// The stop between the middle and an end of the travel that explains most of the missing force over
+/// position, `(x, F)`; `None` if no force pushes back from there.
+fn portrayed(missing: &[(f64, f64)], middle: f64, end: f64) -> Option<HardStop> {
+    let side = (end - middle).signum();
+    let at = |k: usize| {
+        let position = middle + k as f64 / LOOKED_AT as f64 * (end - middle);
+        let depth = |x: f64| (side * (x - position)).max(0.0);
+        // Another stop may stand at the other end.
+        let is_before = |x: f64| depth(x) == 0.0 && side * (x - middle) >= 0.0;
+        let before: Vec<f64> = missing.iter().filter(|(x, _)| is_before(*x)).map(|(_, f)| *f).collect();
+        let level = before.iter().sum::<f64>() / before.len().max(1) as f64;
+        let (mut square, mut pushed) = (0.0_f64, 0.0_f64);
+        for (x, f) in missing {
+            square += depth(*x).powi(2);
+            pushed -= side * depth(*x) * (f - level);
+        }
+        let stiffness = pushed / square;
+        let stop = HardStop { position, stiffness, damping: 0.0 };
+        (stiffness > 0.0 && stiffness.is_finite()).then_some((pushed * stiffness, stop))
+    };
+    let found = (1..LOOKED_AT).filter_map(at).max_by(|a, b| a.0.total_cmp(&b.0));
+    found.map(|(_, stop)| stop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A force of 2 N everywhere, and a stop of 500 N/m beyond 0.6 of a travel from -1 m to 1 m.
+    #[test]
+    fn truth_the_portrait_shows_where_a_stop_begins() {
+        let of = |x: f64| (x, 2.0 - 500.0 * (x - 0.6).max(0.0));
+        let missing: Vec<(f64, f64)> = (-100..=100).map(|k| of(f64::from(k) / 100.0)).collect();
+        let stop = portrayed(&missing, 0.0, 1.0).expect("it pushes back");
+        // A place looked at, where the regression is exact to rounding.
+        assert!((stop.position - 0.6).abs() < 1e-12 && (stop.stiffness / 500.0 - 1.0).abs() < 1e-9);
+        assert!(portrayed(&missing, 0.0, -1.0).is_none());
+    }
+
+    #[test]
+    fn truth_a_stop_ends_a_travel_and_a_spring_does_not() {
+        let seen =
+            Seen { stroke_m: 2.0, ends_m: [-1.0, 1.0], command_n: 100.0, step_m: 0.0, instant_s: 0.0 };
+        let of = |position, stiffness| is_spring(HardStop { position, stiffness, damping: 0.0 }, seen);
+        // It holds 100 N within 0.5 m, a quarter of the travel, and begins 0.4 m before an end.
+        assert!(!of(0.6, 200.0) && !of(-0.6, 200.0));
+        // Within 1 m; and 0.9 m before the end, as a cable that pulls over half of the way.
+        assert!(of(0.6, 100.0) && of(0.1, 200.0));
     }
 }

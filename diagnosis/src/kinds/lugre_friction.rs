@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use feeler_plant::effects::{CoulombFriction, Kind, LugreFriction, Parameters, StribeckFriction};
 
 use super::start::levels;
-use super::{Element, Glance, Inner, Known};
+use super::{Element, Glance, Inner, Known, Seen, nearest};
 
 /// Deflection of bristles that represent dry friction of a level, m.
 const SHORT_M: f64 = 1e-5;
@@ -71,5 +71,46 @@ impl Known for LugreFriction {
             })
         };
         levels(glance.command).into_iter().flat_map(at).collect()
+    }
+
+    /// Every guide gives way before it slides, and fits allow for it. Bristles whose levels are those of a
+    /// believed law, within its tolerance, say no more of the machine.
+    fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
+        let believed = element.spring().map_or(&[][..], |spring| spring.effects.as_slice());
+        believed.iter().any(|effect| {
+            let own = nearest(Kind::LugreFriction, effect.definition.kind, &self.values());
+            let is_within = |own: &Vec<f64>| {
+                let rows = own.iter().zip(&effect.values).zip(effect.definition.parameters);
+                rows.map(|((own, believed), parameter)| ((own / believed).ln().abs(), parameter.name))
+                    .all(|(off, name)| off <= element.tolerance_of_friction(effect, name).ln_1p())
+            };
+            !own.is_empty() && own.iter().all(is_within)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_plant::description::{ElementKind, GROUND, Machine, Site, Spring};
+    use feeler_plant::effects::EffectUse;
+    use indexmap::IndexMap;
+
+    use super::*;
+
+    #[test]
+    fn truth_bristles_at_the_believed_level_are_no_departure() {
+        let mut guide = Spring::new(GROUND, "motor", 0.0, 5.0);
+        guide.effects.push(EffectUse::of(CoulombFriction { level: 2.0 }));
+        let mut machine = Machine::default();
+        machine.springs.insert("guide".into(), guide);
+        let tolerance = IndexMap::new();
+        let element = Element::at(Site { table: ElementKind::Springs, index: 0 }, &machine, &tolerance);
+        let seen =
+            Seen { stroke_m: 1.0, ends_m: [0.0, 1.0], command_n: 50.0, step_m: 0.0, instant_s: 0.0 };
+        let of = |coulomb, static_level| LugreFriction { coulomb, static_level, ..stiff(2.0, 2.0, 0.1) };
+        // Believed within a factor of two.
+        assert!(of(1.8, 2.1).is_trivial(&element, seen));
+        assert!(!of(1.8, 4.5).is_trivial(&element, seen) && !of(0.9, 2.1).is_trivial(&element, seen));
+        assert!(!of(1.8, 2.1).is_trivial(&element.known_exactly(), seen));
     }
 }

@@ -83,7 +83,7 @@ pub(super) struct Anchor {
 
 /// Nodes that move with `node` in rigid motion: connected rigidly or by stiffness, without passing through
 /// ground or `stop`.
-fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
+pub(crate) fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
     let holds = |link: &Link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0;
     assembly.reached(vec![node], &[GROUND_NODE, stop], holds)
 }

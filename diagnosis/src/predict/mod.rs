@@ -18,7 +18,7 @@ mod run;
 mod sensor;
 mod state;
 
-pub(crate) use anchor::Anchoring;
+pub(crate) use anchor::{Anchoring, chain};
 pub(crate) use begin::pace;
 pub(crate) use leeway::Leeway;
 pub(crate) use presliding::Presliding;

@@ -156,6 +156,23 @@ fn first(answer: &Diagnosis) -> (Kind, f64) {
 /// A hundred times what the noise allows for these levels, and below what an engineer would call right.
 const RECOVERY: f64 = 0.03;
 
+/// A mass is believed within 10 %. Motion alone shows a gain only over the mass that it moves.
+#[test]
+fn truth_a_gain_is_known_no_better_than_the_mass_that_it_moves() {
+    let lighter = BELIEVED_STIFF.replace("mass = 12.0", "mass = 11.4");
+    let real = format!("{lighter}\n[actuators.drive.effects.drive-gain]\ngain = 1.3\n");
+    let answer = diagnose(&records_between(BELIEVED_STIFF, &real), &|_| {}).unwrap();
+    let gain = answer.effects.iter().find(|effect| effect.kind == Kind::DriveGain);
+    let gain = &gain.expect("a gain is found").parameters[0];
+    let [low, high] = gain.ci90;
+    assert!(low < 1.3 && 1.3 < high, "{low} to {high}");
+    // The tolerance is two deviations, so that 90 % lie within 8 % on either side. The damping, believed
+    // within a factor of two, adds next to nothing.
+    assert!((0.5 * (high - low) / gain.value / 0.08 - 1.0).abs() < 0.2, "{low} to {high}");
+    // The believed mass is as good as any, and the gain goes with it.
+    assert!((gain.value * 11.4 / 12.0 / 1.3 - 1.0).abs() < RECOVERY, "{}", gain.value);
+}
+
 #[test]
 fn truth_coulomb_friction_is_recovered() {
     let answer =

@@ -1,0 +1,79 @@
+//! Steps along a fitted value, as far as the cost allows.
+//!
+//! The normal matrix is made of slopes over a thousandth of each value. An impact or a reversal that moves to
+//! another row makes them steep over so short a step. The cost then seems to have a narrow minimum. The cost
+//! itself, over longer steps, shows how far the value may really be off.
+
+use crate::fit::least_squares::{Fitted, Task};
+
+/// Rise of the cost over one deviation below which it is flatter than its slopes say; one is expected.
+const FLAT: f64 = 0.25;
+/// Rise of the cost over a true standard deviation.
+const RISE: f64 = 1.0;
+/// Largest number of doublings of a step.
+const DOUBLINGS: i32 = 10;
+
+/// Factor on one deviation of unknown `i`: the cost has risen by one there, or the unknown is at its bound.
+/// `step` is the step by one deviation, with the other unknowns following. `worth` is what a reading counts,
+/// by fitted record and channel.
+pub(super) fn stretch(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], i: usize, step: &[f64]) -> f64 {
+    let Fitted { model, theta, .. } = fitted;
+    let Some(here) = cost(task, fitted, worth, theta) else { return 1.0 };
+    let rise = |by: f64| {
+        let (low, high) = model.unknowns[i].bounds;
+        if !(low..=high).contains(&(theta[i] + by * step[i])) {
+            return f64::INFINITY;
+        }
+        let rows = theta.iter().zip(step).zip(&model.unknowns);
+        let there: Vec<f64> = rows
+            .map(|((theta, step), unknown)| (theta + by * step).clamp(unknown.bounds.0, unknown.bounds.1))
+            .collect();
+        // Where the machine does not move, the value is known not to be.
+        cost(task, fitted, worth, &there).map_or(f64::INFINITY, |there| there - here)
+    };
+    [-1.0, 1.0].map(|side| reach(|by| rise(side * by))).into_iter().fold(1.0, f64::max)
+}
+
+/// The first step, of doubling ones, by which a cost has risen by one; one if it rises there as expected.
+fn reach(rise: impl Fn(f64) -> f64) -> f64 {
+    if rise(1.0) >= FLAT {
+        return 1.0;
+    }
+    let longest = 2.0_f64.powi(DOUBLINGS - 1);
+    (1..DOUBLINGS).map(|doublings| 2.0_f64.powi(doublings)).find(|by| rise(*by) >= RISE).unwrap_or(longest)
+}
+
+/// Cost over the fitted records, where readings count what they are worth.
+fn cost(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], theta: &[f64]) -> Option<f64> {
+    let misfits = task.misfits(&fitted.model, theta, &task.fitted)?;
+    let of_record = |((&r, misfits), worth): ((&usize, &Vec<f64>), &Vec<f64>)| {
+        let readings = |c: usize| task.dataset.records[r].count(c) as f64;
+        let rows = misfits.iter().zip(worth).enumerate();
+        rows.map(|(c, (misfit, worth))| worth * readings(c) * misfit).sum::<f64>()
+    };
+    let sum = task.fitted.iter().zip(&misfits).zip(worth).map(of_record).sum::<f64>();
+    let cost = sum + Task::prior_cost(&fitted.model, theta);
+    cost.is_finite().then_some(cost)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_cost_as_steep_as_its_slopes_say_is_not_stretched() {
+        // Whole numbers and their squares, exact.
+        assert_eq!(reach(|by| by * by).to_bits(), 1.0_f64.to_bits());
+        assert_eq!(reach(|_| f64::INFINITY).to_bits(), 1.0_f64.to_bits());
+    }
+
+    /// A cost that is flat within jumps of a hundredth, and rises by one over 24 deviations.
+    #[test]
+    fn truth_a_cost_flatter_than_its_slopes_is_followed_until_it_rises() {
+        let rough = |by: f64| (by / 24.0).powi(2) + 0.01 * (50.0 * by).sin();
+        // The first doubling beyond 24.
+        assert_eq!(reach(rough).to_bits(), 32.0_f64.to_bits());
+        // A cost that never rises ends at the longest step.
+        assert_eq!(reach(|_| 0.0).to_bits(), 512.0_f64.to_bits());
+    }
+}

@@ -8,6 +8,7 @@ use std::path::Path;
 use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
 use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
+use feeler_plant::description::Quantity;
 use feeler_plant::effects::{self, LIBRARY};
 
 use super::cell::{NOT_OF_SENSORS, OF_CONTACTS};

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
+use feeler_arm::{Agreement, ArmError, Landmark, MeasuredArm, Others, inverse_kinematics, usual_starts};
 use feeler_files::ArmFile;
 use feeler_studies::arm::{
     ArmFileError, AxisFile, Grid, MapPoint, MapValues, ToolContact, axis_file, bandwidth_map, distrust,
@@ -299,7 +299,7 @@ fn landmark(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
     vec![name.to_owned(), plain(whole), plain(own), plain(100.0 * (own / whole - 1.0))]
 }
 
-fn measured_text(found: &Measured) -> String {
+fn measured_text(found: &MeasuredArm) -> String {
     let rows = [
         landmark("phase at -90 degrees (Hz)", found.contact_mode_hz),
         landmark("phase at -180 degrees (Hz)", found.phase_crossover_hz),

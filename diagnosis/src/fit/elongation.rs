@@ -80,7 +80,9 @@ impl Against {
         self.blank(record, c, &mut read);
         let sum: f64 = values.iter().zip(&read).map(|(value, read)| value * read).sum();
         let mean = sum / read.iter().sum::<f64>().max(1.0);
-        values.iter_mut().for_each(|value| *value -= mean);
+        for value in values.iter_mut() {
+            *value -= mean;
+        }
         self.blank(record, c, values);
     }
 }
@@ -150,7 +152,9 @@ impl Task<'_> {
     pub(crate) fn residuals(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
         let (sigma, dead_zone) = (self.weights.sigma[r][c], self.dead_zone(r, c, prediction));
         let mut residuals = self.departures(r, c, prediction);
-        residuals.iter_mut().for_each(|residual| *residual = beyond(*residual, dead_zone) / sigma);
+        for residual in &mut residuals {
+            *residual = beyond(*residual, dead_zone) / sigma;
+        }
         self.blank(r, c, &mut residuals);
         residuals
     }

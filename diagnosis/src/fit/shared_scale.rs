@@ -227,9 +227,9 @@ mod tests {
         let mut slopes = vec![vec![1.0, -2.0, 0.5], vec![-0.9, 2.2, -0.5], vec![3.0, 1.0, 4.0]];
         let (third, direction) = (slopes[2].clone(), [1.0, 1.0, 0.0]);
         without(&direction, &mut slopes);
-        for k in 0..3 {
+        for (first, second) in slopes[0].iter().zip(&slopes[1]) {
             // Sums of a few numbers of order one: some units of rounding.
-            assert!((slopes[0][k] + slopes[1][k]).abs() < 1e-14);
+            assert!((first + second).abs() < 1e-14);
         }
         assert_eq!(slopes[2], third);
         // Each of the two took half of the first row's sum of 0.1.

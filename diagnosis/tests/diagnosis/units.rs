@@ -33,11 +33,11 @@ fn wave(t: f64) -> [f64; 3] {
     sums
 }
 
-/// Tables of columns: header, signal, further keys, and the numbers of the file.
-type Columns<'a> = [(&'a str, &'a str, &'a str, fn(f64) -> f64)];
+/// A column: header, signal, further keys, and the numbers of the file.
+type Column<'a> = (&'a str, &'a str, &'a str, fn(f64) -> f64);
 
 /// The columns in a wrong unit, with what is said of each; that of `spoilt` is multiplied.
-fn accused(machine: &str, columns: &Columns<'_>, spoilt: Option<(&str, f64)>) -> Vec<Fault> {
+fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut dataset = "machine = \"machine.toml\"\n".to_owned();
     for (name, signal, keys, _) in columns {
@@ -76,17 +76,17 @@ fn names(found: &[Fault], column: &str, words: &str) {
 #[test]
 fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
     let push: fn(f64) -> f64 = |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1];
-    let all: [(&str, &str, fn(f64) -> f64); 3] = [
-        ("command", "drive.command", push),
-        ("place", "encoder.reading", |t| wave(t)[0]),
-        ("acceleration", "accelerometer.reading", |t| wave(t)[2]),
+    let all: [Column<'_>; 3] = [
+        ("command", "drive.command", "", push),
+        ("place", "encoder.reading", "", |t| wave(t)[0]),
+        ("acceleration", "accelerometer.reading", "", |t| wave(t)[2]),
     ];
     let stated =
         [("command", "scale = 0.001"), ("place", "unit = \"mm\""), ("acceleration", "scale = 0.001")];
     for used in [&all[..], &all[..2]] {
-        let columns = |wrong: Option<(&str, &'static str)>| -> Vec<(&str, &str, &str, fn(f64) -> f64)> {
+        let columns = |wrong: Option<(&str, &'static str)>| -> Vec<Column<'_>> {
             let keys = |name: &str| wrong.filter(|(other, _)| *other == name).map_or("", |(_, keys)| keys);
-            used.iter().map(|(name, signal, numbers)| (*name, *signal, keys(name), *numbers)).collect()
+            used.iter().map(|(name, signal, _, numbers)| (*name, *signal, keys(name), *numbers)).collect()
         };
         assert_eq!(accused(FORCE_AXIS, &columns(None), None), Vec::<Fault>::new());
         for wrong in stated.iter().filter(|(name, _)| used.iter().any(|(other, ..)| other == name)) {
@@ -100,7 +100,7 @@ fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
 /// Each column in turn, with its sign turned and in other units.
 #[test]
 fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
-    let columns: [(&str, &str, &str, fn(f64) -> f64); 3] = [
+    let columns: [Column<'_>; 3] = [
         ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
         ("place", "encoder.reading", "", |t| wave(t)[0]),
         ("acceleration", "accelerometer.reading", "", |t| wave(t)[2]),
@@ -149,7 +149,7 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
 #[test]
 fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
     let machine = format!("{JOINT}{SERVO}");
-    let columns: [(&str, &str, &str, fn(f64) -> f64); 3] = [
+    let columns: [Column<'_>; 3] = [
         ("asked", "drive.target", "", |t| wave(t)[0]),
         ("place", "encoder.reading", "", |t| wave(t - 0.04)[0]),
         ("speed", "tachometer.reading", "", |t| wave(t - 0.04)[1]),

@@ -154,6 +154,7 @@ fn blocks<const N: usize>(key: &[u32; 8], counters: [u64; N]) -> [[u32; N]; 16] 
 }
 
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "one loop over three rows")]
 fn quarter_round<const N: usize>(words: &mut [[u32; N]; 16], [a, b, c, d]: [usize; 4]) {
     for (to, other, turned, bits) in [(a, b, d, 16), (c, d, b, 12), (a, b, d, 8), (c, d, b, 7)] {
         for i in 0..N {

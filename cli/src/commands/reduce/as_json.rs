@@ -1,10 +1,11 @@
 //! What a reduction found, for programs. The book shows the comments.
 
-use feeler_arm::{Agreement, Measured};
+use feeler_arm::{Agreement, MeasuredArm};
 use feeler_studies::arm::{AxisFile, MapPoint, NoAxis, distrust};
 use serde::Serialize;
 
 /// The axis of an arm along a normal.
+#[expect(clippy::struct_field_names, reason = "keys of the output")]
 #[derive(Serialize)]
 pub(super) struct Axis<'a> {
     /// Joint positions, rad or m.
@@ -138,6 +139,7 @@ struct Measurement<'a> {
 }
 
 /// A place of a map.
+#[expect(clippy::struct_field_names, reason = "keys of the output")]
 #[derive(Serialize)]
 struct Place<'a> {
     /// Position of the tool.
@@ -171,7 +173,7 @@ impl<'a> Axis<'a> {
     pub(super) fn new(
         axis: &'a AxisFile,
         pose: &'a [f64],
-        measured: Option<&'a Measured>,
+        measured: Option<&'a MeasuredArm>,
         map: Option<&'a [MapPoint]>,
     ) -> Self {
         let one = &axis.reduction;
@@ -236,7 +238,7 @@ impl Misfit {
 }
 
 impl<'a> Measurement<'a> {
-    fn new(found: &'a Measured) -> Self {
+    fn new(found: &'a MeasuredArm) -> Self {
         Self {
             contact_mode_hz: Pair::new(found.contact_mode_hz),
             phase_crossover_hz: Pair::new(found.phase_crossover_hz),

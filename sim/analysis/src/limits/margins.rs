@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_lti::{LoopTransfer, Margins, Peak};
+use feeler_lti::{LoopTransfer, Margins, SensitivityPeak};
 use serde::Serialize;
 
 use crate::error::AnalysisError;
@@ -106,7 +106,7 @@ fn stabilising<T: feeler_lti::TimeDomain>(
 }
 
 /// Whether the modulus is largest at rest and only falls from there: then there is no peak.
-fn is_at_rest<T: feeler_lti::TimeDomain>(open: &LoopTransfer<T>, peak: &Peak) -> bool {
+fn is_at_rest<T: feeler_lti::TimeDomain>(open: &LoopTransfer<T>, peak: &SensitivityPeak) -> bool {
     let lower = open.at_frequency(TAU * peak.frequency_hz * TOWARDS_REST).map(|l| (l / (l + 1.0)).norm());
     peak.frequency_hz <= 0.0 || lower.is_ok_and(|lower| lower > peak.value * (1.0 - FLAT))
 }

@@ -209,7 +209,7 @@
     if (one.pending) return;
     const send = () => {
       one.wished = false;
-      one.pending = post("state", { settings: settings(), part });
+      one.pending = post("state", { settings: settings(), part, in_motion: true });
       return one.since;
     };
     let began = send();
@@ -229,7 +229,8 @@
   };
   const ask = () => { document.body.dataset.busy = "yes"; Object.keys(PARTS).forEach(follow); };
 
-  // What waits until no slider moves: the link, the map, the records, and figures out of sight, one a frame.
+  // What waits until no slider moves: the link, the whole of a long run, the map, the records, and figures
+  // out of sight, one a frame.
   let rests = 0;
   const settle = async () => {
     const mine = ++rests, isOver = () => mine !== rests || isBusy();
@@ -239,6 +240,13 @@
     await new Promise((done) => setTimeout(done, REST_MS));
     if (isOver()) return;
     remember();
+    // The whole of a run that takes too long for a slider in motion.
+    if (answers.run?.partial) {
+      const whole = await post("state", { settings: settings(), part: "run" });
+      if (isOver()) return;
+      answers.run = whole.charts ? whole : { ...answers.run, problem: whole.problem, partial: false };
+      render("run");
+    }
     map.stale();
     replay();
     for (const name of [...late.keys()]) {

@@ -265,10 +265,17 @@ const feeler = (() => {
 
   // Arrows move the cursor, + and − zoom about it, 0 shows the whole again.
   const keys = (place, u, reset) => {
+    let point = -1;
     place.onkeydown = (event) => {
       const width = u.over.clientWidth, at = u.cursor.left >= 0 ? u.cursor.left : width / 2;
-      const move = (by) => u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
-          top: u.over.clientHeight / 2 });
+      const move = (by) => {
+        if (u.mode !== 2) { u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
+            top: u.over.clientHeight / 2 }); return; }
+        // A path is walked along, from its first point on.
+        const [xs, ys] = u.data[1], steps = event.shiftKey ? 1 : Math.ceil(xs.length / 50);
+        point = Math.min(Math.max(point + Math.sign(by) * steps, 0), xs.length - 1);
+        u.setCursor({ left: u.valToPos(xs[point], "x"), top: u.valToPos(ys[point], "y") });
+      };
       const log = u.scales.x.distr === 3;
       const zoom = (factor) => {
         const { min, max } = u.scales.x, to = log ? Math.log : (v) => v, from = log ? Math.exp : (v) => v;

@@ -95,10 +95,10 @@ pub(crate) fn page(taken: &[Taken]) -> String {
     }
     if !keys.is_empty() {
         page.heading("What differs");
-        page.table(&heads(taken), &[], &keys);
+        page.versus(&heads(taken), &[], &keys);
     }
     page.heading("What comes of it");
-    page.table(&heads(taken), &[], &figures(taken));
+    page.versus(&heads(taken), &[], &figures(taken));
     page.heading("Runs");
     page.paragraph("Drag across a chart to zoom; double-click to see the whole again.");
     for chart in over_time(taken) {
@@ -236,7 +236,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
     let Some(first) = sets.first() else { return page.render() };
     match record_rows(sets) {
         rows if rows.is_empty() => page.paragraph(NOTHING_COMMON),
-        rows => page.table(&RECORD_HEADS, &[3, 4, 5], &rows),
+        rows => page.versus(&RECORD_HEADS, &[3, 4, 5], &rows),
     }
     for record in &first.records {
         let same: Vec<_> = (sets.iter())

@@ -179,8 +179,8 @@ fn truth_white_noise_has_its_band_and_power() {
     }
 }
 
-/// Draws are kept in blocks of 64, 16 384 in all. The slope of noise up to 100 Hz is 2 pi 100 / sqrt(3) rms/s,
-/// so values 1 us apart differ by 4e-4; 12 sigma. Draws out of place differ by about 1.
+/// Draws are kept in blocks of 64, 16 384 in all. The slope of noise up to 100 Hz is 2 pi 100 / sqrt(3) rms a
+/// second, so values 1 us apart differ by 4e-4; 12 sigma. Draws out of place differ by about 1.
 #[test]
 fn prop_white_noise_has_no_step_where_kept_draws_begin_or_end() {
     let noise = compile(&ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: 100.0, rms: 1.0, offset: 0.0 });

@@ -115,8 +115,10 @@ class Browser:
     def log(self, kind):
         return self.ask("POST", "/se/log", {"type": kind})
 
-    def shot(self, path, whole=True):
-        taken = self.command("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+    def shot(self, path, whole=True, clip=None):
+        """A picture of the window, of the whole page, or of a clip: left, top, width and height."""
+        part = {"clip": dict(zip(("x", "y", "width", "height"), clip), scale=1)} if clip else {}
+        taken = self.command("Page.captureScreenshot", format="png", captureBeyondViewport=whole, **part)
         path.write_bytes(base64.b64decode(taken["data"]))
 
     def find(self, selector):

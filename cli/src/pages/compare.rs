@@ -127,12 +127,9 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         Some(format!("{}.command", one.document.scenario.machine.actuators.keys().next()?))
     };
     let chart = |title: &str, signal: &dyn Fn(&Taken, &RunResult) -> Option<String>, unit: &str| {
-        let mut chart = Chart::new(
-            ChartKind::Line,
-            title,
-            "time (s)",
-            format!("{} ({unit})", title.trim_end_matches('.').to_lowercase()),
-        );
+        let quantity = title.trim_end_matches('.').to_lowercase();
+        let label = if unit.is_empty() { quantity } else { format!("{quantity} ({unit})") };
+        let mut chart = Chart::new(ChartKind::Line, title, "time (s)", label);
         chart.together = Some("run");
         let mut series = Vec::new();
         for (one, run) in &runs {
@@ -151,7 +148,12 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         Some(chart).filter(|chart| !chart.series.is_empty())
     };
     let force_unit = taken.first().map_or("N", |one| one.units().force);
-    [chart("Contact force.", &force, force_unit), chart("Command.", &command, "")]
+    let unit_of =
+        |one: &Taken| Some(one.units().command(one.document.scenario.machine.actuators.values().next()?));
+    let units: Vec<&str> = runs.iter().filter_map(|(one, _)| unit_of(one)).collect();
+    // Commands of several kinds have no common unit.
+    let common = units.first().copied().filter(|first| units.iter().all(|unit| unit == first));
+    [chart("Contact force.", &force, force_unit), chart("Command.", &command, common.unwrap_or_default())]
         .into_iter()
         .flatten()
         .collect()

@@ -1,6 +1,6 @@
 """A picture of a part of a page: `shoot.py ADDRESS PICTURE WIDTH HEIGHT [SELECTOR] [HEADING]`.
 
-It begins at the element, or at the first one with that text. A live page is waited for, its map included.
+It begins at the element, or at the first one that begins with that text, and ends at the right edge. A live page is waited for, its map included.
 """
 
 import sys
@@ -15,7 +15,8 @@ from browse.webdriver import Browser
 TOP = """
 const [selector, heading] = arguments;
 const found = [...document.querySelectorAll(selector)].find((e) => e.textContent.startsWith(heading));
-return found.getBoundingClientRect().top + scrollY;
+const { left, top } = found.getBoundingClientRect();
+return [Math.max(0, left - 12), Math.max(0, top + scrollY - 4)];
 """
 READY = """
 const map = document.querySelector(".live #map");
@@ -32,8 +33,8 @@ def main(address, picture, width, height, selector="body", heading=""):
         browser.open(address)
         browser.wait(READY, "the whole page", 60)
         time.sleep(0.5)
-        top = browser.run(TOP, selector, heading)
-        browser.shot(Path(picture), clip=(0, top, int(width), int(height)))
+        left, top = browser.run(TOP, selector, heading)
+        browser.shot(Path(picture), clip=(left, top, int(width) - left, int(height)))
     finally:
         browser.close()
 

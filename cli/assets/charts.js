@@ -109,9 +109,18 @@ const feeler = (() => {
     ctx.font = `${12 * scale}px system-ui, sans-serif`;
     ctx.textAlign = "left"; ctx.textBaseline = "alphabetic";
     ctx.fillStyle = text(); ctx.strokeStyle = soft(); ctx.lineWidth = scale;
-    const name = (label, x, y) => {
-      const w = ctx.measureText(label).width;
+    const named = [];
+    const name = (label, x, wanted) => {
+      const w = ctx.measureText(label).width, row = 15 * scale;
       const from = Math.min(Math.max(x, left + 4 * scale), left + width - w - 4 * scale);
+      // Above the names that it would lie upon, or below them at the upper edge.
+      let y = wanted, way = -row;
+      const meets = ([a, b, at]) => from < b && from + w > a && Math.abs(y - at) < row;
+      for (let hit = named.find(meets); hit; hit = named.find(meets)) {
+        if (hit[2] + way < top + 12 * scale) way = row;
+        y = hit[2] + way;
+      }
+      named.push([from, from + w, y]);
       ctx.save();
       ctx.globalAlpha = 0.8; ctx.fillStyle = colour("--ground");
       ctx.fillRect(from - 2 * scale, y - 12 * scale, w + 4 * scale, 15 * scale);
@@ -145,6 +154,27 @@ const feeler = (() => {
       name(mark.label, x + 8 * scale, Math.max(y - 6 * scale, top + 14 * scale));
     }
     ctx.restore();
+  };
+
+  // Between points that stand alone there is no area: a bar joins each pair.
+  const isBars = (chart) => ([upper]) => chart.series[upper].dots;
+  const bars = (chart) => (u) => {
+    const { ctx } = u, { left, top, width, height } = u.bbox;
+    for (const [upper, lower] of (chart.between ?? []).filter(isBars(chart))) {
+      ctx.save();
+      ctx.beginPath(); ctx.rect(left, top, width, height); ctx.clip();
+      ctx.strokeStyle = palette(chart.series[upper].colour ?? upper);
+      ctx.globalAlpha = 0.55; ctx.lineWidth = 1.5 * devicePixelRatio;
+      ctx.beginPath();
+      Array.from(u.data[0]).forEach((x, i) => {
+        const ends = [upper, lower].map((k) => u.data[k + 1][i]);
+        if (ends.some((end) => end == null)) return;
+        const [px, high, low] = [u.valToPos(x, "x", true), ...ends.map((y) => u.valToPos(y, "y", true))];
+        ctx.moveTo(px, high); ctx.lineTo(px, low);
+      });
+      ctx.stroke();
+      ctx.restore();
+    }
   };
 
   // Room for named lines within the vertical range; a difference that is rounding fills no chart.
@@ -206,9 +236,9 @@ const feeler = (() => {
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
       series: [{ label: chart.x.label, value: (u, v) => v == null ? span(u.data[0]) :
           Number(v.toPrecision(8)).toString() }, ...curves(chart)],
-      bands: (chart.between ?? []).map(([upper, lower]) =>
+      bands: (chart.between ?? []).filter((pair) => !isBars(chart)(pair)).map(([upper, lower]) =>
           ({ series: [upper + 1, lower + 1], fill: colour("--shade") })),
-      hooks: { drawClear: [shade(chart)], draw: [annotate(chart)], setCursor: [point(chart)] },
+      hooks: { drawClear: [shade(chart)], draw: [bars(chart), annotate(chart)], setCursor: [point(chart)] },
     };
     const reset = (u) => { const [min, max] = extent(u.data[0]); u.setScale("x", { min, max }); };
     return [options, data, reset];

@@ -117,7 +117,7 @@ const feeler = (() => {
       let y = wanted, way = -row;
       const meets = ([a, b, at]) => from < b && from + w > a && Math.abs(y - at) < row;
       for (let hit = named.find(meets); hit; hit = named.find(meets)) {
-        if (hit[2] + way < top + 12 * scale) way = row;
+        if (hit[2] + way < top + 9 * scale) way = row;
         y = hit[2] + way;
       }
       named.push([from, from + w, y]);

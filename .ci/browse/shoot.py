@@ -1,6 +1,7 @@
 """A picture of a part of a page: `shoot.py ADDRESS PICTURE WIDTH HEIGHT [SELECTOR] [HEADING]`.
 
-It begins at the element, or at the first one that begins with that text, and ends at the right edge. A live page is waited for, its map included.
+It begins at the element, or at the first one that begins with that text, and ends at the right edge. A live
+page is waited for, its map included.
 """
 
 import sys

@@ -80,8 +80,9 @@ def timed(browser, problems):
             # The map fills in while nothing moves.
             map_filled = "return document.querySelector('#map').dataset.filled"
             filled = float(browser.wait(map_filled, "the map", 60))
+            coarse = float(browser.run("return document.querySelector('#map').dataset.coarse"))
             median = dragged(browser, SLIDER_STEPS // 2)
-            print(f"live {name}: {median}; the map fills in {filled:.0f} ms")
+            print(f"live {name}: {median}; the map is coarse in {coarse:.0f} ms, whole in {filled:.0f} ms")
             late += [name] if float(median.split()[0]) > WANTED_MS else []
             lead = browser.run("return document.querySelector('#lead').textContent")
             if name in names[: len(LIVE)] and lead == before:

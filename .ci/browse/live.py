@@ -85,6 +85,8 @@ def timed(browser, problems):
             print(f"live {name}: {median}; the map is coarse in {coarse:.0f} ms, whole in {filled:.0f} ms")
             late += [name] if float(median.split()[0]) > WANTED_MS else []
             lead = browser.run("return document.querySelector('#lead').textContent")
+            if "In motion" in lead:
+                problems.append(f"live {name}: the whole run does not follow the beginning")
             if name in names[: len(LIVE)] and lead == before:
                 problems.append(f"live {name}: a slider that was dragged moves nothing")
     slow = ", ".join(late) or "none"

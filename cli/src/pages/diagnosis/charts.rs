@@ -100,7 +100,7 @@ fn chart(
     let is_error = quantity == Quantity::Position;
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
     // The two machines have one colour in all charts. They lie over the measurement, whose noise stands out.
-    let machines = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> [(&str, Vec<f64>, usize); 2] {
+    let machines = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> [(&'static str, Vec<f64>, usize); 2] {
         [("machine as given", of(&before.windows[c]), 0), ("with what was found", of(&after.windows[c]), 1)]
     };
     let columns: Vec<(&str, Vec<f64>, usize)> = if is_error {

@@ -252,6 +252,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
             let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
             let label = format!("{} ({unit})", channel.column);
             let mut chart = Chart::new(ChartKind::Line, format!("{},", channel.column), "time (s)", label);
+            chart.caption = "from the start of each record.".into();
             chart.together = Some("run");
             chart.x = record.times_s.iter().map(|t| t - record.times_s[0]).collect();
             for (set, other) in &same {

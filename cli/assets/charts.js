@@ -33,15 +33,19 @@ const feeler = (() => {
     return Float64Array.from({ length: values.count }, (_, i) => values.from + i * values.step);
   };
 
-  const linearTicks = (low, high, most, angle) => {
+  const linearTicks = (low, high, most, angle, least = 0) => {
     const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
     const steps = angle && rough > 1 ? [5, 15, 45, 90, 180, 360, 720, 1440, 3600] : [1, 2, 5, 10].map((m) =>
         m * power);
-    const step = steps.find((s) => s >= rough * (1 - 1e-9)) ?? rough;
-    const all = [];
-    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100;
-      i++) all.push(i * step);
-    return all;
+    const k = steps.findIndex((s) => s >= rough * (1 - 1e-9)), chosen = steps[k] ?? rough;
+    const ticks = (step) => {
+      const all = [];
+      for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100;
+        i++) all.push(i * step);
+      return all;
+    };
+    const all = ticks(chosen);
+    return all.length < least ? ticks(steps[k - 1] ?? chosen / 2) : all;
   };
   const logTicks = (low, high, most) => {
     if (!(low > 0) || !(high > low)) return [];
@@ -78,7 +82,9 @@ const feeler = (() => {
     incrs: (u, i, low, high) => [Math.max(5, high - low)],
     splits: (u, i, low, high) => {
       const most = (side === 3 ? u.bbox.height / 46 : u.bbox.width / 90) / devicePixelRatio;
-      return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label));
+      // One tick says nothing of a scale.
+      return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label),
+          side === 3 ? 3 : 0);
     },
     // Of logarithmic axes uPlot would drop all but decades.
     filter: (u, splits) => splits,

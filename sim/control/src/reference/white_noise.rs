@@ -15,6 +15,9 @@ const WIDTH: usize = 2 * HALF_WIDTH;
 /// Index of the draw at t = 0, so that earlier instants have draws too.
 const ORIGIN: u64 = 1 << 40;
 
+/// Index of the first draw for t = 0.
+const FIRST: u64 = ORIGIN - (HALF_WIDTH as u64 - 1);
+
 /// First draws that one block serves, and the number of blocks that are kept. A run samples each draw many
 /// times.
 const BLOCK: usize = 64;
@@ -56,16 +59,14 @@ impl WhiteNoise {
     pub(super) fn value(&self, t_s: f64) -> f64 {
         let position = t_s * self.rate_hz;
         let start = position.floor() - (HALF_WIDTH - 1) as f64;
-        let (first, at) = (start as i64, position - start);
-        let index = |first: i64| ORIGIN.wrapping_add_signed(first);
-        // From the first draw for `t = 0` on.
-        let from = first.checked_add((HALF_WIDTH - 1) as i64).and_then(|from| usize::try_from(from).ok());
+        let (index, at) = (ORIGIN.wrapping_add_signed(start as i64), position - start);
+        let from = index.checked_sub(FIRST).and_then(|from| usize::try_from(from).ok());
         let kept = from.and_then(|from| Some((self.drawn.get(from / BLOCK)?, from % BLOCK)));
         let [a, b] = if let Some((block, within)) = kept {
-            let draw = || Box::new(self.stream.normal_pairs_from(index(first - within as i64)));
+            let draw = || Box::new(self.stream.normal_pairs_from(index - within as u64));
             weighted(at, &block.get_or_init(draw)[within..within + WIDTH])
         } else {
-            weighted(at, &self.stream.normal_pairs_from::<WIDTH>(index(first)))
+            weighted(at, &self.stream.normal_pairs_from::<WIDTH>(index))
         };
         let (sin, cos) = (TAU * (self.centre_hz * t_s).fract()).sin_cos();
         self.rms * (a * cos - b * sin)

@@ -33,15 +33,19 @@ const feeler = (() => {
     return Float64Array.from({ length: values.count }, (_, i) => values.from + i * values.step);
   };
 
-  const linearTicks = (low, high, most, angle) => {
+  const linearTicks = (low, high, most, angle, least = 0) => {
     const rough = (high - low) / Math.max(most, 1), power = 10 ** Math.floor(Math.log10(rough));
     const steps = angle && rough > 1 ? [5, 15, 45, 90, 180, 360, 720, 1440, 3600] : [1, 2, 5, 10].map((m) =>
         m * power);
-    const step = steps.find((s) => s >= rough * (1 - 1e-9)) ?? rough;
-    const all = [];
-    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100;
-      i++) all.push(i * step);
-    return all;
+    const k = steps.findIndex((s) => s >= rough * (1 - 1e-9)), chosen = steps[k] ?? rough;
+    const ticks = (step) => {
+      const all = [];
+      for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step && all.length < 100;
+        i++) all.push(i * step);
+      return all;
+    };
+    const all = ticks(chosen);
+    return all.length < least ? ticks(steps[k - 1] ?? chosen / 2) : all;
   };
   const logTicks = (low, high, most) => {
     if (!(low > 0) || !(high > low)) return [];
@@ -78,7 +82,9 @@ const feeler = (() => {
     incrs: (u, i, low, high) => [Math.max(5, high - low)],
     splits: (u, i, low, high) => {
       const most = (side === 3 ? u.bbox.height / 46 : u.bbox.width / 90) / devicePixelRatio;
-      return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label));
+      // One tick says nothing of a scale.
+      return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label),
+          side === 3 ? 3 : 0);
     },
     // Of logarithmic axes uPlot would drop all but decades.
     filter: (u, splits) => splits,
@@ -109,9 +115,18 @@ const feeler = (() => {
     ctx.font = `${12 * scale}px system-ui, sans-serif`;
     ctx.textAlign = "left"; ctx.textBaseline = "alphabetic";
     ctx.fillStyle = text(); ctx.strokeStyle = soft(); ctx.lineWidth = scale;
-    const name = (label, x, y) => {
-      const w = ctx.measureText(label).width;
+    const named = [];
+    const name = (label, x, wanted) => {
+      const w = ctx.measureText(label).width, row = 15 * scale;
       const from = Math.min(Math.max(x, left + 4 * scale), left + width - w - 4 * scale);
+      // Above the names that it would lie upon, or below them at the upper edge.
+      let y = wanted, way = -row;
+      const meets = ([a, b, at]) => from < b && from + w > a && Math.abs(y - at) < row;
+      for (let hit = named.find(meets); hit; hit = named.find(meets)) {
+        if (hit[2] + way < top + 9 * scale) way = row;
+        y = hit[2] + way;
+      }
+      named.push([from, from + w, y]);
       ctx.save();
       ctx.globalAlpha = 0.8; ctx.fillStyle = colour("--ground");
       ctx.fillRect(from - 2 * scale, y - 12 * scale, w + 4 * scale, 15 * scale);
@@ -145,6 +160,27 @@ const feeler = (() => {
       name(mark.label, x + 8 * scale, Math.max(y - 6 * scale, top + 14 * scale));
     }
     ctx.restore();
+  };
+
+  // Between points that stand alone there is no area: a bar joins each pair.
+  const isBars = (chart) => ([upper]) => chart.series[upper].dots;
+  const bars = (chart) => (u) => {
+    const { ctx } = u, { left, top, width, height } = u.bbox;
+    for (const [upper, lower] of (chart.between ?? []).filter(isBars(chart))) {
+      ctx.save();
+      ctx.beginPath(); ctx.rect(left, top, width, height); ctx.clip();
+      ctx.strokeStyle = palette(chart.series[upper].colour ?? upper);
+      ctx.globalAlpha = 0.55; ctx.lineWidth = 1.5 * devicePixelRatio;
+      ctx.beginPath();
+      Array.from(u.data[0]).forEach((x, i) => {
+        const ends = [upper, lower].map((k) => u.data[k + 1][i]);
+        if (ends.some((end) => end == null)) return;
+        const [px, high, low] = [u.valToPos(x, "x", true), ...ends.map((y) => u.valToPos(y, "y", true))];
+        ctx.moveTo(px, high); ctx.lineTo(px, low);
+      });
+      ctx.stroke();
+      ctx.restore();
+    }
   };
 
   // Room for named lines within the vertical range; a difference that is rounding fills no chart.
@@ -206,9 +242,9 @@ const feeler = (() => {
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
       series: [{ label: chart.x.label, value: (u, v) => v == null ? span(u.data[0]) :
           Number(v.toPrecision(8)).toString() }, ...curves(chart)],
-      bands: (chart.between ?? []).map(([upper, lower]) =>
+      bands: (chart.between ?? []).filter((pair) => !isBars(chart)(pair)).map(([upper, lower]) =>
           ({ series: [upper + 1, lower + 1], fill: colour("--shade") })),
-      hooks: { drawClear: [shade(chart)], draw: [annotate(chart)], setCursor: [point(chart)] },
+      hooks: { drawClear: [shade(chart)], draw: [bars(chart), annotate(chart)], setCursor: [point(chart)] },
     };
     const reset = (u) => { const [min, max] = extent(u.data[0]); u.setScale("x", { min, max }); };
     return [options, data, reset];
@@ -265,10 +301,17 @@ const feeler = (() => {
 
   // Arrows move the cursor, + and − zoom about it, 0 shows the whole again.
   const keys = (place, u, reset) => {
+    let point = -1;
     place.onkeydown = (event) => {
       const width = u.over.clientWidth, at = u.cursor.left >= 0 ? u.cursor.left : width / 2;
-      const move = (by) => u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
-          top: u.over.clientHeight / 2 });
+      const move = (by) => {
+        if (u.mode !== 2) { u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
+            top: u.over.clientHeight / 2 }); return; }
+        // A path is walked along, from its first point on.
+        const [xs, ys] = u.data[1], steps = event.shiftKey ? 1 : Math.ceil(xs.length / 50);
+        point = Math.min(Math.max(point + Math.sign(by) * steps, 0), xs.length - 1);
+        u.setCursor({ left: u.valToPos(xs[point], "x"), top: u.valToPos(ys[point], "y") });
+      };
       const log = u.scales.x.distr === 3;
       const zoom = (factor) => {
         const { min, max } = u.scales.x, to = log ? Math.log : (v) => v, from = log ? Math.exp : (v) => v;

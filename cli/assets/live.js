@@ -209,7 +209,7 @@
     if (one.pending) return;
     const send = () => {
       one.wished = false;
-      one.pending = post("state", { settings: settings(), part });
+      one.pending = post("state", { settings: settings(), part, in_motion: true });
       return one.since;
     };
     let began = send();
@@ -229,7 +229,8 @@
   };
   const ask = () => { document.body.dataset.busy = "yes"; Object.keys(PARTS).forEach(follow); };
 
-  // What waits until no slider moves: the link, the map, the records, and figures out of sight, one a frame.
+  // What waits until no slider moves: the link, the whole of a long run, the map, the records, and figures
+  // out of sight, one a frame.
   let rests = 0;
   const settle = async () => {
     const mine = ++rests, isOver = () => mine !== rests || isBusy();
@@ -239,6 +240,13 @@
     await new Promise((done) => setTimeout(done, REST_MS));
     if (isOver()) return;
     remember();
+    // The whole of a run that takes too long for a slider in motion.
+    if (answers.run?.partial) {
+      const whole = await post("state", { settings: settings(), part: "run" });
+      if (isOver()) return;
+      answers.run = whole.charts ? whole : { ...answers.run, problem: whole.problem, partial: false };
+      render("run");
+    }
     map.stale();
     replay();
     for (const name of [...late.keys()]) {
@@ -321,6 +329,7 @@
       if (!a || !b || a === b) return;
       svg.replaceChildren();
       cells = [];
+      delete holder.dataset.coarse;
       axes(a, b);
       here();
       const all = [];
@@ -339,10 +348,13 @@
         if (mine !== run || !answer.outcomes) return;
         const group = document.createDocumentFragment();
         part.forEach(([i, j], k) => {
-          const name = answer.outcomes[k], [px, py] = place(i, j);
+          // The first quarter of the points covers the others until they are known.
+          const size = i % 2 || j % 2 ? 1 : 2;
+          const name = answer.outcomes[k], [px, py] = place(i, j + size - 1);
           seen.add(name);
-          const cell = node("rect", { x: px, y: py, width: width / COLUMNS + 0.5, height: height / ROWS + 0.5,
-              fill: data.outcomes[name]?.colour ?? "#000000", class: "place" });
+          const cell = node("rect", { x: px, y: py, width: size * width / COLUMNS + 0.5,
+              height: size * height / ROWS + 0.5, class: "place",
+              fill: data.outcomes[name]?.colour ?? "#000000" });
           const where = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}`;
           const label = `${where}: ${data.outcomes[name]?.label ?? "cannot run"}`;
           cell.append(node("title", {}, label));
@@ -353,6 +365,7 @@
         });
         svg.append(group);
         here();
+        if (cells.length >= all.length / 4) holder.dataset.coarse ??= short(performance.now() - began, 3);
         legend.replaceChildren(...[...seen].map((name) => {
           const swatch = make("i", {});
           swatch.style.background = data.outcomes[name]?.colour ?? "#000000";

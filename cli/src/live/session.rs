@@ -10,7 +10,7 @@ use feeler_engine::Scenario;
 use feeler_files::{Document, Draft, Edit, FormatError, Setting};
 use feeler_plant::description::Machine;
 use feeler_studies::glimpse::{Glimpse, outcomes, theory};
-use feeler_studies::run::{Outcome, run_once};
+use feeler_studies::run::{Outcome, RunResult, run_once};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -21,6 +21,10 @@ use crate::terminal;
 const BLOCK: usize = feeler_studies::run::LANES;
 /// Largest number of map points in one request.
 const MOST_POINTS: usize = 256;
+/// Longest run that a slider in motion waits for, s. Drawing takes as long again within the 50 ms of a move.
+const MOST_RUN_S: f64 = 0.025;
+/// The part of a longer run that it shows at least.
+const LEAST_SHARE: f64 = 0.1;
 
 /// Records for comparison with the machine.
 pub(crate) struct Measured {
@@ -41,6 +45,8 @@ pub(crate) struct Session {
     settings: Vec<String>,
     file: Mutex<File>,
     measured: Option<Measured>,
+    /// Seconds of computation for each simulated second, from the latest run; zero before the first.
+    pace: Mutex<f64>,
 }
 
 /// The file as last read.
@@ -57,7 +63,8 @@ impl Session {
     pub(crate) fn new(path: &Path, settings: &[String], measured: Option<Measured>) -> crate::Result<Self> {
         let document = Draft::load_with(path, settings)?.build()?;
         let file = File { document, changed: changed(path), version: 0, problem: None };
-        Ok(Self { path: path.to_owned(), settings: settings.to_vec(), file: Mutex::new(file), measured })
+        let (path, settings) = (path.to_owned(), settings.to_vec());
+        Ok(Self { path, settings, file: Mutex::new(file), measured, pace: Mutex::new(0.0) })
     }
 
     /// The page.
@@ -90,21 +97,46 @@ impl Session {
     }
 
     /// The results of the scenario with some numbers set: the part asked for, `run` or `theory`, else both.
+    /// A run `in_motion` is cut short if it would take too long.
     pub(crate) fn state(&self, asked: &Value) -> Value {
-        let document = match self.document(asked) {
+        let mut document = match self.document(asked) {
             Ok(document) => document,
             Err(error) => return json!({ "problem": plainly(&error) }),
         };
-        let scenario = &document.scenario;
+        let mut cut_from_s = None;
         let (run, theory) = match asked["part"].as_str() {
-            Some("run") => (Some(run_once(scenario)), None),
-            Some("theory") => (None, Some(theory(scenario))),
+            Some("run") => {
+                let duration_s = &mut document.scenario.run.duration_s;
+                let affordable_s = self.affordable_s(*duration_s);
+                if asked["in_motion"].as_bool().unwrap_or(false) && affordable_s < *duration_s {
+                    cut_from_s = Some(std::mem::replace(duration_s, affordable_s));
+                }
+                let run = run_once(&document.scenario);
+                if let Ok(RunResult { summary, .. }) = &run
+                    && summary.simulated_s > 0.0
+                {
+                    *self.pace.lock().unwrap_or_else(PoisonError::into_inner) =
+                        summary.wall_s / summary.simulated_s;
+                }
+                (Some(run), None)
+            }
+            Some("theory") => (None, Some(theory(&document.scenario))),
             _ => {
-                let Glimpse { run, theory } = Glimpse::of(scenario);
+                let Glimpse { run, theory } = Glimpse::of(&document.scenario);
                 (Some(run), Some(theory))
             }
         };
-        Shown { document: &document, run, theory }.to_json()
+        Shown { document: &document, run, theory, cut_from_s }.to_json()
+    }
+
+    /// The time that a run may simulate within [`MOST_RUN_S`], at the pace of the latest run.
+    fn affordable_s(&self, duration_s: f64) -> f64 {
+        let pace = *self.pace.lock().unwrap_or_else(PoisonError::into_inner);
+        if pace * duration_s <= MOST_RUN_S {
+            duration_s
+        } else {
+            duration_s * LEAST_SHARE.max(MOST_RUN_S / (pace * duration_s))
+        }
     }
 
     /// The outcomes of the scenario at some points of two numbers.

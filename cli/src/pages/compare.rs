@@ -95,10 +95,10 @@ pub(crate) fn page(taken: &[Taken]) -> String {
     }
     if !keys.is_empty() {
         page.heading("What differs");
-        page.table(&heads(taken), &[], &keys);
+        page.versus(&heads(taken), &[], &keys);
     }
     page.heading("What comes of it");
-    page.table(&heads(taken), &[], &figures(taken));
+    page.versus(&heads(taken), &[], &figures(taken));
     page.heading("Runs");
     page.paragraph("Drag across a chart to zoom; double-click to see the whole again.");
     for chart in over_time(taken) {
@@ -127,12 +127,9 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         Some(format!("{}.command", one.document.scenario.machine.actuators.keys().next()?))
     };
     let chart = |title: &str, signal: &dyn Fn(&Taken, &RunResult) -> Option<String>, unit: &str| {
-        let mut chart = Chart::new(
-            ChartKind::Line,
-            title,
-            "time (s)",
-            format!("{} ({unit})", title.trim_end_matches('.').to_lowercase()),
-        );
+        let quantity = title.trim_end_matches('.').to_lowercase();
+        let label = if unit.is_empty() { quantity } else { format!("{quantity} ({unit})") };
+        let mut chart = Chart::new(ChartKind::Line, title, "time (s)", label);
         chart.together = Some("run");
         let mut series = Vec::new();
         for (one, run) in &runs {
@@ -151,7 +148,12 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         Some(chart).filter(|chart| !chart.series.is_empty())
     };
     let force_unit = taken.first().map_or("N", |one| one.units().force);
-    [chart("Contact force.", &force, force_unit), chart("Command.", &command, "")]
+    let unit_of =
+        |one: &Taken| Some(one.units().command(one.document.scenario.machine.actuators.values().next()?));
+    let units: Vec<&str> = runs.iter().filter_map(|(one, _)| unit_of(one)).collect();
+    // Commands of several kinds have no common unit.
+    let common = units.first().copied().filter(|first| units.iter().all(|unit| unit == first));
+    [chart("Contact force.", &force, force_unit), chart("Command.", &command, common.unwrap_or_default())]
         .into_iter()
         .flatten()
         .collect()
@@ -236,7 +238,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
     let Some(first) = sets.first() else { return page.render() };
     match record_rows(sets) {
         rows if rows.is_empty() => page.paragraph(NOTHING_COMMON),
-        rows => page.table(&RECORD_HEADS, &[3, 4, 5], &rows),
+        rows => page.versus(&RECORD_HEADS, &[3, 4, 5], &rows),
     }
     for record in &first.records {
         let same: Vec<_> = (sets.iter())
@@ -250,6 +252,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
             let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
             let label = format!("{} ({unit})", channel.column);
             let mut chart = Chart::new(ChartKind::Line, format!("{},", channel.column), "time (s)", label);
+            chart.caption = "from the start of each record.".into();
             chart.together = Some("run");
             chart.x = record.times_s.iter().map(|t| t - record.times_s[0]).collect();
             for (set, other) in &same {

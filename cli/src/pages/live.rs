@@ -87,6 +87,8 @@ pub(crate) struct Shown<'a> {
     pub(crate) document: &'a Document,
     pub(crate) run: Option<Result<RunResult, RunError>>,
     pub(crate) theory: Option<Result<(Report, Curves), AnalysisError>>,
+    /// The duration of the whole run, s, if only its beginning was simulated.
+    pub(crate) cut_from_s: Option<f64>,
 }
 
 impl Shown<'_> {
@@ -98,10 +100,20 @@ impl Shown<'_> {
         match &self.run {
             Some(Ok(result)) => {
                 for (name, chart) in ["force", "drive"].into_iter().zip(run::glance(self.document, result)) {
-                    charts.insert(name.into(), chart.to_json());
+                    charts.insert(name.into(), up_to(chart, self.cut_from_s).to_json());
                 }
                 outcome = json!(result.summary.outcome.name());
-                said.push(words::outcome(&result.summary, units));
+                // A beginning is too short by itself.
+                if self.cut_from_s.is_none() || result.summary.outcome != Outcome::Undecided {
+                    said.push(words::outcome(&result.summary, units));
+                }
+                said.extend(self.cut_from_s.map(|whole_s| {
+                    format!(
+                        "In motion: the first {} of {}.",
+                        with_unit(result.summary.simulated_s, "s"),
+                        with_unit(whole_s, "s")
+                    )
+                }));
                 figures.extend(run::tiles(&result.summary, units, None));
             }
             Some(Err(error)) => problems.push(error.to_string()),
@@ -121,8 +133,20 @@ impl Shown<'_> {
         json!({
             "outcome": outcome, "lead": said.join(" "), "stable": stable, "problem": problems.join("\n"),
             "tiles": tiles_html(&figures), "charts": charts, "planes": planes,
+            "partial": self.cut_from_s.is_some(),
         })
     }
+}
+
+/// A chart of the beginning of a run on the time axis of the whole.
+fn up_to(mut chart: Chart, end_s: Option<f64>) -> Chart {
+    if let Some(end_s) = end_s {
+        chart.x.push(end_s);
+        for series in &mut chart.series {
+            series.values.push(f64::NAN);
+        }
+    }
+    chart
 }
 
 /// Curves of linear theory.

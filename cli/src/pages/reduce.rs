@@ -1,12 +1,14 @@
 //! The page of a map of the force bandwidth over a workspace.
 
+use std::f64::consts::SQRT_2;
 use std::fmt::Write as _;
 
+use feeler_arm::Agreement;
 use feeler_studies::arm::{MapPoint, MapValues, NoAxis, without_axis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};
-use crate::pages::parts::svg::{Frame, Place, Scale, image, legend, swatch};
+use crate::pages::parts::svg::{Frame, Place, Scale, image, legend, swatch, text_at};
 use crate::pages::parts::{Page, of_share};
 
 const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
@@ -22,6 +24,10 @@ const CROSS: &str = "stroke=\"#000000\" stroke-width=\"1.2\" fill=\"none\"";
 const ONLY_CELL_M: f64 = 0.05;
 /// Steps of colour in the legend.
 const STEPS: u32 = 6;
+/// Smallest cell that has room for its number.
+const ROOM: [f64; 2] = [56.0, 18.0];
+/// Where black letters on a colour begin to be more legible than white ones.
+const BRIGHT: f64 = 0.47;
 
 /// One figure of every place.
 struct Field {
@@ -29,6 +35,19 @@ struct Field {
     caption: &'static str,
     unit: &'static str,
     of: fn(&MapValues) -> f64,
+    /// Ends of the colours for values between a smallest and a largest one.
+    colours: fn([f64; 2]) -> [f64; 2],
+}
+
+/// Colours span a factor of two at least, so that a small difference looks small.
+fn by_ratio([low, high]: [f64; 2]) -> [f64; 2] {
+    let middle = (low * high).sqrt();
+    if low > 0.0 { [low.min(middle / SQRT_2), high.max(middle * SQRT_2)] } else { [low, high] }
+}
+
+/// Colours of an error span what is trusted at least, %.
+fn of_error([_, high]: [f64; 2]) -> [f64; 2] {
+    [0.0, high.max(100.0 * Agreement::TRUSTED)]
 }
 
 const FIELDS: [Field; 4] = [
@@ -39,18 +58,21 @@ const FIELDS: [Field; 4] = [
                   mass. Point at a place to see the axis's own.",
         unit: "Hz",
         of: |found| found.agreement.force_bandwidth_hz[0],
+        colours: by_ratio,
     },
     Field {
         title: "Effective mass.",
         caption: "Moving mass along the normal, motors included.",
         unit: "kg",
         of: |found| found.mass_kg,
+        colours: by_ratio,
     },
     Field {
         title: "Stiffness.",
         caption: "All joints in series along the normal, the motors locked.",
         unit: "N/m",
         of: |found| found.stiffness_n_per_m,
+        colours: by_ratio,
     },
     Field {
         title: "Error of the axis.",
@@ -58,12 +80,18 @@ const FIELDS: [Field; 4] = [
                   beyond 5 % are crossed out in every map.",
         unit: "%",
         of: |found| 100.0 * found.agreement.worst(),
+        colours: of_error,
     },
 ];
 
 /// The axis's value in place of the arm's.
-const AXIS_BANDWIDTH: Field =
-    Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
+const AXIS_BANDWIDTH: Field = Field {
+    title: "",
+    caption: "",
+    unit: "Hz",
+    of: |found| found.agreement.force_bandwidth_hz[1],
+    colours: by_ratio,
+};
 
 /// The page; `command` gives the command for a place.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
@@ -224,8 +252,9 @@ impl Grid {
                 .filter_map(|point| point.found.as_ref().ok().map(field.of))
                 .filter(|value| value.is_finite())
         };
-        let (low, high) =
-            values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let extent = values()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+        let [low, high] = if extent[0].is_finite() { (field.colours)(extent) } else { extent };
         let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.5 };
         let mut body = String::new();
         for point in map {
@@ -238,6 +267,12 @@ impl Grid {
                 "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" \
                  shape-rendering=\"crispEdges\"/>"
             );
+            let number = point.found.as_ref().ok().map(field.of).filter(|value| value.is_finite());
+            if let Some(value) = number.filter(|_| width >= ROOM[0] && height >= ROOM[1]) {
+                let ink = if share(value) < BRIGHT { "#ffffff" } else { "#000000" };
+                let middle = [x + 0.5 * width, y + 0.5 * height + 4.0];
+                text_at(&mut body, middle, "middle", 12, ink, &plain(value));
+            }
             if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
                 let (right, bottom) = (x + width, y + height);
                 let _ = write!(
@@ -274,5 +309,21 @@ impl Grid {
         }
         legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tenth more is 0.14 of the octave that the colours span.
+    #[test]
+    fn regress_small_differences_do_not_fill_the_colours() {
+        let [low, high] = by_ratio([3.6, 3.96]);
+        assert!((high / low - 2.0).abs() < 1e-12 && low < 3.6 && high > 3.96);
+        assert!((3.96 - 3.6) / (high - low) < 0.15);
+        let wide = by_ratio([1.0, 10.0]).map(f64::to_bits);
+        assert_eq!(wide, [1.0_f64, 10.0].map(f64::to_bits));
+        assert_eq!(of_error([0.5, 1.5]).map(f64::to_bits), [0.0_f64, 5.0].map(f64::to_bits));
     }
 }

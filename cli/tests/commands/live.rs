@@ -136,6 +136,33 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
     assert_eq!(checked.code, DONE, "{}", checked.err);
 }
 
+/// 600 s are 600 000 samples of the controller: no computer simulates them in the 25 ms that a slider in
+/// motion waits for.
+#[test]
+fn truth_a_long_run_is_cut_short_while_a_slider_moves_only() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let served = Served::new(&bench, &["press.toml"]);
+    let run = |duration_s: f64, in_motion: bool| {
+        let settings = json!({ "run.duration": duration_s });
+        served.post("state", &json!({ "settings": settings, "part": "run", "in_motion": in_motion }))
+    };
+    let whole = run(600.0, false);
+    let cut = run(600.0, true);
+    assert_eq!([&whole["partial"], &cut["partial"]], [&json!(false), &json!(true)]);
+    assert!(cut["lead"].as_str().unwrap().ends_with(" of 600 s."), "{}", cut["lead"]);
+    let bytes = STANDARD.decode(cut["charts"]["force"]["x"]["values"]["f64"].as_str().unwrap()).unwrap();
+    let times: Vec<f64> =
+        bytes.chunks_exact(8).map(|eight| f64::from_le_bytes(eight.try_into().unwrap())).collect();
+    let force = values(&cut["charts"]["force"]["series"][0]);
+    let [before, end] = times[times.len() - 2..] else { panic!("{times:?}") };
+    assert!((end - 600.0).abs() < 1e-9 && force[force.len() - 1].is_nan(), "the axis is that of the whole");
+    // A tenth at least, and never all of it.
+    assert!((60.0 - 1e-3..600.0).contains(&before), "{before}");
+    assert_eq!(run(600.0, false)["lead"], whole["lead"]);
+    assert_eq!(run(0.02, true)["partial"], false, "a short run is shown whole");
+}
+
 #[test]
 fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     let bench = Bench::new();

@@ -247,3 +247,24 @@ fn regress_what_is_not_drawn_is_said() {
             && page.contains("The edge is that of this seed")
     );
 }
+
+/// Of three random numbers only the last varies enough to decide: from far below the limit of 0.90 to twice
+/// that.
+#[test]
+fn truth_maps_of_random_numbers_are_over_those_that_decide() {
+    let (folder, sweep) = project();
+    let text = "scenario = \"chatter.toml\"\nsampling = \"sobol\"\nsamples = 64\n[axes]\n\
+                \"bodies.tip.mass\" = { uniform = [\"4.99 kg\", \"5.01 kg\"] }\n\
+                \"springs.guide.damping\" = { uniform = [\"59.9 N s/m\", \"60.1 N s/m\"] }\n\
+                \"controllers.force.kp\" = { uniform = [0.1, 1.8] }\n";
+    fs::write(&sweep, text).unwrap();
+    let out = folder.path().join("random");
+    run(&["sweep", sweep.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    let [page, map] = ["report.html", "map.svg"].map(|name| fs::read_to_string(out.join(name)).unwrap());
+    assert!(map.contains("controllers.force.kp"), "the map is not over the gain");
+    assert!(page.contains("controllers.force.kp matters most"));
+    assert!(page.contains("over the two numbers that decide most"));
+    // Each cell has a value of its own of one of the others.
+    let drawn = ["bodies.tip.mass", "springs.guide.damping"].iter().filter(|key| map.contains(**key)).count();
+    assert_eq!(drawn, 1);
+}

@@ -99,18 +99,14 @@ fn chart(
     let measured = &record.series[c];
     let is_error = quantity == Quantity::Position;
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
-    // The two machines come first, so that each has one colour in all charts.
-    let columns: Vec<(&str, Vec<f64>, bool)> = if is_error {
-        vec![
-            ("machine as given", off(&before.windows[c]), true),
-            ("with what was found", off(&after.windows[c]), false),
-        ]
+    // The two machines have one colour in all charts. They lie over the measurement, whose noise stands out.
+    let machines = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> [(&'static str, Vec<f64>, usize); 2] {
+        [("machine as given", of(&before.windows[c]), 0), ("with what was found", of(&after.windows[c]), 1)]
+    };
+    let columns: Vec<(&str, Vec<f64>, usize)> = if is_error {
+        machines(&off).into()
     } else {
-        vec![
-            ("machine as given", before.windows[c].clone(), true),
-            ("with what was found", after.windows[c].clone(), false),
-            ("measured", measured.clone(), false),
-        ]
+        [("measured", measured.clone(), 2)].into_iter().chain(machines(&<[f64]>::to_vec)).collect()
     };
     // Errors of position are micrometres: their axis has a prefix.
     let largest = columns.iter().flat_map(|(_, values, _)| values).fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -138,9 +134,10 @@ fn chart(
     chart.x = kept.iter().map(|&k| record.start_s + k as f64 * record.spacing_s).collect();
     chart.series = columns
         .iter()
-        .map(|(name, values, dashed)| {
-            let series = Series::new(*name, &unit, kept.iter().map(|&k| values[k] / scale).collect());
-            if *dashed { series.dashed() } else { series }
+        .map(|(name, values, colour)| {
+            let values = kept.iter().map(|&k| values[k] / scale).collect();
+            let series = Series::new(*name, &unit, values).coloured(*colour);
+            if *colour == 0 { series.dashed() } else { series }
         })
         .collect();
     chart

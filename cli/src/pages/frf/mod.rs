@@ -168,9 +168,7 @@ impl Drawing<'_> {
                 edge("high", self.column(&|r| r.high_db)),
             ],
         );
-        if !self.response.isolated {
-            chart.between.push([3, 2]);
-        }
+        chart.between.push([3, 2]);
         chart
     }
 

@@ -103,7 +103,7 @@ pub(crate) struct Chart {
     pub(crate) series: Vec<Series>,
     /// Spans of the horizontal axis that are shaded.
     pub(crate) bands: Vec<[f64; 2]>,
-    /// Pairs of series, upper and lower, with the area between them shaded.
+    /// Pairs of series, upper and lower, with the area between them shaded. Of points, a bar joins each pair.
     pub(crate) between: Vec<[usize; 2]>,
     pub(crate) lines: Vec<Line>,
     pub(crate) gauges: Vec<Gauge>,

@@ -202,12 +202,21 @@ impl Page {
 
     /// A table; columns in `right` hold numbers.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
+        self.table_of("scroll", header, right, rows);
+    }
+
+    /// A table with a column for each of several things. What a row is of stays in sight on a narrow screen.
+    pub(crate) fn versus(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
+        self.table_of("scroll versus", header, right, rows);
+    }
+
+    fn table_of(&mut self, kind: &str, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };
         let label = header.iter().filter(|name| !name.is_empty()).copied().collect::<Vec<_>>().join(", ");
         let label = escape(&label);
         let _ = write!(
             self.body,
-            "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"table: \
+            "<div class=\"{kind}\" tabindex=\"0\" role=\"region\" aria-label=\"table: \
              {label}\"><table><thead><tr>"
         );
         for (i, name) in header.iter().enumerate() {

@@ -106,7 +106,7 @@ fn where_whole(lines: &[Line], on_other: impl Fn(f64) -> String) -> String {
 
 /// A random number of a sweep, and how many of the variants rest below and above the middle of its values.
 pub(super) struct Halves {
-    key: String,
+    pub(super) key: String,
     unit: String,
     middle: f64,
     below: f64,

@@ -3,6 +3,7 @@
 mod answer;
 mod bifurcation;
 mod cycles;
+mod decides;
 mod drawn;
 mod hover;
 mod located;
@@ -23,7 +24,6 @@ use feeler_files::Setting;
 use feeler_studies::run::Outcome;
 use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, SweepTable, Theory};
 
-use answer::Halves;
 use bifurcation::{Diagram, Prediction};
 use cycles::Predicted;
 use drawn::Drawn;
@@ -84,12 +84,18 @@ pub(crate) fn write(
     let axes = DrawnAxis::of(&sweep.file);
     let outcomes = tally::outcomes(table).map(str::to_owned).collect();
     let units = Units::of(&sweep.document.scenario.machine);
-    let report = Report { sweep, table, tally, drawn, axes, outcomes, units };
+    let mut report = Report { sweep, table, tally, drawn, axes, outcomes, units };
+    let mut theory = theory.clone();
+    let is_reordered = report.draw_what_decides(&mut theory);
+    let answer = report.answer();
     let mut page = Page::new(name, &sweep.file.about);
-    page.lead(&report.lead());
+    page.lead(&report.lead(answer.as_deref().unwrap_or_default()));
     page.tiles(&report.tiles());
+    if is_reordered {
+        page.paragraph("The drawings are over the two numbers that decide most.");
+    }
     let mut drawings: Vec<(String, String)> = Vec::new();
-    match (report.axes.as_slice(), theory) {
+    match (report.axes.as_slice(), &theory) {
         ([axis], Theory::Diagrams(cycles)) => report.diagrams(axis, cycles, &mut page, &mut drawings),
         ([x, y, ..], Theory::Maps(limits)) => report.maps([x, y], limits, &mut page, &mut drawings),
         _ => page.paragraph("No axis of this sweep is a range of numbers, so there is nothing to draw."),
@@ -111,11 +117,12 @@ pub(crate) fn write(
     let path = folder.join("report.html");
     terminal::write(&path, page.render().as_bytes())?;
     written.push(path);
-    Ok((written, report.answer()))
+    Ok((written, answer))
 }
 
 impl Report<'_> {
-    fn lead(&self) -> String {
+    /// The first sentences: the answer, and the shares of all outcomes.
+    fn lead(&self, answer: &str) -> String {
         let rows = self.tally.rows;
         let thinned = if self.axes.is_empty() { String::new() } else { self.drawn.words(self.table.rows) };
         if !self.sweep.file.keep.outcome {
@@ -138,7 +145,6 @@ impl Report<'_> {
         let edges =
             located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
         let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
-        let answer = self.answer().unwrap_or_default();
         format!("{answer}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
 
@@ -181,31 +187,6 @@ impl Report<'_> {
             }
             [] => None,
         }
-    }
-
-    fn is_random(&self) -> bool {
-        self.axes.iter().all(|axis| axis.points.is_none())
-    }
-
-    /// For each random number, how many variants come to rest on both sides of its middle, the one that
-    /// decides most first.
-    fn halves(&self) -> Vec<Halves> {
-        let of = |axis: &DrawnAxis| {
-            let at = self.table.reals(&axis.key)?;
-            let points = at.into_iter().zip(&self.outcomes);
-            Halves::of(&axis.key, &axis.unit, points.filter_map(|(at, name)| Some((at?, rests(name)?))))
-        };
-        answer::by_weight(self.axes.iter().filter_map(of).collect())
-    }
-
-    /// A table of the random numbers, the one that decides most first.
-    fn what_decides(&self, page: &mut Page) {
-        if self.axes.len() < 2 || !self.is_random() || !self.sweep.file.keep.outcome {
-            return;
-        }
-        page.heading("Which number decides");
-        let rows: Vec<Vec<String>> = self.halves().iter().map(Halves::cells).collect();
-        page.table(&["number", "middle", "settle below it", "settle above it"], &[1, 2, 3], &rows);
     }
 
     fn tiles(&self) -> Vec<Tile> {

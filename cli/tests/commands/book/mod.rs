@@ -11,7 +11,6 @@
 //!   other block is laid on a file of its page or of the project.
 //! - `json` parses, `python` runs. `text` is formulas and help, on pages of a short list.
 #![cfg(unix)]
-#![expect(clippy::print_stdout, reason = "says which blocks need a program that is absent")]
 
 mod definitions;
 mod keys;

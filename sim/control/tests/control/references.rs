@@ -179,6 +179,17 @@ fn truth_white_noise_has_its_band_and_power() {
     }
 }
 
+/// Draws are kept in blocks of 64, 16 384 in all. The slope of noise up to 100 Hz is 2 pi 100 / sqrt(3) rms a
+/// second, so values 1 us apart differ by 4e-4; 12 sigma. Draws out of place differ by about 1.
+#[test]
+fn prop_white_noise_has_no_step_where_kept_draws_begin_or_end() {
+    let noise = compile(&ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: 100.0, rms: 1.0, offset: 0.0 });
+    for border_s in [-0.01, 0.0, 0.63, 0.64, 0.65, 163.83, 163.84, 163.85] {
+        let [before, after] = [-5e-7, 5e-7].map(|apart| noise.value(border_s + apart));
+        assert!((after - before).abs() < 5e-3, "{border_s} s: {before} and {after}");
+    }
+}
+
 #[test]
 fn truth_prbs_autocorrelation() {
     let (order, clock_period_s, amplitude) = (7, 0.002, 3.0);

@@ -1,0 +1,194 @@
+"""What holds for a page of any kind: nothing throws, hangs or is too small, in the light and in the dark."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+WIDE, NARROW = 1400, 420
+LEAST_PX = 11
+# Time of the main thread's own work, not of the clock: other processes do not lengthen it.
+MOST_CPU_S = 1.0
+# WCAG's contrast of text, and of bold text; lines below the last can hardly be seen.
+LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE = 4.5, 3.0, 1.3
+# Pages of paper: of those with a chart for each signal or record, and of all others.
+MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "compare-records": 14}
+OTHER_PAPER = 8
+
+SMALL_TEXT = """
+const found = [];
+const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+while (walk.nextNode()) {
+  const holder = walk.currentNode.parentElement, text = walk.currentNode.textContent.trim();
+  if (!text || !holder.getClientRects().length || holder.closest("script, style, title")) continue;
+  let px = parseFloat(getComputedStyle(holder).fontSize);
+  const svg = holder.closest("svg");
+  if (svg && svg.viewBox.baseVal.width) px *= svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  if (px < arguments[0] - 0.05) found.push(`${px.toFixed(1)} px: ${text.slice(0, 40)}`);
+}
+return found;
+"""
+UNREACHED = """
+return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
+  .filter((e) => e.getClientRects().length && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 120));
+"""
+# What an arrow key leaves as it is. The map of a live page moves its sliders instead.
+DEAF = """
+const deaf = [];
+for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]")) {
+  if (!place.getClientRects().length) continue;
+  const read = () => place.textContent + (place.nextElementSibling?.textContent ?? "");
+  const before = read();
+  place.focus();
+  document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+  if (read() === before) deaf.push(place.outerHTML.slice(0, 120));
+}
+document.activeElement.blur();
+return deaf;
+"""
+# Charts beside whose vertical axis no letter stands out from the page.
+PALE_AXES = """
+const parse = (text) => (text.match(/[\\d.]+/g) ?? []).map(Number);
+const linear = (c) => c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4;
+const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+const ground = light(parse(getComputedStyle(document.body).backgroundColor));
+const seen = [...document.querySelectorAll(".chart canvas")].filter((e) => e.getClientRects().length);
+return seen.map((canvas) => {
+  const over = canvas.parentNode.querySelector(".u-over").getBoundingClientRect();
+  const width = Math.max(1, Math.floor(over.left - canvas.getBoundingClientRect().left - 8));
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, canvas.height);
+  let best = 1;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] < 200) continue;
+    const ink = light(data.subarray(i, i + 3));
+    best = Math.max(best, (Math.max(ink, ground) + 0.05) / (Math.min(ink, ground) + 0.05));
+  }
+  return [best, canvas.getAttribute("aria-label")];
+}).filter(([best]) => best < arguments[0]).map(([best, name]) => `${best.toFixed(2)}: ${name}`);
+"""
+AXE = """
+const done = arguments[arguments.length - 1];
+axe.run(document, { resultTypes: ["violations"] }).then((found) => done(found.violations
+  .filter((v) => v.impact === "serious" || v.impact === "critical")
+  .map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 160)).join(" | ")}`)));
+"""
+# Text on what is drawn below it, and lines on the page: those that can hardly be told from it.
+FAINT = """
+const [least, leastBold, leastLine] = arguments;
+const parse = (text) => {
+  const v = (text.match(/[\\d.]+/g) ?? []).map(Number);
+  return text.startsWith("rgb") ? [v[0], v[1], v[2], v[3] ?? 1] : null;
+};
+const over = (a, b) => [0, 1, 2].map((i) => a[3] * a[i] + (1 - a[3]) * b[i]).concat(1);
+const linear = (c) => c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4;
+const light = (c) => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
+const contrast = (a, b) => {
+  const [x, y] = [light(a), light(b)];
+  return (Math.max(x, y) + 0.05) / (Math.min(x, y) + 0.05);
+};
+const ground = parse(getComputedStyle(document.body).backgroundColor);
+const found = [];
+for (const svg of document.querySelectorAll("main svg")) {
+  for (const text of svg.querySelectorAll("text")) {
+    const box = text.getBoundingClientRect(), style = getComputedStyle(text);
+    if (!box.width || !text.textContent.trim()) continue;
+    let below = ground;
+    const layers = document.elementsFromPoint(box.x + box.width / 2, box.y + box.height / 2)
+      .filter((e) => svg.contains(e) && e instanceof SVGGeometryElement
+        && text.compareDocumentPosition(e) & Node.DOCUMENT_POSITION_PRECEDING);
+    for (const layer of layers.reverse()) {
+      const of = getComputedStyle(layer), fill = parse(of.fill);
+      if (fill) below = over([...fill.slice(0, 3), fill[3] * Number(of.fillOpacity)], below);
+    }
+    const ink = parse(style.fill);
+    const reached = ink ? contrast(over(ink, below), below) : 0;
+    if (reached < (Number(style.fontWeight) >= 600 ? leastBold : least)) {
+      found.push(`${reached.toFixed(2)}: ${text.textContent.slice(0, 30)} (${style.fill} on ${below})`);
+    }
+  }
+  for (const shape of svg.querySelectorAll("path, line, circle")) {
+    const style = getComputedStyle(shape), ink = parse(style.stroke);
+    if (!ink || !shape.getClientRects().length) continue;
+    const reached = contrast(over(ink, ground), ground);
+    // Of the ground's own colour are the edges of lines over a map.
+    if (reached > 1.02 && reached < leastLine) found.push(`${reached.toFixed(2)}: a line (${style.stroke})`);
+  }
+}
+return found;
+"""
+
+
+def axe():
+    """The text of axe-core, or none."""
+    kept = os.environ.get("AXE")
+    if kept:
+        return Path(kept).read_text()
+    with tempfile.TemporaryDirectory() as folder:
+        if (
+            not shutil.which("npm")
+            or subprocess.run(["npm", "pack", "axe-core@4"], cwd=folder, capture_output=True).returncode
+        ):
+            return None
+        subprocess.run("tar xzf axe-core-*.tgz", shell=True, cwd=folder, check=True)
+        return Path(folder, "package/axe.min.js").read_text()
+
+
+def check(browser, name, address, axe_text, shots, problems):
+    def wrong(what):
+        problems.append(f"{name}: {what}")
+
+    browser.look(WIDE)
+    browser.log("browser"), browser.log("performance")
+    cpu_s = browser.open(address)
+    if cpu_s > MOST_CPU_S:
+        wrong(f"works for {cpu_s:.2f} s")
+    time.sleep(0.3)
+    for line in browser.log("browser"):
+        if line["level"] == "SEVERE":
+            wrong(line["message"][:300])
+    for line in browser.log("performance"):
+        message = json.loads(line["message"])["message"]
+        if message["method"] == "Network.requestWillBeSent":
+            url = message["params"]["request"]["url"]
+            if not re.match(r"(file|data|blob):|http://127\.0\.0\.1:", url):
+                wrong(f"asks for {url}")
+    if browser.run("return document.body.innerText.includes('could not be drawn')"):
+        wrong("a chart could not be drawn")
+    if unreached := browser.run(UNREACHED):
+        wrong(f"keys do not reach {unreached[:3]}")
+    if deaf := browser.run(DEAF):
+        wrong(f"an arrow key tells nothing of {deaf[:3]}")
+    for dark in (False, True):
+        for width in (WIDE, NARROW):
+            browser.look(width, dark)
+            time.sleep(0.35)
+            if shots:
+                browser.shot(shots / f"{name}-{width}-{'dark' if dark else 'light'}.png")
+            if width == NARROW and not dark:
+                browser.ask("POST", "/refresh")
+                time.sleep(0.3)
+                if small := browser.run(SMALL_TEXT, LEAST_PX):
+                    wrong(f"small text at {NARROW} px: {small[:4]}")
+                overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
+                if overflow > 1:
+                    wrong(f"is {overflow} px wider than {NARROW} px")
+        # What lies below a text is only told within the window.
+        browser.look(WIDE, dark, browser.run("return Math.min(document.documentElement.scrollHeight, 30000)"))
+        time.sleep(0.2)
+        if faint := browser.run(FAINT, LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE):
+            wrong(f"{len(faint)} faint in the {'dark' if dark else 'light'}: {faint[:4]}")
+        if pale := browser.run(PALE_AXES, LEAST_CONTRAST):
+            wrong(f"pale axes in the {'dark' if dark else 'light'}: {pale[:4]}")
+        if axe_text:
+            browser.look(WIDE, dark)
+            browser.run(axe_text + "; window.axe = axe")
+            for finding in browser.ask("POST", "/execute/async", {"script": AXE, "args": []}):
+                wrong(f"axe, {'dark' if dark else 'light'}: {finding}")
+    browser.look(WIDE)
+    paper = browser.paper()
+    if paper > MOST_PAPER.get(name, OTHER_PAPER):
+        wrong(f"prints {paper} pages of paper")

@@ -184,6 +184,9 @@ impl Judge<'_> {
         } else {
             Asked::beside(accepted)
         };
+        if task.weights.coarse.iter().any(|coarse| !coarse.is_seen_by(&accepted.causes)) {
+            return true;
+        }
         let [check, all] = room(task, accepted);
         let noise = || noise(task, &accepted.fitted.model, &accepted.fitted.theta);
         check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())

@@ -95,12 +95,12 @@ impl Topics {
     }
 
     /// Adds a message, which the recorder may have compressed by itself.
-    pub(crate) fn push(&mut self, file: &Path, id: u64, log_ns: i64, message: &[u8]) -> Result<(), LogError> {
-        if !message.starts_with(&ZSTD) {
-            return self.push_plain(file, id, log_ns, message);
+    pub(crate) fn push(&mut self, file: &Path, id: u64, log_ns: i64, sent: &[u8]) -> Result<(), LogError> {
+        if !sent.starts_with(&ZSTD) {
+            return self.push_plain(file, id, log_ns, sent);
         }
         let Some(topic) = self.topics.get(&id) else { return Ok(()) };
-        let plain = unpack(message).map_err(|error| {
+        let plain = unpack(sent).map_err(|error| {
             let place = LogPlace::Message { topic: topic.name.clone(), number: topic.messages, byte: 0 };
             let what = format!("its compression by zstd is damaged: {error}");
             LogError::damaged(file, place, what, "record it again")

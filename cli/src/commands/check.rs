@@ -1,63 +1,24 @@
 //! `feeler check`.
 
 mod as_json;
+mod found;
 
 use std::path::Path;
 
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Fault, FaultKind, in_words};
 use feeler_engine::{EngineError, Program};
-use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
-use feeler_problem::{Problem, Remedy};
+use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, SweepFile, read_text};
 use feeler_studies::doubts;
 
 use crate::arguments::Check;
 use crate::numbers::count;
 use crate::terminal;
 use crate::terminal::failure::Failure;
+use found::{Mistakes, Sound, is_wrong_unit};
 
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";
-/// Two readings of one motion that differ by this factor or more have different units: no machine does that.
-const CERTAIN_FACTOR: f64 = 100.0;
-
-enum Mistakes {
-    Format(FormatError),
-    Engine(EngineError),
-    Series(DiagnosisError),
-}
-
-impl Mistakes {
-    fn error(&self) -> &dyn Remedy {
-        match self {
-            Self::Format(error) => error,
-            Self::Engine(error) => error,
-            Self::Series(error) => error,
-        }
-    }
-}
-
-/// Contents of a file without mistakes.
-struct Sound {
-    about: String,
-    /// Assumptions of the diagnosis about the records.
-    warnings: Vec<Fault>,
-    /// Doubtful numbers.
-    doubts: Vec<Problem>,
-}
-
-impl Sound {
-    /// Whether a column certainly has another unit than its file states.
-    fn has_wrong_unit(&self) -> bool {
-        self.warnings.iter().any(is_wrong_unit)
-    }
-}
-
-impl From<String> for Sound {
-    fn from(about: String) -> Self {
-        Self { about, warnings: Vec::new(), doubts: Vec::new() }
-    }
-}
 
 pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
     let (mut sound, mut consistent) = (true, true);
@@ -95,13 +56,6 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
         (true, true) => Ok(()),
         (true, false) => Err(Failure::CheckFailed),
         (false, _) => Err(Failure::Reported),
-    }
-}
-
-fn is_wrong_unit(fault: &Fault) -> bool {
-    match fault.kind {
-        FaultKind::Units { factor, .. } => factor.abs().max(1.0 / factor.abs()) > CERTAIN_FACTOR,
-        _ => false,
     }
 }
 

@@ -9,7 +9,7 @@ use feeler_plant::names::nearest;
 use super::bridge::{FIRST_LOST, Lost, empty_cells};
 use super::data::{Channel, Dataset, Record, Table};
 use super::fault::{Fault, FaultKind};
-use super::quantum::quantum;
+use super::quantum::{Grain, grain, quantum};
 use super::regrid::{Between, far_from_rows, regrid};
 
 /// Smallest number of rows for a prediction.
@@ -35,7 +35,9 @@ const BELOW_NOISE: f64 = 0.8;
 /// Converts tables to records, and returns every fault.
 pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let grains: Vec<f64> = dataset.channels.iter().map(|channel| grain(channel, &tables)).collect();
+    let grains: Vec<Grain> =
+        dataset.channels.iter().map(|channel| grain(channel, readings(channel, &tables))).collect();
+    dataset.grains = grains.iter().map(|grain| grain.usual).collect();
     if dataset.drives.is_empty() {
         faults.push(Fault {
             file: dataset.name.clone(),
@@ -84,8 +86,8 @@ struct Series {
 struct Reader<'a> {
     dataset: &'a Dataset,
     experiment: &'a Experiment,
-    /// Step of each channel's values over all experiments; zero if there is none.
-    grains: &'a [f64],
+    /// Steps of each channel.
+    grains: &'a [Grain],
 }
 
 impl Reader<'_> {
@@ -186,7 +188,8 @@ impl Reader<'_> {
     /// is lost with it.
     fn channel_faults(&self, i: usize, name: &str, column: &[f64], note: &mut Note<'_>) -> (bool, bool) {
         // Rounding has removed noise and motion alike. The finding is the step, which other experiments show.
-        if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
+        let grain = self.grains[i].coarsest;
+        if grain > 0.0 && range(column) <= 2.0 * grain {
             return (false, false);
         }
         let channel = &self.dataset.channels[i];
@@ -327,17 +330,15 @@ fn time_faults(time: &[f64], first_row: usize, note: &mut impl FnMut(Option<usiz
     }
 }
 
-/// The coarsest step of a channel in any experiment, if coarser than believed; 0 if none.
-fn grain(channel: &Channel, tables: &[Table]) -> f64 {
-    let steps = tables.iter().filter_map(|table| {
+/// The readings of a channel in every experiment, without those that are filled in.
+fn readings<'a>(channel: &'a Channel, tables: &'a [Table]) -> impl Iterator<Item = Vec<f64>> + 'a {
+    tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
         let values = &table.columns[column];
         let gaps = table.bridged.get(column).map_or(&[][..], Vec::as_slice);
         let values: Vec<f64> = read_rows(values.len(), gaps).into_iter().map(|k| values[k]).collect();
-        let usable = values.len() >= FEWEST_ROWS && values.iter().all(|x| x.is_finite());
-        usable.then(|| quantum(&values).filter(|step| channel.is_coarse(*step)))?
-    });
-    steps.fold(0.0, f64::max)
+        (values.len() >= FEWEST_ROWS && values.iter().all(|x| x.is_finite())).then_some(values)
+    })
 }
 
 fn range(column: &[f64]) -> f64 {

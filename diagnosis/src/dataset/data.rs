@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 use super::bridge::bridge;
 use super::fault::{Fault, FaultKind};
 use super::looped::Looped;
+use super::quantum;
 
 /// A measured column and its signal in the machine.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,6 +196,9 @@ pub struct Dataset {
     pub channels: Vec<Channel>,
     /// One for each experiment.
     pub records: Vec<Record>,
+    /// Step of each channel's values in the files, before they are brought to an even grid; zero without one.
+    /// Empty if the records are all that there is.
+    pub grains: Vec<f64>,
     /// Assumptions and remarks from reading.
     pub warnings: Vec<Fault>,
 }
@@ -209,6 +213,7 @@ impl Dataset {
         records: Vec<Record>,
     ) -> Self {
         Self {
+            grains: Vec::new(),
             name: name.into(),
             machine,
             tolerance: IndexMap::new(),
@@ -245,6 +250,15 @@ impl Dataset {
     /// Whether a controller commands a drive, so that what was recorded of it is no command.
     pub(crate) fn is_looped(&self, drive: usize) -> bool {
         self.loops.iter().any(|looped| looped.drive == drive)
+    }
+
+    /// Step of the values of channel `c`, signal units, if most experiments show it and it is coarser than
+    /// believed; else zero.
+    pub(crate) fn grain(&self, c: usize) -> f64 {
+        let channel = &self.channels[c];
+        let columns = || self.records.iter().map(|record| record.readings(c));
+        let step = self.grains.get(c).copied().unwrap_or_else(|| quantum::grain(channel, columns()).usual);
+        if channel.is_coarse(step) { step } else { 0.0 }
     }
 
     /// Whether the noise of a channel is stated, and not estimated from the scatter of its readings.

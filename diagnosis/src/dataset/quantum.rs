@@ -1,5 +1,25 @@
 //! Steps of quantised readings.
 
+use super::Channel;
+
+/// Steps of a channel's columns, one for each experiment, that are coarser than believed; zero if there is
+/// none.
+#[derive(Clone, Copy)]
+pub(super) struct Grain {
+    /// The coarsest of any experiment.
+    pub(super) coarsest: f64,
+    /// The same if most experiments have a step.
+    pub(super) usual: f64,
+}
+
+pub(super) fn grain(channel: &Channel, columns: impl Iterator<Item = Vec<f64>>) -> Grain {
+    let steps: Vec<Option<f64>> = columns.map(|column| quantum(&column)).collect();
+    let stepped = steps.iter().flatten().count();
+    let coarse = steps.iter().flatten().copied().filter(|&step| channel.is_coarse(step));
+    let coarsest = coarse.fold(0.0, f64::max);
+    Grain { coarsest, usual: if 2 * stepped > steps.len() { coarsest } else { 0.0 } }
+}
+
 /// The step of which all values are multiples, if there are few enough distinct values. It is the smallest
 /// distance of distinct values, refined over all of them.
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {

@@ -3,7 +3,7 @@
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
 
-use crate::dataset::{Dataset, Record, quantum};
+use crate::dataset::{Dataset, Record};
 use crate::fit::least_squares::Task;
 use crate::fit::missing::{missing_acceleration, moving_mass};
 use crate::fit::scored::Scored;
@@ -62,11 +62,9 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     }
     for (c, channel) in dataset.channels.iter().enumerate() {
         let Source::Sensor(sensor) = channel.source else { continue };
-        let steps: Vec<f64> =
-            dataset.records.iter().filter_map(|record| quantum(&record.readings(c))).collect();
-        let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
-        if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
-            glance.quanta.push((sensor, coarse));
+        let step = dataset.grain(c);
+        if step > 0.0 {
+            glance.quanta.push((sensor, step));
         }
     }
     glance

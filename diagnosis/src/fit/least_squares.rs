@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record};
 use crate::fit::bounded::minimise;
+use crate::fit::coarse::Coarse;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
 use crate::fit::elongation::{Against, against};
 use crate::fit::model::Model;
@@ -54,6 +55,8 @@ pub(crate) struct Weights {
     pub(crate) looks: Vec<Vec<f64>>,
     /// The channel from which another one is weighed as a difference; `None` for one weighed by itself.
     pub(super) against: Vec<Vec<Option<Against>>>,
+    /// Stated resolutions that the readings contradict.
+    pub(crate) coarse: Vec<Coarse>,
 }
 
 impl Weights {
@@ -138,7 +141,7 @@ impl Weights {
                 (0..channels).map(|c| looks(record, c, omega)).collect()
             })
             .collect();
-        Self { noise, scale, sigma, looks, against }
+        Self { noise, scale, sigma, looks, against, coarse: Coarse::of(dataset) }
     }
 }
 

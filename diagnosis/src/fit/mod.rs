@@ -3,6 +3,7 @@
 pub(crate) mod balanced;
 pub(crate) mod bounded;
 pub(crate) mod candidates;
+pub(crate) mod coarse;
 pub(crate) mod curvature;
 mod elongation;
 pub(crate) mod glance;

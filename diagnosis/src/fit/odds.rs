@@ -27,6 +27,10 @@ pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usi
         for ((a, b), looks) in old.misfits[r].iter().zip(&new.misfits[r]).zip(&weights.looks[r]) {
             sum += 0.5 * looks * ((a + QUIET) / (b + QUIET)).ln();
         }
+        for coarse in &weights.coarse {
+            let looks = &weights.looks[r];
+            sum += coarse.evidence(&new.causes, looks) - coarse.evidence(&old.causes, looks);
+        }
     }
     let unknowns = new.fitted.theta.len() as f64 - old.fitted.theta.len() as f64;
     sum - PER_UNKNOWN * unknowns

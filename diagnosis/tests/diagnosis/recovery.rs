@@ -173,6 +173,29 @@ fn truth_a_gain_is_known_no_better_than_the_mass_that_it_moves() {
     assert!((gain.value * 11.4 / 12.0 / 1.3 - 1.0).abs() < RECOVERY, "{}", gain.value);
 }
 
+/// Noise that was taken from the scatter of the readings holds their steps too. They still contradict a file
+/// that states finer ones, and no file that states none.
+#[test]
+fn truth_readings_in_coarser_steps_than_the_file_states_are_a_finding() {
+    let step_m = 4e-4;
+    let mut dataset = records_on(BELIEVED_STIFF, "");
+    for record in &mut dataset.records {
+        record.series[0].iter_mut().for_each(|x| *x = (*x / step_m).round() * step_m);
+    }
+    dataset.channels[0].noise = step_m / 12_f64.sqrt();
+    let kinds = |dataset: &Dataset| {
+        let answer = diagnose(dataset, &|_| {}).unwrap();
+        let accepted = answer.effects.into_iter().filter(|effect| effect.accepted);
+        accepted.map(|effect| (effect.kind, effect.parameters[0].value)).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds(&dataset), []);
+    dataset.channels[0].resolution = 1e-6;
+    let found = kinds(&dataset);
+    let [(Kind::EncoderResolution, found_m)] = found[..] else { panic!("{found:?}") };
+    // The step is read off hundreds of multiples of it.
+    assert!((found_m / step_m - 1.0).abs() < 1e-3, "{found_m}");
+}
+
 #[test]
 fn truth_coulomb_friction_is_recovered() {
     let answer =

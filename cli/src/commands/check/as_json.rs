@@ -8,7 +8,7 @@ use feeler_files::Located;
 use feeler_problem::Problem;
 use serde::Serialize;
 
-use super::{Mistakes, Sound, is_wrong_unit};
+use super::found::{Mistakes, Sound, is_wrong_unit};
 
 /// A file that was checked. The book shows the comments.
 #[derive(Serialize)]

@@ -25,7 +25,8 @@ impl Body<'_> {
                 if !self.is_followed_by(driven, channel) {
                     continue;
                 }
-                if let Some(found) = compare(&target, &swings(series, stride), most, SAME_MOTION) {
+                let moved = self.without_gain(channel, swings(series, stride));
+                if let Some(found) = compare(&target, &moved, most, SAME_MOTION) {
                     let pair = [&channel.column, &driven.column];
                     let pair = pair.map(|column| self.reading(column, Quantity::Position));
                     odd.extend(accused(r, pair, found.factor, NEAR_FORCE, false));

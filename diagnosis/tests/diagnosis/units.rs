@@ -146,6 +146,21 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     }
 }
 
+/// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo: `20 / (20 - 0.1 w^2 + j w)` of it, a 71st
+/// and turned.
+#[test]
+fn truth_a_servo_that_cannot_follow_its_target_has_no_wrong_unit() {
+    let machine = format!("{JOINT}{SERVO}");
+    let columns: [Column<'_>; 2] = [
+        ("asked", "drive.target", "", |t| (120.0 * t).sin()),
+        ("place", "encoder.reading", "", |t| {
+            let [real, imaginary]: [f64; 2] = [20.0 - 0.1 * 120.0 * 120.0, 120.0];
+            20.0 / real.hypot(imaginary) * (120.0 * t - imaginary.atan2(real)).sin()
+        }),
+    ];
+    assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+}
+
 #[test]
 fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
     let machine = format!("{JOINT}{SERVO}");

@@ -58,8 +58,8 @@ impl Body<'_> {
         drive.servo.is_some() && is_its
     }
 
-    /// Whether a believed servo holds its target at this frequency, rad/s. Behind a faster target the position
-    /// may be far smaller, or turned.
+    /// Whether a believed servo holds its target at this frequency, rad/s. Behind a faster target the
+    /// position may be far smaller, or turned.
     fn is_held_at(&self, driven: &Driven, omega: f64) -> bool {
         let drive = &self.assembly.drives[driven.drive];
         drive.servo.as_ref().is_none_or(|servo| {

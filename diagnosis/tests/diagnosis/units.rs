@@ -146,8 +146,8 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     }
 }
 
-/// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo. The link does `20 / (20 - 0.1 w^2 + j w)`
-/// of it: a 71st, and turned.
+/// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo. The link does a 71st of it, turned:
+/// `20 / (20 - 0.1 w^2 + j w)`.
 #[test]
 fn truth_a_servo_that_cannot_follow_its_target_has_no_wrong_unit() {
     let machine = format!("{JOINT}{SERVO}");

@@ -208,9 +208,18 @@ impl Body<'_> {
                 Quantity::Acceleration => smoothed(series, span),
                 _ => return None,
             };
-            Some(Stick { channel, node, quantity, values })
+            Some(Stick { channel, node, quantity, values: self.without_gain(described, values) })
         };
         self.dataset.channels.iter().zip(&record.series).enumerate().filter_map(of).collect()
+    }
+
+    /// What a channel reads, with the believed gain of its sensor taken from its readings.
+    pub(super) fn without_gain(&self, channel: &Channel, mut readings: Vec<f64>) -> Vec<f64> {
+        let (gain, _) = channel.scale(&self.assembly);
+        if gain != 0.0 {
+            readings.iter_mut().for_each(|reading| *reading /= gain);
+        }
+        readings
     }
 
     /// Pairs of one group with the same motion.
@@ -309,7 +318,7 @@ impl Body<'_> {
                 r,
                 sticks,
                 reference,
-                members.len(),
+                agreements[sticks[reference].channel] > 0,
                 driven.as_ref().zip(of_command(reference)),
                 odd,
             );
@@ -317,21 +326,21 @@ impl Body<'_> {
         references
     }
 
-    /// All columns of a motion against the command: if two agree the command is wrong, a single one is wrong
+    /// All columns of a motion against the command: if two agree the command is wrong, a lone one is wrong
     /// itself.
     fn against_command(
         &self,
         r: usize,
         sticks: &[Stick],
         reference: usize,
-        members: usize,
+        is_agreed: bool,
         found: Option<(&(String, Vec<f64>), Comparison)>,
         odd: &mut Vec<Odd>,
     ) {
         let Some(((command, _), comparison)) = found else { return };
         let moved = self.reading(self.column(&sticks[reference]), sticks[reference].quantity);
         let pushed = self.reading(command, Quantity::Command);
-        odd.extend(if members > 1 {
+        odd.extend(if is_agreed {
             accused(r, [pushed, moved], 1.0 / comparison.factor, NEAR_FORCE, true)
         } else {
             accused(r, [moved, pushed], comparison.factor, NEAR_FORCE, false)

@@ -67,7 +67,7 @@ impl Body<'_> {
                 .zip(&sticks[reference].values)
                 .map(|(u, a)| u - mass * a)
                 .collect();
-            let felt = smoothed(&record.series[c], span);
+            let felt = self.without_gain(channel, smoothed(&record.series[c], span));
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             let pair =
                 [self.reading(&channel.column, Quantity::Force), self.reading(&other, Quantity::Command)];

@@ -25,7 +25,10 @@ impl Body<'_> {
                 if !self.is_followed_by(driven, channel) {
                     continue;
                 }
-                if let Some(found) = compare(&target, &swings(series, stride), most, SAME_MOTION) {
+                let moved = self.without_gain(channel, swings(series, stride));
+                let is_held = self.is_held_at(driven, frequency(&moved, stride as f64 * record.spacing_s));
+                let found = compare(&target, &moved, most, SAME_MOTION);
+                if let Some(found) = found.filter(|_| is_held) {
                     let pair = [&channel.column, &driven.column];
                     let pair = pair.map(|column| self.reading(column, Quantity::Position));
                     odd.extend(accused(r, pair, found.factor, NEAR_FORCE, false));
@@ -54,6 +57,23 @@ impl Body<'_> {
                 .is_some_and(|node| self.groups[node] == self.groups[drive.on]);
         drive.servo.is_some() && is_its
     }
+
+    /// Whether a believed servo holds its target at this frequency, rad/s. Behind a faster target the
+    /// position may be far smaller, or turned.
+    fn is_held_at(&self, driven: &Driven, omega: f64) -> bool {
+        let drive = &self.assembly.drives[driven.drive];
+        drive.servo.as_ref().is_none_or(|servo| {
+            let natural = (servo.kp / self.assembly.rigid_mass_kg(drive.on)).sqrt();
+            omega < natural.min(servo.kp / servo.kd)
+        })
+    }
+}
+
+/// Mean frequency of a series about zero, rad/s.
+fn frequency(series: &[f64], spacing_s: f64) -> f64 {
+    let square: f64 = series.iter().map(|x| x * x).sum();
+    let rises: f64 = series.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
+    (rises / square).sqrt() / spacing_s
 }
 
 /// Every `stride`-th row of a series, less their mean.

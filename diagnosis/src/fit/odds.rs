@@ -5,7 +5,7 @@
 //! model explains cancels. A white-noise likelihood of all samples would make every comparison certain, even
 //! the wrong ones.
 
-use crate::dataset::scatter_of;
+use crate::dataset::{Channel, scatter_of};
 use crate::fit::least_squares::{Task, Weights, robust};
 use crate::fit::scored::Scored;
 
@@ -74,8 +74,12 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
         // A fit does not see the steps of an encoder, and stated noise may be too large.
         let noise = |c: usize| dataset.channels[c].noise.min(scatter_of(record, c));
         let noise: Vec<f64> = (0..misfits.len()).map(noise).collect();
+        // In the difference of two encoders it does.
+        let step = |(noise, channel): (&f64, &Channel)| noise.max(channel.resolution / 12.0_f64.sqrt());
+        let stepped: Vec<f64> = noise.iter().zip(&dataset.channels).map(step).collect();
         for (c, misfit) in misfits.iter_mut().enumerate() {
-            let sigmas = task.weights.noise_of(r, c, &noise) / task.weights.sigma[r][c];
+            let noise = if task.weights.against[r][c].is_some() { &stepped } else { &noise };
+            let sigmas = task.weights.noise_of(r, c, noise) / task.weights.sigma[r][c];
             *misfit = misfit.min(LEAST_NOISE * mean_loss(sigmas));
         }
     }

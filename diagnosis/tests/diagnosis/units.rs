@@ -146,6 +146,21 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     }
 }
 
+/// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo. The link does a 71st of it, turned:
+/// `20 / (20 - 0.1 w^2 + j w)`.
+#[test]
+fn truth_a_servo_that_cannot_follow_its_target_has_no_wrong_unit() {
+    let machine = format!("{JOINT}{SERVO}");
+    let columns: [Column<'_>; 2] = [
+        ("asked", "drive.target", "", |t| (120.0 * t).sin()),
+        ("place", "encoder.reading", "", |t| {
+            let [real, imaginary]: [f64; 2] = [20.0 - 0.1 * 120.0 * 120.0, 120.0];
+            20.0 / real.hypot(imaginary) * (120.0 * t - imaginary.atan2(real)).sin()
+        }),
+    ];
+    assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+}
+
 #[test]
 fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
     let machine = format!("{JOINT}{SERVO}");
@@ -162,4 +177,36 @@ fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
     ] {
         names(&accused(&machine, &columns, Some(("speed", factor))), "speed", words);
     }
+}
+
+/// A sensor behind a gear reads a hundred turns of the other way for one: its gain is believed, and no fault.
+#[test]
+fn truth_a_believed_gain_is_no_wrong_unit() {
+    let machine = FORCE_AXIS.replace("noise = 1e-7", "noise = 1e-5\ngain = -100.0");
+    let columns: [Column<'_>; 3] = [
+        ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
+        ("place", "encoder.reading", "", |t| -100.0 * wave(t)[0]),
+        ("acceleration", "accelerometer.reading", "", |t| wave(t)[2]),
+    ];
+    for used in [&columns[..], &columns[..2]] {
+        assert_eq!(accused(&machine, used, None), Vec::<Fault>::new());
+        names(&accused(&machine, used, Some(("place", 1e3))), "place", "1000 (mm for m?)");
+    }
+}
+
+/// A tachometer whose noise hides the motion says nothing for the position beside it.
+#[test]
+fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise() {
+    let machine =
+        FORCE_AXIS.replace("accelerometer", "tachometer").replace("tip.acceleration", "tip.velocity");
+    let columns: [Column<'_>; 3] = [
+        ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
+        ("place", "encoder.reading", "", |t| wave(t)[0]),
+        // Uniform between -2 and 2 m/s, on at most about 2 m/s.
+        ("speed", "tachometer.reading", "", |t| {
+            wave(t)[1] + 4.0 * ((43_758.5 * (12_989.8 * t).sin()).fract())
+        }),
+    ];
+    assert_eq!(accused(&machine, &columns, None), Vec::<Fault>::new());
+    names(&accused(&machine, &columns, Some(("place", 1e3))), "place", "1000 (mm for m?)");
 }

@@ -51,7 +51,8 @@ alone, cold and warm.
 
 ## How it is recognised
 Repeat one motion for several time constants, then again after a rest. The force per command falls by an
-exponential, and starts anew after the rest. A diagnosis tries it on records of at least 30 s.
+exponential, and starts anew after the rest. A diagnosis tries it on records of at least 30 s, and takes each
+to begin cold. One long record is cut into pieces: record two or more, each after a rest.
 
 ## Numerical treatment
 The heat is one more state, and the law is smooth: an extrapolation method integrates it to rounding. Its

@@ -7,7 +7,7 @@ use feeler_files::{Document, Draft};
 use feeler_studies::tune::{Spec, Uncertain, machines, tune};
 use serde_json::Value;
 
-use super::why::write_set;
+use super::why::{next, write_set};
 use crate::arguments::Tune;
 use crate::pages::tune::summary;
 use crate::terminal;
@@ -39,6 +39,10 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
         let code = &tuned.equation.code;
         let files = [("controller.c", code.c.clone()), ("controller.rs", code.rust.clone())];
         written += &terminal::write_all(folder, &files)?;
+    }
+    if let Some(out) = &arguments.out {
+        written += "\n\n";
+        written += &next(&arguments.file, out);
     }
     if arguments.json {
         return terminal::print(&terminal::json(&tuned)?);

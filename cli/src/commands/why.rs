@@ -68,7 +68,14 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     };
     let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
     write_set(&arguments.file, document, &all, out)?;
-    terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
+    let next = next(&arguments.file, out);
+    terminal::print(&format!("{}: {}\n\n{next}", out.display(), settings.join("; ")))
+}
+
+/// The command that shows a changed file beside the one that it was made from. Both have one name: by default
+/// a run of one replaces the results of the other.
+pub(super) fn next(file: &Path, out: &Path) -> String {
+    format!("next: feeler compare {} {}", terminal::quoted_path(file), terminal::quoted_path(out))
 }
 
 /// Writes a file with changed settings, and reads it back. Comments stay.

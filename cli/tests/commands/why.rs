@@ -14,6 +14,10 @@ fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments(
     assert_eq!(said.code, DONE, "{}", said.err);
     // What was set is printed, and nothing else of the file is touched.
     let (key, _) = said.out.strip_prefix("cured.toml: ").and_then(|said| said.split_once('=')).unwrap();
+    let said_next = said.out.trim_end().rsplit_once("next: feeler ").unwrap().1;
+    assert_eq!(said_next, "compare chatter.toml cured.toml");
+    let compared = bench.feeler(&said_next.split(' ').collect::<Vec<_>>());
+    assert_eq!(compared.code, DONE, "{}", compared.err);
     let (before, after) = (bench.read("chatter.toml"), bench.read("cured.toml"));
     let changed: Vec<&str> = after.lines().filter(|line| !before.lines().any(|old| old == *line)).collect();
     assert!(!changed.is_empty() && changed.len() <= 3, "{changed:?}");

@@ -61,9 +61,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
         other => other.into(),
     })?;
     let doubts = doubts(&document.scenario);
-    for Problem { key, message, remedy, .. } in &doubts {
-        terminal::complain(&format!("warning: {key}: {message}; {remedy}"));
-    }
+    terminal::warn(&doubts);
     let written = write(arguments, &document, &result, &doubts, &folder)?;
     if arguments.json {
         return terminal::print(&terminal::json(&result.summary)?);

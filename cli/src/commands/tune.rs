@@ -4,6 +4,7 @@ use std::path::Path;
 
 use feeler_diagnosis::difference::Difference;
 use feeler_files::{Document, Draft};
+use feeler_studies::doubts;
 use feeler_studies::tune::{Spec, Uncertain, machines, tune};
 use serde_json::Value;
 
@@ -18,6 +19,7 @@ use crate::units::Units;
 pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let spec = Spec::parse(&arguments.spec)?;
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    terminal::warn(&doubts(&document.scenario));
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
     // The tuned machine has the calibrated values and the found effects. The written file keeps its machine.
     let settings = found.iter().flat_map(|found| &found.settings);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use feeler_files::{Document, Draft, with_settings};
+use feeler_studies::doubts;
 use feeler_studies::why::{Counterfactual, Explanation, explain};
 
 use crate::arguments::Why;
@@ -24,6 +25,7 @@ const ABOUT_NOW: &str =
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    terminal::warn(&doubts(&document.scenario));
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
     let expected = (Counterfactual::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {

@@ -1,8 +1,9 @@
-//! Commands that only print: effects, new, schema, completions, help.
+//! Commands that only print: effects, new, schema, completions, help; and what pages name.
 
 use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE};
+use crate::live::data_of;
 
 #[test]
 fn truth_every_effect_is_listed_and_one_is_explained() {
@@ -101,4 +102,20 @@ fn truth_an_unknown_command_is_refused() {
     let said = Bench::new().feeler(&["rum"]);
     assert_eq!((said.code, said.out.as_str()), (BAD_INPUT, ""));
     insta::assert_snapshot!(said.err);
+}
+
+/// The command of a velocity source is a speed, and has a chart of its own.
+#[test]
+fn regress_a_chart_names_no_command_that_it_does_not_draw() {
+    let bench = Bench::new();
+    let file = |name: &str| format!("{}/../scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    for (name, label) in
+        [("control/admittance-soft-wall", "force (N)"), ("chatter/settles", "command, force (N)")]
+    {
+        assert_eq!(bench.feeler(&["run", &file(name), "--out", "out"]).code, DONE);
+        let page = data_of(&bench.read("out/report.html"));
+        let mut charts = page["charts"].as_array().unwrap().iter();
+        let drive = charts.find(|chart| chart["series"][0]["name"] == "drive.force").unwrap();
+        assert_eq!(drive["y"]["label"], label, "{name}");
+    }
 }

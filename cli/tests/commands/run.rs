@@ -358,10 +358,6 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(said.err.contains("warning: contacts.tool.between") && said.err.contains(doubt), "{}", said.err);
     assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     assert!(bench.read("out/report.html").contains("Probable reason"));
-    for command in ["why", "analyze", "tune"] {
-        let said = bench.feeler(&[command, "away.toml"]);
-        assert!(said.err.contains(doubt), "{command}: {}", said.err);
-    }
     // The same of a tool that approaches the other way.
     let encoder = "\n[sensors.encoder]\nreads = \"tip.position\"\n";
     bench.write("sent.toml", &(bench.read("away.toml") + encoder));

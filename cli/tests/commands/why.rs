@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{BAD_INPUT, Bench, DONE, exists};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 
 const SUSTAINED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter/sustained.toml");
 
@@ -41,4 +41,15 @@ fn truth_a_remedy_that_does_not_exist_is_refused_with_those_that_do() {
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.contains("no remedy 99") && said.err.contains("try one of 1, 2"), "{}", said.err);
     assert!(!exists(bench.path("cured.toml")));
+}
+
+#[test]
+fn truth_what_a_check_doubts_stands_before_causes_theory_and_gains() {
+    let bench = Bench::new();
+    bench.write("away.toml", &PRESS.replace("[\"tip\", \"ground\"]", "[\"ground\", \"tip\"]"));
+    for command in ["why", "analyze", "tune"] {
+        let said = bench.feeler(&[command, "away.toml"]);
+        let doubt = "warning: contacts.tool.between: a positive command of `drive` pulls";
+        assert!(said.err.starts_with(doubt), "{command}: {}", said.err);
+    }
 }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay_record;
@@ -16,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::pages::live::{self, Shown};
 use crate::terminal;
+use crate::watched::Watched;
 
 /// Number of variants that one task measures side by side.
 const BLOCK: usize = feeler_studies::run::LANES;
@@ -53,8 +53,8 @@ struct File {
     document: Document,
     /// The `--set` of the command, until they are written.
     settings: Vec<String>,
-    /// Time of its last change, and number of changes since the start.
-    changed: Option<SystemTime>,
+    /// It and what it builds on, as last read, and the number of changes since the start.
+    watched: Watched,
     version: u64,
     /// Its present mistake; the last valid version is shown until it is corrected.
     problem: Option<String>,
@@ -64,7 +64,8 @@ impl Session {
     pub(crate) fn new(path: &Path, settings: &[String], measured: Option<Measured>) -> crate::Result<Self> {
         let document = Draft::load_with(path, settings)?.build()?;
         let settings = settings.to_vec();
-        let file = File { document, settings, changed: changed(path), version: 0, problem: None };
+        let watched = Watched::of(&document);
+        let file = File { document, settings, watched, version: 0, problem: None };
         Ok(Self { path: path.to_owned(), file: Mutex::new(file), measured, pace: Mutex::new(0.0) })
     }
 
@@ -197,8 +198,8 @@ impl Session {
             edited.and_then(|text| terminal::rewrite(&self.path, &text).map_err(|error| error.to_string()));
         match written {
             Ok(backup) => {
-                let is_written = |key: String| edits.iter().any(|edit| edit.key == key);
-                file.settings.retain(|setting| !key_of(setting).is_some_and(is_written));
+                let is_left = |key: String| edits.iter().all(|edit| edit.key != key);
+                file.settings.retain(|setting| key_of(setting).is_none_or(is_left));
                 json!({ "written": self.path.display().to_string(), "backup": backup.display().to_string() })
             }
             Err(problem) => json!({ "problem": problem }),
@@ -215,13 +216,19 @@ impl Session {
     /// The file, read again if it has changed since.
     fn as_saved(&self) -> MutexGuard<'_, File> {
         let mut file = self.current();
-        let now = changed(&self.path);
-        if now != file.changed {
-            file.changed = now;
+        let now = file.watched.now();
+        if now != file.watched {
+            file.watched = now;
             file.version += 1;
             let read = Draft::load_with(&self.path, &file.settings).and_then(Draft::build);
             match read {
-                Ok(document) => (file.document, file.problem) = (document, None),
+                Ok(document) => {
+                    // It may name another base by now.
+                    if !file.watched.is_of(&document) {
+                        file.watched = Watched::of(&document);
+                    }
+                    (file.document, file.problem) = (document, None);
+                }
                 Err(error) => file.problem = Some(plainly(&error)),
             }
         }
@@ -238,10 +245,6 @@ impl Session {
 fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
     let settings = asked["settings"].as_object();
     settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
-}
-
-fn changed(path: &Path) -> Option<SystemTime> {
-    std::fs::metadata(path).and_then(|file| file.modified()).ok()
 }
 
 /// Mistakes for a page: without the lines of the file.

@@ -166,6 +166,25 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
+#[test]
+fn truth_a_base_machine_is_watched_as_its_file_is() {
+    let bench = Bench::new();
+    bench.write("base.toml", PRESS);
+    bench.write("child.toml", "name = \"child\"\nmachine = \"base.toml\"\n");
+    let served = Served::new(&bench, &["child.toml"]);
+    let version = || {
+        let (_, file) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+        serde_json::from_str::<Value>(&file).unwrap()["version"].clone()
+    };
+    assert_eq!([version(), version()], [0, 0]);
+    bench.write("base.toml", &PRESS.replace("= 0.2\n", "= 0.4\n"));
+    assert_eq!([version(), version()], [1, 1]);
+    bench.write("base.toml", "[");
+    assert_eq!(version(), 2);
+    bench.write("base.toml", PRESS);
+    assert_eq!(version(), 3);
+}
+
 /// 600 s are 600 000 samples of the controller: no computer simulates them in the 25 ms that a slider in
 /// motion waits for.
 #[test]

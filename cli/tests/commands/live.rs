@@ -264,6 +264,13 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             assert!(found["x"].is_object() && found["y"].is_object(), "a curve of many points: {found}");
         }
     }
+    // Of long numbers as many digits as tell them apart.
+    for (mass, told) in [("2.12345678901", "2.123457"), ("2.00000000001", "2.00000000001")] {
+        let set = format!("bodies.tip.mass={mass}");
+        let said = bench.feeler(&["compare", "press.toml", "--set", &set, "--out", "file"]);
+        let row = said.out.lines().find(|line| line.starts_with(" bodies.tip.mass ")).unwrap();
+        assert!(row.ends_with(&format!(" {told}")), "{row}");
+    }
     assert_eq!(bench.feeler(&["compare", "press.toml"]).code, BAD_INPUT);
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);
 }

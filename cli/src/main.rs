@@ -10,6 +10,7 @@ mod pages;
 mod repaired;
 mod terminal;
 mod units;
+mod watched;
 mod words;
 
 use std::process::ExitCode;

@@ -14,7 +14,7 @@ use super::draft::{Draft, Setting};
 use super::keys::{ABOUT, AXIS_KIND, EFFECTS, ELEMENTS, NAME, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
-use super::source::Origin;
+use super::source::{OVERRIDE, Origin};
 use super::tree::{Table, Value, locate, node_at};
 
 /// A checked machine or scenario file.
@@ -63,6 +63,12 @@ impl Document {
     /// The texts of the file and of its base files, in reading order.
     pub fn texts(&self) -> impl Iterator<Item = &str> {
         self.draft.sources.0.iter().map(|source| &*source.text)
+    }
+
+    /// Paths of the file and of its base files, in reading order.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let files = self.draft.sources.0.iter().filter(|source| source.name != OVERRIDE);
+        files.map(|source| Path::new(source.name.as_str()))
     }
 
     /// The file with its overrides, to set further keys.

@@ -14,7 +14,7 @@ use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
-use super::source::{self, Origin, Source, Sources};
+use super::source::{self, OVERRIDE, Origin, Source, Sources};
 use super::tree::{Entry, Node, Table, Value, from_table, from_value};
 
 /// Machine files are a few kilobytes; a larger file is of another kind.
@@ -167,7 +167,7 @@ impl Draft {
     }
 
     fn override_source(&mut self, text: &str) -> usize {
-        self.sources.add(Source { name: "--set".into(), text: text.into(), directory: Path::new("").into() })
+        self.sources.add(Source { name: OVERRIDE.into(), text: text.into(), directory: Path::new("").into() })
     }
 
     fn refuse(&self, origin: &Origin, key: &str, message: String, remedy: impl Into<String>) -> FormatError {

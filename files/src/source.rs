@@ -13,6 +13,9 @@ pub(crate) struct Origin {
     pub(crate) span: Range<usize>,
 }
 
+/// Name of the texts of overrides.
+pub(crate) const OVERRIDE: &str = "--set";
+
 /// A text with its name in reports.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {

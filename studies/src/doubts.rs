@@ -35,7 +35,7 @@ pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     found
 }
 
-/// Laws whose gains are all zero, and force laws that feed nothing back.
+/// Laws whose gains are all zero, and force laws that feed nothing back or follow nothing.
 fn without_gains(scenario: &Scenario) -> Vec<Problem> {
     let zero = |value: &f64| *value == 0.0;
     let of_controller = |(name, used): (&String, &ControllerUse)| {
@@ -45,15 +45,21 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
         if matches!(law, Law::OpenLoop) {
             return None;
         }
+        let all_zero = |gains: [f64; 4]| gains.iter().all(zero);
         let (doubt, remedy) = if names.iter().all(is_zero) {
             (
                 format!("every gain of controller `{name}` is zero, so that it never acts"),
                 format!("give it one of {}, or leave it out", names.join(", ")),
             )
-        } else if matches!(law, Law::ExplicitForce(g) if [g.kp, g.ki, g.kd, g.damping].iter().all(zero)) {
+        } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.damping])) {
             (
                 format!("controller `{name}` has only feed_forward, so that the force is not fed back"),
                 "give it kp or ki; law = \"open-loop\" says that no feedback is meant".to_owned(),
+            )
+        } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.feed_forward])) {
+            (
+                format!("controller `{name}` has only damping, so that it follows no reference"),
+                "give it kp, ki or feed_forward".to_owned(),
             )
         } else {
             return None;
@@ -287,6 +293,12 @@ reference = 20.0
         let idle = AXIS.replace("kp = 0.4", "kp = 0.0").replace("feed_forward = 1.0", "feed_forward = 0.0");
         assert_eq!(keys(&idle), ["controllers.f"]);
         assert_eq!(keys(&AXIS.replace("kp = 0.4", "kp = 0.0")), ["controllers.f"]);
+        let sensed = |text: &str| format!("{text}[sensors.encoder]\nreads = \"m.velocity\"\n");
+        assert_eq!(keys(&sensed(&idle.replace("kp = 0.0", "damping = 60.0"))), ["controllers.f"]);
+        assert_eq!(
+            keys(&sensed(&AXIS.replace("kp = 0.4", "damping = 60.0\nkp = 0.4"))),
+            Vec::<String>::new()
+        );
         assert_eq!(keys(&AXIS.replace("kp = 0.4", "ki = 4.0")), Vec::<String>::new());
         let reversed =
             AXIS.replace("between = [\"m\", \"ground\"]\nstiff", "between = [\"ground\", \"m\"]\nstiff");

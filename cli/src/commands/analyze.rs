@@ -7,7 +7,7 @@ use feeler_engine::{EngineError, Scenario};
 use feeler_files::{Document, Draft};
 use feeler_lti::LtiError;
 use feeler_problem::Remedy;
-use feeler_studies::{ALL_PROCESSORS, signals};
+use feeler_studies::{ALL_PROCESSORS, doubts, signals};
 
 use super::operating_point;
 use crate::arguments::Analyze;
@@ -19,6 +19,7 @@ use crate::{pages, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    terminal::warn(&doubts(&document.scenario));
     let (contact, note) = operating_point::contact_view(arguments, &document.scenario)?;
     let notes: Vec<String> = note.into_iter().collect();
     for note in &notes {

@@ -64,7 +64,7 @@ fn as_run(scenario: &Scenario) -> Glimpse {
 
 fn finish(arguments: &Arguments, page: &str, said: &str) -> crate::Result<()> {
     let written = terminal::write_all(&arguments.out, &[("report.html", page.to_owned())])?;
-    terminal::print(format!("{said}{written}").trim_start())
+    terminal::print(&format!("{said}{written}"))
 }
 
 fn is_dataset(path: &Path) -> bool {

@@ -1,6 +1,5 @@
 //! `feeler run`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -17,6 +16,7 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
 use crate::units::Units;
+use crate::watched::Watched;
 use crate::{pages, terminal, words};
 
 /// Interval between checks of a watched file.
@@ -26,15 +26,15 @@ pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     if !arguments.watch {
         return once(arguments);
     }
-    let changed = || fs::metadata(&arguments.file).and_then(|file| file.modified()).ok();
+    let mut watched = Watched::file(&arguments.file);
     loop {
-        let before = changed();
+        watched = Document::load(&arguments.file).map_or(watched.now(), |document| Watched::of(&document));
         // The user sees the mistake and can correct the file.
         if let Err(failure) = once(arguments) {
             let _ = failure.report();
         }
         terminal::complain(&format!("watching {}; Ctrl-C ends it", arguments.file.display()));
-        while changed() == before {
+        while watched.now() == watched {
             std::thread::sleep(CHECK_INTERVAL);
         }
     }
@@ -61,9 +61,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
         other => other.into(),
     })?;
     let doubts = doubts(&document.scenario);
-    for Problem { key, message, remedy, .. } in &doubts {
-        terminal::complain(&format!("warning: {key}: {message}; {remedy}"));
-    }
+    terminal::warn(&doubts);
     let written = write(arguments, &document, &result, &doubts, &folder)?;
     if arguments.json {
         return terminal::print(&terminal::json(&result.summary)?);

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use feeler_diagnosis::difference::Difference;
 use feeler_files::{Document, Draft};
+use feeler_studies::doubts;
 use feeler_studies::tune::{Spec, Uncertain, machines, tune};
 use serde_json::Value;
 
-use super::why::write_set;
+use super::why::{next, write_set};
 use crate::arguments::Tune;
 use crate::pages::tune::summary;
 use crate::terminal;
@@ -18,6 +19,7 @@ use crate::units::Units;
 pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let spec = Spec::parse(&arguments.spec)?;
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    terminal::warn(&doubts(&document.scenario));
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
     // The tuned machine has the calibrated values and the found effects. The written file keeps its machine.
     let settings = found.iter().flat_map(|found| &found.settings);
@@ -39,6 +41,10 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
         let code = &tuned.equation.code;
         let files = [("controller.c", code.c.clone()), ("controller.rs", code.rust.clone())];
         written += &terminal::write_all(folder, &files)?;
+    }
+    if let Some(out) = &arguments.out {
+        written += "\n\n";
+        written += &next(&arguments.file, out);
     }
     if arguments.json {
         return terminal::print(&terminal::json(&tuned)?);

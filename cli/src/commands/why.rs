@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use feeler_files::{Document, Draft, with_settings};
+use feeler_studies::doubts;
 use feeler_studies::why::{Counterfactual, Explanation, explain};
 
 use crate::arguments::Why;
@@ -24,6 +25,7 @@ const ABOUT_NOW: &str =
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
+    terminal::warn(&doubts(&document.scenario));
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
     let expected = (Counterfactual::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {
@@ -68,7 +70,14 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     };
     let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
     write_set(&arguments.file, document, &all, out)?;
-    terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
+    let next = next(&arguments.file, out);
+    terminal::print(&format!("{}: {}\n\n{next}", out.display(), settings.join("; ")))
+}
+
+/// The command that shows a changed file beside the one that it was made from. Both have one name: by default
+/// a run of one replaces the results of the other.
+pub(super) fn next(file: &Path, out: &Path) -> String {
+    format!("next: feeler compare {} {}", terminal::quoted_path(file), terminal::quoted_path(out))
 }
 
 /// Writes a file with changed settings, and reads it back. Comments stay.

@@ -76,10 +76,9 @@ impl Live {
     }
 
     fn answer(&self, session: &Session, mut request: Request) {
-        let is_ours = request
-            .headers()
-            .iter()
-            .any(|header| header.field.equiv("Host") && header.value.as_str() == self.host);
+        let mut hosts = request.headers().iter().filter(|header| header.field.equiv("Host"));
+        let is_ours =
+            hosts.next().is_some_and(|header| header.value.as_str() == self.host) && hosts.next().is_none();
         let path = request.url().strip_prefix(&format!("/{}/", self.secret)).map(str::to_owned);
         let Some(path) = path.filter(|_| is_ours) else {
             let _ = request.respond(Response::from_string("not found").with_status_code(404));

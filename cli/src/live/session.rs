@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay_record;
@@ -16,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::pages::live::{self, Shown};
 use crate::terminal;
+use crate::watched::Watched;
 
 /// Number of variants that one task measures side by side.
 const BLOCK: usize = feeler_studies::run::LANES;
@@ -42,7 +42,6 @@ impl Measured {
 /// A file whose numbers a page changes.
 pub(crate) struct Session {
     path: PathBuf,
-    settings: Vec<String>,
     file: Mutex<File>,
     measured: Option<Measured>,
     /// Seconds of computation for each simulated second, from the latest run; zero before the first.
@@ -52,8 +51,10 @@ pub(crate) struct Session {
 /// The file as last read.
 struct File {
     document: Document,
-    /// Time of its last change, and number of changes since the start.
-    changed: Option<SystemTime>,
+    /// The `--set` of the command, until they are written.
+    settings: Vec<String>,
+    /// It and what it builds on, as last read, and the number of changes since the start.
+    watched: Watched,
     version: u64,
     /// Its present mistake; the last valid version is shown until it is corrected.
     problem: Option<String>,
@@ -62,9 +63,10 @@ struct File {
 impl Session {
     pub(crate) fn new(path: &Path, settings: &[String], measured: Option<Measured>) -> crate::Result<Self> {
         let document = Draft::load_with(path, settings)?.build()?;
-        let file = File { document, changed: changed(path), version: 0, problem: None };
-        let (path, settings) = (path.to_owned(), settings.to_vec());
-        Ok(Self { path, settings, file: Mutex::new(file), measured, pace: Mutex::new(0.0) })
+        let settings = settings.to_vec();
+        let watched = Watched::of(&document);
+        let file = File { document, settings, watched, version: 0, problem: None };
+        Ok(Self { path: path.to_owned(), file: Mutex::new(file), measured, pace: Mutex::new(0.0) })
     }
 
     /// The page.
@@ -78,16 +80,7 @@ impl Session {
 
     /// The file now: its version, its numbers, and its mistake.
     pub(crate) fn file(&self) -> Value {
-        let mut file = self.current();
-        let now = changed(&self.path);
-        if now != file.changed {
-            file.changed = now;
-            file.version += 1;
-            match Draft::load_with(&self.path, &self.settings).and_then(Draft::build) {
-                Ok(document) => (file.document, file.problem) = (document, None),
-                Err(error) => file.problem = Some(plainly(&error)),
-            }
-        }
+        let file = self.as_saved();
         // Steps, rates and seeds of a run are no properties of what is tuned.
         let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
         let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
@@ -181,14 +174,32 @@ impl Session {
         json!({ "charts": live::records(machine, dataset, index, believed.as_ref(), repaired.as_ref()) })
     }
 
-    /// Writes the numbers into the file, after a copy to a file beside it.
+    /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it.
     pub(crate) fn write(&self, asked: &Value) -> Value {
-        let edits: Vec<Edit> = values(asked).map(|(key, value)| Edit { key, value }).collect();
-        let edited = self.current().document.edited(&edits).map_err(|error| plainly(&error));
+        // What an editor saved since the page looked stays.
+        let mut file = self.as_saved();
+        if let Some(problem) = &file.problem {
+            return json!({ "problem": problem });
+        }
+        let moved: Vec<(String, f64)> = values(asked).collect();
+        let key_of = |setting: &str| setting.split_once('=').map(|(key, _)| key.trim().to_owned());
+        let set: Vec<String> = file.settings.iter().filter_map(|setting| key_of(setting)).collect();
+        let is_set_only = |key: &String| set.contains(key) && moved.iter().all(|(other, _)| other != key);
+        let numbers = file.document.numbers().into_iter().filter(|number| is_set_only(&number.key));
+        let edits: Vec<Edit> = numbers
+            .map(|number| Edit { key: number.key, value: number.value })
+            .chain(moved.iter().map(|(key, value)| Edit { key: key.clone(), value: *value }))
+            .collect();
+        let settings = moved.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value)));
+        // A machine that cannot be is not written.
+        let checked = file.document.with(settings).and_then(|_| file.document.edited(&edits));
+        let edited = checked.map_err(|error| plainly(&error));
         let written =
             edited.and_then(|text| terminal::rewrite(&self.path, &text).map_err(|error| error.to_string()));
         match written {
             Ok(backup) => {
+                let is_left = |key: String| edits.iter().all(|edit| edit.key != key);
+                file.settings.retain(|setting| key_of(setting).is_none_or(is_left));
                 json!({ "written": self.path.display().to_string(), "backup": backup.display().to_string() })
             }
             Err(problem) => json!({ "problem": problem }),
@@ -202,6 +213,28 @@ impl Session {
         file.document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value))))
     }
 
+    /// The file, read again if it has changed since.
+    fn as_saved(&self) -> MutexGuard<'_, File> {
+        let mut file = self.current();
+        let now = file.watched.now();
+        if now != file.watched {
+            file.watched = now;
+            file.version += 1;
+            let read = Draft::load_with(&self.path, &file.settings).and_then(Draft::build);
+            match read {
+                Ok(document) => {
+                    // It may name another base by now.
+                    if !file.watched.is_of(&document) {
+                        file.watched = Watched::of(&document);
+                    }
+                    (file.document, file.problem) = (document, None);
+                }
+                Err(error) => file.problem = Some(plainly(&error)),
+            }
+        }
+        file
+    }
+
     /// A previous holder of the lock may have failed; the file itself is complete.
     fn current(&self) -> MutexGuard<'_, File> {
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
@@ -212,10 +245,6 @@ impl Session {
 fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
     let settings = asked["settings"].as_object();
     settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
-}
-
-fn changed(path: &Path) -> Option<SystemTime> {
-    std::fs::metadata(path).and_then(|file| file.modified()).ok()
 }
 
 /// Mistakes for a page: without the lines of the file.

@@ -5,6 +5,7 @@ mod taken;
 
 use feeler_analysis::{Curves, Report};
 use feeler_diagnosis::dataset::Dataset;
+use feeler_files::rounded;
 use feeler_lti::C64;
 use feeler_studies::run::{RunResult, Summary};
 use indexmap::IndexMap;
@@ -22,6 +23,9 @@ type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
 
 /// Largest number of rows of the common time axis.
 const MOST_ROWS: usize = 100_000;
+/// Characters above which a number is shown with fewer digits, and their number.
+const LONG: usize = 10;
+const DIGITS: usize = 7;
 
 /// Heads of a table with a column for each.
 pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
@@ -41,10 +45,21 @@ pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
     let differs = |values: &[Option<String>]| values.windows(2).any(|pair| pair[0] != pair[1]);
     told.filter(|(_, values)| differs(values))
         .map(|(key, values)| {
-            let shown = values.into_iter().map(|value| value.unwrap_or_else(|| "-".into()));
+            let brief: Vec<Option<String>> = values.iter().map(|value| value.as_deref().map(short)).collect();
+            let told = if differs(&brief) { brief } else { values };
+            let shown = told.into_iter().map(|value| value.unwrap_or_else(|| "-".into()));
             std::iter::once(key).chain(shown).collect()
         })
         .collect()
+}
+
+/// A value, a long number with [`DIGITS`].
+fn short(value: &str) -> String {
+    match value.parse::<f64>() {
+        // As TOML writes it: 2.0, not 2.
+        Ok(number) if value.len() > LONG => format!("{:?}", rounded(number, DIGITS)),
+        _ => value.to_owned(),
+    }
 }
 
 /// A row for each figure.

@@ -7,7 +7,7 @@ mod stderr;
 mod table;
 mod wrap;
 
-pub(crate) use stderr::{complain, has_colours};
+pub(crate) use stderr::{complain, has_colours, warn};
 pub(crate) use table::table;
 pub(crate) use wrap::wrapped;
 

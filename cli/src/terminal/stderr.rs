@@ -2,9 +2,18 @@
 
 use std::io::{self, IsTerminal, Write};
 
+use feeler_problem::Problem;
+
 /// Prints a text to standard error; failures of that are ignored.
 pub(crate) fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+}
+
+/// Prints doubts about a file: what may be meant otherwise.
+pub(crate) fn warn(doubts: &[Problem]) {
+    for Problem { key, message, remedy, .. } in doubts {
+        complain(&format!("warning: {key}: {message}; {remedy}"));
+    }
 }
 
 /// Whether errors may be coloured.

@@ -85,6 +85,7 @@ fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
     }
     // A host name that someone else points at this computer.
     assert_eq!(status(&own, "attacker.example"), 404);
+    assert_eq!(status(&own, &format!("{}\r\nHost: attacker.example", served.host)), 404);
 }
 
 #[test]
@@ -136,6 +137,54 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
     assert_eq!(checked.code, DONE, "{}", checked.err);
 }
 
+#[test]
+fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let served = Served::new(&bench, &["press.toml", "--set", "controllers.force.kp=0.3"]);
+    let refused = served.post("write", &json!({ "settings": { "bodies.tip.mass": -1.0 } }));
+    assert!(refused["problem"].as_str().unwrap().contains("bodies.tip.mass"), "{refused}");
+    assert!(bench.read("press.toml") == PRESS && !exists(bench.path("press.toml.bak")));
+    // Saved while the page does not look.
+    let saved = PRESS.replace("\"1 mm\"", "\"2 mm\"");
+    bench.write("press.toml", &saved);
+    let written = served.post("write", &json!({ "settings": { "bodies.tip.mass": 2.5 } }));
+    assert!(written["problem"].is_null(), "{written}");
+    assert_eq!(bench.read("press.toml.bak"), saved);
+    let expected = saved.replace("\"2 kg\"", "\"2.5 kg\"").replace("= 0.2\n", "= 0.3\n");
+    assert_eq!(bench.read("press.toml"), expected);
+    // From now on the file says it.
+    bench.write("press.toml", &expected.replace("= 0.3\n", "= 0.25\n"));
+    let (_, listed) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+    let listed: Value = serde_json::from_str(&listed).unwrap();
+    let numbers = listed["numbers"].as_array().unwrap();
+    let kp = numbers.iter().find(|number| number["key"] == "controllers.force.kp").unwrap();
+    assert_eq!(kp["value"], 0.25);
+    let broken = expected.replace("[bodies.tip]", "[bodies.tipp]");
+    bench.write("press.toml", &broken);
+    let refused = served.post("write", &json!({ "settings": { "bodies.tip.mass": 3.0 } }));
+    assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
+}
+
+#[test]
+fn truth_a_base_machine_is_watched_as_its_file_is() {
+    let bench = Bench::new();
+    bench.write("base.toml", PRESS);
+    bench.write("child.toml", "name = \"child\"\nmachine = \"base.toml\"\n");
+    let served = Served::new(&bench, &["child.toml"]);
+    let version = || {
+        let (_, file) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+        serde_json::from_str::<Value>(&file).unwrap()["version"].clone()
+    };
+    assert_eq!([version(), version()], [0, 0]);
+    bench.write("base.toml", &PRESS.replace("= 0.2\n", "= 0.4\n"));
+    assert_eq!([version(), version()], [1, 1]);
+    bench.write("base.toml", "[");
+    assert_eq!(version(), 2);
+    bench.write("base.toml", PRESS);
+    assert_eq!(version(), 3);
+}
+
 /// 600 s are 600 000 samples of the controller: no computer simulates them in the 25 ms that a slider in
 /// motion waits for.
 #[test]
@@ -184,6 +233,10 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             said.out
         );
     }
+    // Each name stands over its column.
+    let head = of_runs.out.lines().next().unwrap();
+    let row = of_runs.out.lines().find(|line| line.contains("controllers.force.kp")).unwrap();
+    assert_eq!(head.find("out/press"), row.find("0.2"), "{}", of_runs.out);
     // The same figures: a run is repeated bit for bit.
     let figures = |text: &str| {
         let from = text.find("peak force").unwrap();
@@ -210,6 +263,13 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             let found = paths.iter().find(|path| own(path) || of(path)).unwrap_or_else(|| panic!("{plane}"));
             assert!(found["x"].is_object() && found["y"].is_object(), "a curve of many points: {found}");
         }
+    }
+    // Of long numbers as many digits as tell them apart.
+    for (mass, told) in [("2.12345678901", "2.123457"), ("2.00000000001", "2.00000000001")] {
+        let set = format!("bodies.tip.mass={mass}");
+        let said = bench.feeler(&["compare", "press.toml", "--set", &set, "--out", "file"]);
+        let row = said.out.lines().find(|line| line.starts_with(" bodies.tip.mass ")).unwrap();
+        assert!(row.ends_with(&format!(" {told}")), "{row}");
     }
     assert_eq!(bench.feeler(&["compare", "press.toml"]).code, BAD_INPUT);
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);

@@ -1,8 +1,9 @@
-//! Commands that only print: effects, new, schema, completions, help.
+//! Commands that only print: effects, new, schema, completions, help; and what pages name.
 
 use serde_json::Value;
 
 use crate::bench::{BAD_INPUT, Bench, DONE};
+use crate::live::data_of;
 
 #[test]
 fn truth_every_effect_is_listed_and_one_is_explained() {
@@ -101,4 +102,23 @@ fn truth_an_unknown_command_is_refused() {
     let said = Bench::new().feeler(&["rum"]);
     assert_eq!((said.code, said.out.as_str()), (BAD_INPUT, ""));
     insta::assert_snapshot!(said.err);
+}
+
+/// The command of a velocity source is a speed, and has a chart of its own. The force of that run rests: its
+/// spectrum would be rounding.
+#[test]
+fn regress_a_page_names_no_command_and_no_spectrum_where_there_is_none() {
+    let bench = Bench::new();
+    let file = |name: &str| format!("{}/../scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    for (name, label) in
+        [("control/admittance-soft-wall", "force (N)"), ("chatter/settles", "command, force (N)")]
+    {
+        assert_eq!(bench.feeler(&["run", &file(name), "--out", "out"]).code, DONE);
+        let page = bench.read("out/report.html");
+        assert_eq!(page.contains("so there is no spectrum"), name.starts_with("control"), "{name}");
+        let page = data_of(&page);
+        let mut charts = page["charts"].as_array().unwrap().iter();
+        let drive = charts.find(|chart| chart["series"][0]["name"] == "drive.force").unwrap();
+        assert_eq!(drive["y"]["label"], label, "{name}");
+    }
 }

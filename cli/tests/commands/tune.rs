@@ -13,7 +13,9 @@ fn truth_a_tuned_file_keeps_its_comments_and_does_what_was_said() {
     let code = folder.path().join("code");
     let (tuned, written) = (out.to_str().unwrap(), code.to_str().unwrap());
     let said = printed(&["tune", FILE, "--set", "run.duration=1", "--out", tuned, "--code", written]);
-    for word in ["phase margin", "runs: 1", "controllers.force.kp=", "stop above", "KP = "] {
+    for word in
+        ["phase margin", "runs: 1", "controllers.force.kp=", "stop above", "KP = ", "next: feeler compare "]
+    {
         assert!(said.contains(word), "{word}: {said}");
     }
     let text = fs::read_to_string(&out).unwrap();

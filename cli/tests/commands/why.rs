@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{BAD_INPUT, Bench, DONE, exists};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 
 const SUSTAINED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter/sustained.toml");
 
@@ -14,6 +14,10 @@ fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments(
     assert_eq!(said.code, DONE, "{}", said.err);
     // What was set is printed, and nothing else of the file is touched.
     let (key, _) = said.out.strip_prefix("cured.toml: ").and_then(|said| said.split_once('=')).unwrap();
+    let said_next = said.out.trim_end().rsplit_once("next: feeler ").unwrap().1;
+    assert_eq!(said_next, "compare chatter.toml cured.toml");
+    let compared = bench.feeler(&said_next.split(' ').collect::<Vec<_>>());
+    assert_eq!(compared.code, DONE, "{}", compared.err);
     let (before, after) = (bench.read("chatter.toml"), bench.read("cured.toml"));
     let changed: Vec<&str> = after.lines().filter(|line| !before.lines().any(|old| old == *line)).collect();
     assert!(!changed.is_empty() && changed.len() <= 3, "{changed:?}");
@@ -37,4 +41,15 @@ fn truth_a_remedy_that_does_not_exist_is_refused_with_those_that_do() {
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.contains("no remedy 99") && said.err.contains("try one of 1, 2"), "{}", said.err);
     assert!(!exists(bench.path("cured.toml")));
+}
+
+#[test]
+fn truth_what_a_check_doubts_stands_before_causes_theory_and_gains() {
+    let bench = Bench::new();
+    bench.write("away.toml", &PRESS.replace("[\"tip\", \"ground\"]", "[\"ground\", \"tip\"]"));
+    for command in ["why", "analyze", "tune"] {
+        let said = bench.feeler(&[command, "away.toml"]);
+        let doubt = "warning: contacts.tool.between: a positive command of `drive` pulls";
+        assert!(said.err.starts_with(doubt), "{command}: {}", said.err);
+    }
 }

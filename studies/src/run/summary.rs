@@ -15,7 +15,7 @@ use crate::run::measure::force_loop::{ForceLoop, sensor_noise_n};
 use crate::run::measure::saturation::{self, Limits};
 use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLING_BAND, last_change_s};
 use crate::run::measure::standing::{self, Standing};
-use crate::run::measure::winding::Command;
+use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
 use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, Verdict};
 
@@ -349,9 +349,9 @@ impl<'a> Finished<'a> {
         self.record.column(&contact?.force_signal())
     }
 
-    /// The recorded signal of a drive: the command of a force drive, the force of any other.
+    /// The recorded signal of a drive that says what it pushes with.
     fn driven_n(&self, drive: &Drive) -> Option<&'a [f64]> {
-        let quantity = if drive.commands_force() { Quantity::Command } else { Quantity::Force };
+        let quantity = if commands_all(drive) { Quantity::Command } else { Quantity::Force };
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())
     }
 

@@ -213,6 +213,17 @@ duration = 10.0
     assert_eq!(outcome(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
 }
 
+/// The heat of 30 N takes 12 % of the force in the end, which the command makes up for.
+#[test]
+fn regress_a_drive_that_warms_winds_nothing_up() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/effects/thermal-derating.toml");
+    let mut draft = Draft::load(Path::new(file)).unwrap();
+    draft.set("actuators.drive.effects.thermal-derating.time_constant=1").unwrap();
+    let document = draft.build().unwrap();
+    let summary = feeler_studies::run::run(&document.scenario, &mut |_| {}).unwrap().summary;
+    assert_eq!(summary.outcome, Outcome::Settled, "{:?}", summary.verdict);
+}
+
 /// Every scenario of an axis has a decided outcome within its own duration.
 #[test]
 fn prop_no_scenario_of_the_project_ends_undecided() {

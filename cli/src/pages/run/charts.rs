@@ -232,8 +232,12 @@ impl<'a> View<'a> {
                 );
             }
         }
-        let caption = "The controller's command and the drive's force.";
-        let force = self.over_time("Drive.", format!("command, force ({force})"), rows, forces);
+        let (quantity, caption) = if forces.iter().any(|curve| curve.dashed) {
+            ("command, force", "The controller's command and the drive's force.")
+        } else {
+            ("force", "The drive's force.")
+        };
+        let force = self.over_time("Drive.", format!("{quantity} ({force})"), rows, forces);
         let force = force.map(|chart| Chart { caption: caption.into(), lines, ..chart });
         commands.into_iter().chain(force).collect()
     }

@@ -12,6 +12,12 @@ const LEAST: f64 = 0.1;
 /// A command that comes to rest moves in each piece by less than this share of the previous piece.
 const GOES_ON: f64 = 0.5;
 
+/// Whether the command alone says what a drive pushes with. In a drive that warms it rises while the force is
+/// the same.
+pub(in crate::run) fn commands_all(drive: &Drive) -> bool {
+    drive.commands_force() && drive.warming.is_none()
+}
+
 /// The command of a drive as force, and what bounds it.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::run) struct Command<'a> {
@@ -24,9 +30,9 @@ pub(in crate::run) struct Command<'a> {
 }
 
 impl<'a> Command<'a> {
-    /// The recorded signal of a drive: the command of a force drive, the force of any other.
+    /// The recorded signal of a drive: its command if [`commands_all`], else its force.
     pub(in crate::run) fn of(drive: &Drive, values: &'a [f64]) -> Self {
-        let gain = if drive.commands_force() { drive.gain.abs() } else { 1.0 };
+        let gain = if commands_all(drive) { drive.gain.abs() } else { 1.0 };
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
     }
 

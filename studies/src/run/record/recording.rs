@@ -2,6 +2,7 @@
 
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
+use feeler_plant::effects::Kind;
 
 use crate::run::measure::controlled::Controlled;
 use crate::run::measure::standing::nothing_can_touch;
@@ -126,7 +127,13 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
     }
     for (name, actuator) in &scenario.machine.actuators {
         let is_force = matches!(actuator.kind, ActuatorKind::Force { .. });
-        signals.push(SignalName::new(name, if is_force { Quantity::Command } else { Quantity::Force }));
+        if is_force {
+            signals.push(SignalName::new(name, Quantity::Command));
+        }
+        let warms = actuator.effects.iter().any(|effect| effect.kind == Kind::ThermalDerating);
+        if !is_force || warms {
+            signals.push(SignalName::new(name, Quantity::Force));
+        }
     }
     signals.extend(controlled(scenario));
     for (name, used) in &scenario.controllers {

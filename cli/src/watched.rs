@@ -1,0 +1,38 @@
+//! Files that are watched for changes.
+
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use feeler_files::Document;
+
+/// Files, each with the time of its last change and its size; `None` for a file that is not there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Watched(Vec<(PathBuf, Option<(SystemTime, u64)>)>);
+
+impl Watched {
+    /// A file alone, as it is now.
+    pub(crate) fn file(path: &Path) -> Self {
+        Self(vec![(path.to_owned(), changed(path))])
+    }
+
+    /// A file and those that it builds on, as they are now.
+    pub(crate) fn of(document: &Document) -> Self {
+        Self(document.files().map(|path| (path.to_owned(), changed(path))).collect())
+    }
+
+    /// Whether these are the files of a document.
+    pub(crate) fn is_of(&self, document: &Document) -> bool {
+        self.0.iter().map(|(path, _)| path.as_path()).eq(document.files())
+    }
+
+    /// The same files as they are now.
+    pub(crate) fn now(&self) -> Self {
+        Self(self.0.iter().map(|(path, _)| (path.clone(), changed(path))).collect())
+    }
+}
+
+/// Two changes within one tick of the clock of files rarely leave one size.
+fn changed(path: &Path) -> Option<(SystemTime, u64)> {
+    let file = std::fs::metadata(path).ok()?;
+    Some((file.modified().ok()?, file.len()))
+}

@@ -159,7 +159,7 @@ fn expected(
     let reference = truth_prediction(&imagined, truth)?;
     let task = Task {
         dataset: &imagined,
-        weights: crate::fit::least_squares::Weights::new(&imagined, &[reference]),
+        weights: crate::fit::weights::Weights::new(&imagined, &[reference]),
         fitted: vec![0],
         budget: Budget::unlimited(),
         inverse: None,

@@ -217,7 +217,9 @@ impl Body<'_> {
     pub(super) fn without_gain(&self, channel: &Channel, mut readings: Vec<f64>) -> Vec<f64> {
         let (gain, _) = channel.scale(&self.assembly);
         if gain != 0.0 {
-            readings.iter_mut().for_each(|reading| *reading /= gain);
+            for reading in readings.iter_mut() {
+                *reading /= gain;
+            }
         }
         readings
     }

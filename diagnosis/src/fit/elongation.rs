@@ -1,4 +1,4 @@
-//! Residuals of a fit, with the two ends of a joint read against each other.
+//! The two ends of a joint, read against each other.
 //!
 //! Let two sensors read positions of one chain of bodies. Noise of a command, unmodelled friction before the
 //! joint and the motion's own errors move both readings alike. The difference of the readings does not have
@@ -8,14 +8,11 @@
 //!
 //! Sensors may be zeroed differently, so the mean difference of a record carries no information.
 
-use std::borrow::Cow;
-
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::Quantity;
 
 use crate::dataset::{Dataset, Record};
-use crate::fit::least_squares::{Task, Weights, beyond, robust};
-use crate::predict::{Prediction, chain};
+use crate::predict::chain;
 
 /// Smallest number of readings of the first sensor, over that of the second, for a difference of them.
 const READ_TOGETHER: f64 = 0.9;
@@ -23,7 +20,7 @@ const READ_TOGETHER: f64 = 0.9;
 /// The channel from which another one is read as a difference.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Against {
-    channel: usize,
+    pub(super) channel: usize,
     /// Reading of the other channel over its own, for the same motion.
     ratio: f64,
 }
@@ -52,7 +49,7 @@ pub(super) fn against(dataset: &Dataset, record: &Record) -> Vec<Option<Against>
 
 impl Against {
     /// One series less this share of the other one.
-    fn less(self, own: &[f64], other: &[f64]) -> Vec<f64> {
+    pub(super) fn less(self, own: &[f64], other: &[f64]) -> Vec<f64> {
         own.iter().zip(other).map(|(own, other)| own - self.ratio * other).collect()
     }
 
@@ -69,13 +66,13 @@ impl Against {
     }
 
     /// Sets rows without both readings to zero.
-    fn blank(self, record: &Record, c: usize, values: &mut [f64]) {
+    pub(super) fn blank(self, record: &Record, c: usize, values: &mut [f64]) {
         record.blank(c, values);
         record.blank(self.channel, values);
     }
 
     /// Subtracts the mean over the rows with both readings, and sets the others to zero.
-    fn centre(self, record: &Record, c: usize, values: &mut [f64]) {
+    pub(super) fn centre(self, record: &Record, c: usize, values: &mut [f64]) {
         let mut read = vec![1.0; values.len()];
         self.blank(record, c, &mut read);
         let sum: f64 = values.iter().zip(&read).map(|(value, read)| value * read).sum();
@@ -84,108 +81,6 @@ impl Against {
             *value -= mean;
         }
         self.blank(record, c, values);
-    }
-}
-
-impl Weights {
-    /// Noise of what a channel of a record is weighed by, from that of every channel.
-    pub(crate) fn noise_of(&self, r: usize, c: usize, noise: &[f64]) -> f64 {
-        self.against[r][c].map_or(noise[c], |against| against.noise(noise[c], noise))
-    }
-
-    /// Whether a channel is weighed as the difference of the two ends of a joint, in every record that it
-    /// counts in.
-    pub(crate) fn is_elongation(&self, c: usize) -> bool {
-        let mut counted = self.against.iter().zip(&self.sigma).filter(|(_, sigma)| sigma[c].is_finite());
-        counted.clone().next().is_some() && counted.all(|(against, _)| against[c].is_some())
-    }
-}
-
-impl Task<'_> {
-    /// What a channel is weighed by, in words.
-    pub(crate) fn weighed_as(&self, c: usize) -> String {
-        let column = |c: usize| &self.dataset.channels[c].column;
-        let against = self.weights.against.iter().find_map(|against| against[c]);
-        match against.filter(|_| self.weights.is_elongation(c)) {
-            Some(against) => format!("`{}` less `{}`", column(c), column(against.channel)),
-            None => format!("`{}`", column(c)),
-        }
-    }
-
-    /// Half the step below which what a channel is weighed by is not resolved; none for a difference. Each of
-    /// two moving readings is rounded anew in every row, which is noise and resolves less than a step.
-    pub(crate) fn dead_zone(&self, r: usize, c: usize, prediction: &Prediction) -> f64 {
-        if self.weights.against[r][c].is_some() { 0.0 } else { prediction.dead_zone[c] }
-    }
-
-    /// The smooth prediction of what a channel is weighed by.
-    fn smooth<'p>(&self, r: usize, c: usize, prediction: &'p Prediction) -> Cow<'p, [f64]> {
-        let smooth = &prediction.smooth;
-        self.weights.against[r][c].map_or(Cow::Borrowed(&smooth[c][..]), |against| {
-            Cow::Owned(against.less(&smooth[c], &smooth[against.channel]))
-        })
-    }
-
-    /// Sets rows without a reading to zero.
-    pub(crate) fn blank(&self, r: usize, c: usize, values: &mut [f64]) {
-        let record = &self.dataset.records[r];
-        match self.weights.against[r][c] {
-            Some(against) => against.blank(record, c, values),
-            None => record.blank(c, values),
-        }
-    }
-
-    /// Residuals of a channel in signal units, with what a step of its encoder hides.
-    pub(crate) fn departures(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
-        let record = &self.dataset.records[r];
-        let less = |(measured, predicted): (&f64, &f64)| measured - predicted;
-        let own: Vec<f64> = record.series[c].iter().zip(&prediction.smooth[c]).map(less).collect();
-        let Some(against) = self.weights.against[r][c] else { return own };
-        let other = record.series[against.channel].iter().zip(&prediction.smooth[against.channel]);
-        let mut departures = against.less(&own, &other.map(less).collect::<Vec<f64>>());
-        against.centre(record, c, &mut departures);
-        departures
-    }
-
-    /// Residuals of a channel in sigmas; zero in rows without a reading.
-    pub(crate) fn residuals(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
-        let (sigma, dead_zone) = (self.weights.sigma[r][c], self.dead_zone(r, c, prediction));
-        let mut residuals = self.departures(r, c, prediction);
-        for residual in &mut residuals {
-            *residual = beyond(*residual, dead_zone) / sigma;
-        }
-        self.blank(r, c, &mut residuals);
-        residuals
-    }
-
-    /// Robust weights of the residuals of a channel; zero in rows without a reading.
-    pub(crate) fn robust_weights(&self, r: usize, c: usize, residuals: &[f64]) -> Vec<f64> {
-        let mut weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
-        self.blank(r, c, &mut weights);
-        weights
-    }
-
-    /// Slopes of channel `c` in sigmas, by unknown, from shifted predictions. The slope is zero if an unknown
-    /// cannot be shifted.
-    pub(crate) fn slopes(
-        &self,
-        r: usize,
-        c: usize,
-        base: &Prediction,
-        moved: &[Option<(Prediction, f64)>],
-    ) -> Vec<Vec<f64>> {
-        let (base, sigma) = (self.smooth(r, c, base), self.weights.sigma[r][c]);
-        let of = |moved: &Option<(Prediction, f64)>| {
-            let Some((moved, step)) = moved else { return vec![0.0; base.len()] };
-            let moved = self.smooth(r, c, moved);
-            let mut slope: Vec<f64> =
-                moved.iter().zip(base.iter()).map(|(m, b)| (m - b) / (step * sigma)).collect();
-            if let Some(against) = self.weights.against[r][c] {
-                against.centre(&self.dataset.records[r], c, &mut slope);
-            }
-            slope
-        };
-        moved.iter().map(of).collect()
     }
 }
 

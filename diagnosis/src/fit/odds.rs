@@ -6,8 +6,9 @@
 //! the wrong ones.
 
 use crate::dataset::{Channel, scatter_of};
-use crate::fit::least_squares::{Task, Weights, robust};
+use crate::fit::least_squares::{Task, robust};
 use crate::fit::scored::Scored;
+use crate::fit::weights::Weights;
 
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;

@@ -13,17 +13,11 @@ use feeler_plant::description::{ElementKind, Quantity, Site};
 use feeler_plant::effects::{Definition, Kind};
 use feeler_plant::units::Dimension;
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use crate::dataset::Dataset;
 use crate::fit::curvature::along;
-use crate::fit::least_squares::Task;
 use crate::fit::model::Model;
 use crate::fit::unknown::{Target, Unknown};
-
-/// Change of the prediction, in sigmas squared, from which on the records know the scale better than the
-/// believed values. The scale moves by one standard deviation of what is believed.
-const KNOWN: f64 = 1.0;
 
 /// Smallest standard deviation of the logarithm of a believed value that hardly limits the scale.
 const LOOSE: f64 = 0.2;
@@ -37,7 +31,7 @@ pub(crate) struct SharedScale {
 
 impl SharedScale {
     /// `None` if a column carries a force that no unknown gain scales.
-    fn of(model: &Model, dataset: &Dataset) -> Option<Self> {
+    pub(super) fn of(model: &Model, dataset: &Dataset) -> Option<Self> {
         let exponents: Vec<f64> = (model.unknowns.iter().enumerate())
             .map(|(i, unknown)| if model.is_idle(i) { 0.0 } else { exponent(model, unknown.target) })
             .collect();
@@ -61,7 +55,7 @@ impl SharedScale {
     }
 
     /// The same point with all forces larger by the factor `exp(by)`.
-    fn moved(&self, model: &Model, theta: &[f64], by: f64) -> Vec<f64> {
+    pub(super) fn moved(&self, model: &Model, theta: &[f64], by: f64) -> Vec<f64> {
         let rows = model.unknowns.iter().zip(&self.exponents).zip(theta);
         rows.map(
             |((unknown, exponent), theta)| {
@@ -80,7 +74,7 @@ impl SharedScale {
 
     /// The logarithm of the scale that the believed values ask for, within all bounds, and its standard
     /// deviation. `None` if no believed value has a share in it.
-    fn believed(&self, model: &Model, theta: &[f64]) -> Option<(f64, f64)> {
+    pub(super) fn believed(&self, model: &Model, theta: &[f64]) -> Option<(f64, f64)> {
         let (mut precision, mut pull) = (0.0_f64, 0.0_f64);
         let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
         let direction = self.direction(model, theta);
@@ -128,28 +122,6 @@ pub(crate) fn without(direction: &[f64], slopes: &mut [Vec<f64>]) {
     let step = along(slopes, &DVector::from_column_slice(direction), rows);
     for (slope, d) in slopes.iter_mut().zip(direction).filter(|(_, d)| **d != 0.0) {
         slope.iter_mut().zip(&step).for_each(|(slope, step)| *slope -= step * d / square);
-    }
-}
-
-impl Task<'_> {
-    /// The scale that all forces of a model share, if the fitted records know it less well than the believed
-    /// values do. `None` also if the model does not predict.
-    pub(crate) fn shared_scale(&self, model: &Model, theta: &[f64]) -> Option<SharedScale> {
-        let scale = SharedScale::of(model, self.dataset)?;
-        let (_, sigma) = scale.believed(model, theta)?;
-        let larger = scale.moved(model, theta, sigma);
-        let change = |&r: &usize| {
-            let here = self.predict(model, theta, r)?;
-            let moved = [Some((self.predict(model, &larger, r)?, 1.0))];
-            let of = |c: usize| {
-                let mut changes = self.slopes(r, c, &here, &moved).swap_remove(0);
-                self.blank(r, c, &mut changes);
-                self.share(r, c) * changes.iter().map(|change| change * change).sum::<f64>()
-            };
-            Some((0..self.dataset.channels.len()).map(of).sum::<f64>())
-        };
-        let changes: Option<Vec<f64>> = self.fitted.par_iter().map(change).collect();
-        (changes?.iter().sum::<f64>() < KNOWN).then_some(scale)
     }
 }
 

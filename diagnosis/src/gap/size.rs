@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use crate::budget::Budget;
 use crate::dataset::laps::lap;
 use crate::dataset::{Channel, Dataset, Record};
-use crate::fit::least_squares::{Task, Weights};
+use crate::fit::least_squares::Task;
 use crate::fit::model::Model;
+use crate::fit::weights::Weights;
 use crate::predict::{Anchoring, Predictor, Start};
 use crate::report::Gap;
 

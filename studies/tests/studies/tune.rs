@@ -41,7 +41,7 @@ fn allowed_hz(scenario: &Scenario, controller: &str) -> Option<f64> {
     let controller = whole.controller(controller).ok()?;
     let margins = MarginReport::new(&whole.open_loop(controller).ok()?.transfer().ok()?).ok()?;
     let keeps = margins.unstable_poles == 0
-        && margins.phase_deg.is_none_or(|phase| phase >= 45.0)
+        && margins.phase_deg.is_none_or(|phase| phase.abs() >= 45.0)
         && margins.gain.is_none_or(|factor| factor >= 2.0)
         && margins.gain_decrease.is_none_or(|factor| factor <= 0.5);
     let bandwidth_hz = ClosedLoop::sampled(&whole, controller).ok()??.bandwidth_hz().ok()?;

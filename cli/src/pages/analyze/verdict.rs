@@ -30,7 +30,8 @@ pub(crate) fn achieved_name(report: &Report) -> &'static str {
     if report.ranked_by() == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
 }
 
-/// Limits of a fragile loop: phase margins below this, and sensitivities above.
+/// Limits of a fragile loop: phase margins below this, and sensitivities above. A negative margin is that of
+/// a crossover at which less phase destabilises.
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
@@ -59,7 +60,7 @@ pub(crate) fn as_set(report: &Report) -> Option<String> {
     );
     let margins = report.margins();
     let phase = margins.and_then(|margins| margins.phase_deg);
-    let is_fragile = phase.is_some_and(|deg| deg < FRAGILE_DEG)
+    let is_fragile = phase.is_some_and(|deg| deg.abs() < FRAGILE_DEG)
         || margins.is_some_and(|margins| margins.sensitivity_peak > FRAGILE_SENSITIVITY);
     let mut figures = Vec::new();
     figures.extend(phase.map(|deg| format!("phase margin {}°", plain(deg))));

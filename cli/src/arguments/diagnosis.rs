@@ -138,8 +138,9 @@ pub(crate) struct BlindScore {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler replay out/bench/machine.toml other-records --out replayed\n\n\
-    Writes one CSV per experiment with the predicted columns under their own names, and replay.json with the \
-    errors. A prediction starts from the first row and is never corrected.")]
+    Prints two errors: of predictions over 50 ms, each from the measured motion, and of a free run. A free \
+    run starts from the first row and is never corrected. Writes one CSV per experiment, with the free run's \
+    columns under their own names, and replay.json with the errors.")]
 pub(crate) struct Replay {
     /// Machine file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]

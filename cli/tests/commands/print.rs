@@ -1,8 +1,8 @@
-//! Commands that only print: effects, new, schema, completions, help.
+//! Commands that only print: effects, new, schema, completions, help; and wrong arguments.
 
 use serde_json::Value;
 
-use crate::bench::{BAD_INPUT, Bench, DONE};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS};
 
 #[test]
 fn truth_every_effect_is_listed_and_one_is_explained() {
@@ -101,4 +101,15 @@ fn truth_an_unknown_command_is_refused() {
     let said = Bench::new().feeler(&["rum"]);
     assert_eq!((said.code, said.out.as_str()), (BAD_INPUT, ""));
     insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn truth_a_setting_without_quotes_is_refused_with_its_remedy() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "contacts.tool.gap=5", "mm"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("quote a setting that contains blanks"), "{}", said.err);
+    let said = bench.feeler(&["run", "press.toml", "other.toml"]);
+    assert!(said.code == BAD_INPUT && !said.err.contains("quote"), "{}", said.err);
 }

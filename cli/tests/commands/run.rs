@@ -165,17 +165,6 @@ fn truth_a_missing_file_is_one_clear_error() {
 }
 
 #[test]
-fn truth_a_setting_without_quotes_is_refused_with_its_remedy() {
-    let bench = Bench::new();
-    bench.write("press.toml", PRESS);
-    let said = bench.feeler(&["run", "press.toml", "--set", "contacts.tool.gap=5", "mm"]);
-    assert_eq!(said.code, BAD_INPUT);
-    assert!(said.err.contains("quote a setting that contains blanks"), "{}", said.err);
-    let said = bench.feeler(&["run", "press.toml", "other.toml"]);
-    assert!(said.code == BAD_INPUT && !said.err.contains("quote"), "{}", said.err);
-}
-
-#[test]
 fn truth_a_wrong_key_on_the_command_line_is_refused() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);

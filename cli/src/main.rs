@@ -43,7 +43,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The parser's error, with a tip if a setting lacks quotes: the rest of its text then looks like an argument.
+/// The parser's error, with a tip if a setting lacks quotes: its rest then looks like further arguments.
 fn with_tip(mut error: clap::Error) -> clap::Error {
     let unquoted = match error.get(ContextKind::InvalidArg) {
         Some(ContextValue::String(argument)) if error.kind() == ErrorKind::UnknownArgument => {

@@ -13,7 +13,8 @@ use clap::{Args, Subcommand, ValueHint};
     feeler diagnose bench --json | jq .verdict\n\n\
     Writes diagnosis.json, report.html (a page that needs no network) and machine.toml, the repaired \
     machine, ready for `feeler run`. A CSV for each drive holds its commands in one experiment, which that \
-    machine repeats. If another experiment would separate remaining causes, it also writes next-experiment.csv.")]
+    machine repeats. If another experiment would separate remaining causes, it also writes \
+    next-experiment.csv.")]
 pub(crate) struct Diagnose {
     /// Dataset: a folder with dataset.toml, or that file
     #[arg(value_hint = ValueHint::AnyPath)]

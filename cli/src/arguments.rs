@@ -58,7 +58,7 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Combine the shards of a sweep
     Merge(Merge),
-    /// Find why a scenario chatters, by counterfactual runs, and what cures it
+    /// Find why a scenario chatters, by runs without one ingredient, and what cures it
     Why(Why),
     /// Choose gains, and a filter, lead or notch, for the largest bandwidth without chatter
     Tune(Tune),

@@ -16,6 +16,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use feeler_studies::numbers;
 
 use arguments::{Arguments, Command};
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         // Help and version are not failures; the parser knows their streams.
         Err(error) => {
+            let error = with_tip(error);
             let code = if error.use_stderr() { failure::BAD_INPUT } else { failure::DONE };
             return if error.print().is_ok() {
                 ExitCode::from(code)
@@ -40,6 +42,22 @@ fn main() -> ExitCode {
         // The hook has printed what happened and where.
         Err(_) => ExitCode::from(failure::INTERNAL),
     }
+}
+
+/// The parser's error, with a tip if a setting lacks quotes: its rest then looks like further arguments.
+fn with_tip(mut error: clap::Error) -> clap::Error {
+    let unquoted = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(argument)) if error.kind() == ErrorKind::UnknownArgument => {
+            let words: Vec<_> = std::env::args_os().collect();
+            words.windows(3).any(|three| three[0] == "--set" && three[2] == argument.as_str())
+        }
+        _ => false,
+    };
+    if unquoted {
+        let tip = "quote a setting that contains blanks, as in --set 'contacts.tool.gap=5 mm'";
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
 }
 
 fn dispatch(arguments: &Arguments) -> Result<()> {

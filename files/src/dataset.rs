@@ -206,12 +206,13 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
         let file = directory.join(file);
         let origin = table.get("file").map_or(&item.origin, |entry| &entry.node.origin);
         if !file.is_file() {
-            problems.add(
-                origin,
-                join(&path, "file"),
-                format!("there is no file {}", file.display()),
-                "name a log relative to this file",
-            );
+            let shown = file.display();
+            let message = if file.is_dir() {
+                format!("{shown} is a folder")
+            } else {
+                format!("there is no file {shown}")
+            };
+            problems.add(origin, join(&path, "file"), message, "name a log relative to this file");
         }
         if found.iter().any(|other: &Experiment| other.file == file) {
             problems.add(

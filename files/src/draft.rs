@@ -357,7 +357,11 @@ fn moved(mut node: Node, by: usize) -> Node {
 /// No such file, a folder, more than 16 MiB, or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
-    let missing = |error: io::Error| unreadable(&name, error.to_string(), &file::remedy_of_missing(path));
+    let missing = |error: io::Error| {
+        let absent = error.kind() == ErrorKind::NotFound;
+        let what = if absent { "there is no such file".into() } else { error.to_string() };
+        unreadable(&name, what, &file::remedy_of_missing(path))
+    };
     let metadata = fs::metadata(path).map_err(missing)?;
     if metadata.is_dir() {
         let (what, remedy) = if path.join("dataset.toml").is_file() {

@@ -32,18 +32,22 @@ pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     })
 }
 
-/// What to do about a file that does not exist: another of its kind in the same folder may be meant.
+/// What to do about a file that does not exist: another of its kind in the same folder may be meant, or the
+/// one of its name with another ending.
 pub(super) fn remedy_of_missing(path: &Path) -> String {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let others: Vec<PathBuf> = (std::fs::read_dir(folder).into_iter().flatten().flatten())
+        .filter(|entry| entry.path().is_file())
         .map(|entry| PathBuf::from(entry.file_name()))
-        .filter(|other| other.extension() == path.extension())
         .collect();
+    let kind = path.extension();
+    let of_its_kind = || others.iter().filter(move |other| other.extension() == kind);
     let stem = |path: &Path| path.file_stem().and_then(OsStr::to_str).map(str::to_owned);
-    let stems: Vec<String> = others.iter().filter_map(|other| stem(other)).collect();
+    let stems: Vec<String> = of_its_kind().filter_map(|other| stem(other)).collect();
     let near =
         stem(path).and_then(|wanted| nearest(&wanted, stems.iter().map(String::as_str)).map(str::to_owned));
-    match near.and_then(|near| others.iter().find(|other| stem(other).as_ref() == Some(&near))) {
+    let found = near.and_then(|near| of_its_kind().find(|other| stem(other).as_ref() == Some(&near)));
+    match found.or_else(|| others.iter().find(|other| other.file_stem() == path.file_stem())) {
         Some(other) => format!("did you mean `{}`?", path.with_file_name(other).display()),
         None => "name an existing file".into(),
     }
@@ -75,5 +79,8 @@ mod tests {
         let said = format!("did you mean `{}`?", near.display());
         assert_eq!(remedy_of_missing(&folder.path().join("axes.toml")), said);
         assert_eq!(remedy_of_missing(&folder.path().join("gripper.toml")), "name an existing file");
+        let sweep = folder.path().join("sweep.toml");
+        let said = format!("did you mean `{}`?", sweep.display());
+        assert_eq!(remedy_of_missing(&folder.path().join("sweep.tml")), said);
     }
 }

@@ -11,9 +11,10 @@ use clap::{Args, Subcommand, ValueHint};
     feeler diagnose bench --out bench-answer --changes       with the lines to change in the file\n  \
     feeler diagnose bench --apply                            and change the file\n  \
     feeler diagnose bench --json | jq .verdict\n\n\
-    Writes diagnosis.json, report.html (a page that needs no network) and machine.toml (the repaired machine \
-    with the commands of one experiment, ready for `feeler run`). If another experiment would separate \
-    remaining causes, it also writes next-experiment.csv.")]
+    Writes diagnosis.json, report.html (a page that needs no network) and machine.toml, the repaired \
+    machine, ready for `feeler run`. A CSV for each drive holds its commands in one experiment, which that \
+    machine repeats. If another experiment would separate remaining causes, it also writes \
+    next-experiment.csv.")]
 pub(crate) struct Diagnose {
     /// Dataset: a folder with dataset.toml, or that file
     #[arg(value_hint = ValueHint::AnyPath)]
@@ -138,8 +139,9 @@ pub(crate) struct BlindScore {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler replay out/bench/machine.toml other-records --out replayed\n\n\
-    Writes one CSV per experiment with the predicted columns under their own names, and replay.json with the \
-    errors. A prediction starts from the first row and is never corrected.")]
+    Prints two errors: of predictions over 50 ms, each from the measured motion, and of a free run. A free \
+    run starts from the first row and is never corrected. Writes one CSV per experiment, with the free run's \
+    columns under their own names, and replay.json with the errors.")]
 pub(crate) struct Replay {
     /// Machine file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]

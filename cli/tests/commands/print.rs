@@ -1,8 +1,8 @@
-//! Commands that only print: effects, new, schema, completions, help; and what pages name.
+//! Commands that only print: effects, new, schema, completions, help; wrong arguments; and what pages name.
 
 use serde_json::Value;
 
-use crate::bench::{BAD_INPUT, Bench, DONE};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS};
 use crate::live::data_of;
 
 #[test]
@@ -121,4 +121,15 @@ fn regress_a_page_names_no_command_and_no_spectrum_where_there_is_none() {
         let drive = charts.find(|chart| chart["series"][0]["name"] == "drive.force").unwrap();
         assert_eq!(drive["y"]["label"], label, "{name}");
     }
+}
+
+#[test]
+fn truth_a_setting_without_quotes_is_refused_with_its_remedy() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "contacts.tool.gap=5", "mm"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("quote a setting that contains blanks"), "{}", said.err);
+    let said = bench.feeler(&["run", "press.toml", "other.toml"]);
+    assert!(said.code == BAD_INPUT && !said.err.contains("quote"), "{}", said.err);
 }

@@ -23,9 +23,9 @@ impl FaultKind {
             Self::TooShort { rows: 0 } => "there are no rows below the header".into(),
             Self::TooShort { rows } => format!("only {rows} rows"),
             Self::NotANumber { cells } => format!("no number here ({cells} such cells in the column)"),
-            Self::EmptyCells { cells: 1, .. } => "one cell is empty".into(),
+            Self::EmptyCells { cells: 1, .. } => "one cell is empty or NaN".into(),
             Self::EmptyCells { cells, longest } => {
-                format!("{cells} cells are empty, the first here, up to {longest} together")
+                format!("{cells} cells are empty or NaN, the first here, up to {longest} together")
             }
             Self::OtherRate { note } => note.clone(),
             Self::TimeGoesBack => "the time stamp does not advance".into(),

@@ -82,11 +82,7 @@ impl Reader<'_> {
         let unit = dim.si_unit(self.scope.rotational);
         let shown = if unit.is_empty() { compact(value) } else { format!("{} {unit}", compact(value)) };
         if !bound.admits(value) {
-            let remedy = if value.is_finite() {
-                format!("this {}", bound.words())
-            } else {
-                "write a finite number".into()
-            };
+            let remedy = remedy(bound, value);
             self.problems.add(&node.origin, path, format!("{shown} is out of range"), remedy);
             return None;
         }
@@ -219,6 +215,22 @@ impl Reader<'_> {
         }
         complete.then_some(points)
     }
+}
+
+/// What to write in place of a number beyond its bound. A wrong sign goes before the limits of size, which
+/// may be far from those of any machine.
+fn remedy(bound: Bound, value: f64) -> String {
+    const TINY: f64 = 1e-6;
+    if !value.is_finite() {
+        return "write a finite number".into();
+    }
+    let bound = match bound {
+        Bound::Within(least, _) if value <= 0.0 && 0.0 < least && least < TINY => Bound::Positive,
+        Bound::Above(least, _) if value <= 0.0 && (0.0..TINY).contains(&least) => Bound::Positive,
+        Bound::Within(least, _) if value < 0.0 && (0.0..TINY).contains(&least) => Bound::NotNegative,
+        bound => bound,
+    };
+    format!("this {}", bound.words())
 }
 
 /// A text that is not a quantity with the key's dimension.

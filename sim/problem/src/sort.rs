@@ -71,7 +71,7 @@ pub const ALL: [Sort; 20] = [
     other(b"\x89PNG", PICTURE, DRAWN),
     other(b"\xff\xd8\xff", PICTURE, DRAWN),
     other(b"GIF8", PICTURE, DRAWN),
-    other(b"\x7fELF", "this is a program", "name a file that it wrote"),
+    other(b"\x7fELF", "this is a program", "name a log or a text file here"),
 ];
 
 /// The sort of a file that begins with these bytes.

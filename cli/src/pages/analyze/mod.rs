@@ -135,7 +135,8 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
             (_, true) => Tone::Good,
             _ => Tone::Plain,
         };
-        let of_phase = margins.phase_deg.map_or(Tone::Plain, |v| tone(v.abs() < PHASE_DEG[0], v.abs() >= PHASE_DEG[1]));
+        let of_phase =
+            margins.phase_deg.map_or(Tone::Plain, |v| tone(v.abs() < PHASE_DEG[0], v.abs() >= PHASE_DEG[1]));
         tiles.push(Tile::new("phase margin", phase, crossover).toned(of_phase));
         tiles.push(Tile::new("delay margin", number(margins.delay_s, "s"), "in addition"));
         tiles.push(Tile::new("disk margin", plain(margins.disk), "0 to 2"));

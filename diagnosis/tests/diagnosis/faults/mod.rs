@@ -185,7 +185,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
     warning_says(
         &spoil(|k, row| row[2] = if k % 500 == 100 { f64::NAN } else { row[2] }),
-        &["a.csv:102: `encoder_m`: 4 cells are empty", "up to 1 together"],
+        &["a.csv:102: `encoder_m`: 4 cells are empty or NaN", "up to 1 together"],
     );
     warning_says(
         &spoil(|k, row| row[3] = 0.012 * (k as f64).sin()),

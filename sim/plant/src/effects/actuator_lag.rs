@@ -31,8 +31,8 @@ time_constant = \"2 ms\"
 ## Model
 The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A
 lag that the drive already has acts in series with this one. Under a position servo the force of its loop
-lags. On a velocity source, and on a motor with a voltage or a duty cycle, the command lags. The law of the
-drive follows it.
+lags. On a velocity source, and on a motor with a voltage or a duty cycle, the command lags, and the law of
+the drive acts on the lagged command.
 
 ## Where it comes from
 Current loops of finite bandwidth, winding inductance, valves, a filter on the torque set point.

@@ -32,7 +32,8 @@ mass = \"3 kg\"
 The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.
 
 ## Where it comes from
-Payloads, grippers and cables that nobody entered, motor and gear inertia off the data sheet.
+Payloads, grippers and cables that nobody entered, inertia of motor and gear that departs from the data
+sheet.
 
 ## How it shows
 Free acceleration is lower by one factor at all frequencies below the first mode, which moves down. Static

@@ -30,19 +30,20 @@ interval = \"3 ms\"
 difference.
 
 ## Model
-A command that differs from the last one is reached after `interval`, at a constant rate from where the drive
-stands. A command that arrives sooner starts a new ramp from where the drive then stands. Under a position
-servo the target moves so, and a sampled servo steps to it at each of its samples. A rate limit applies too.
+A command that differs from the last one is reached after `interval`, at a constant rate from where the
+drive stands. A command that arrives sooner starts a new ramp from where the drive then stands. Under a
+position servo the target follows this ramp, and a sampled servo reads it at each of its samples. A rate
+limit applies too.
 
 ## Where it comes from
 Firmware that smooths targets between two messages: interpolation of drives on a field bus, the profile time
 of hobby servos.
 
 ## How it shows
-The motion is smoother than the commands. It is late by half the interval if they come no faster than that.
-`command-delay` of half the interval then gives the same motion, but sets out later and jumps. Commands that
-come faster meet a lag of first order, as `actuator-lag` has it. `slew-limit` has one
-rate for small and large steps, and `actuator-lag` approaches each command ever more slowly.
+The motion is smoother than the commands. If at least `interval` passes between commands, it is late by half
+of `interval`. `command-delay` of that length gives nearly the same motion, but starts later and jumps.
+Commands that follow each other faster are smoothed as by a lag of first order, `actuator-lag`. `slew-limit`
+has one rate for small and large steps, and `actuator-lag` approaches each command ever more slowly.
 
 ## How it is recognised
 Step the target once and read the position at the rate of the servo: it sets out at once and arrives after the
@@ -51,8 +52,9 @@ not try it: it finds `command-delay` or `actuator-lag`.
 
 ## Numerical treatment
 The way to a command is a ramp with a rate of its own, which is a mode. Its end is an event, located to
-rounding. Linear theory takes it as a delay of half the interval `I`. Where commands come every `T` within
-the interval, it takes a lag of `I - T / 2`, and for the target of a sampled servo a delay of that length.
+rounding. Linear theory takes it as a delay of `I / 2`, with `I` the interval. If commands come every `T`,
+with `T` below `I`, it takes a lag of time constant `I - T / 2` instead. For the target of a sampled servo
+it takes a delay of that length.
 
 ## Source
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear

@@ -38,17 +38,17 @@ Weight on an inclined axis, a counterbalance that is not quite right, hoses, cab
 
 ## How it shows
 The command that holds the axis still is not zero, and free motion is faster one way than the other.
-`asymmetric-friction` shows the same difference in motion, beside the step of dry friction. A load that dry
-friction can hold is `asymmetric-friction` exactly, moving and at rest. In contact under force control
-`force-bias` shifts the command as well; the command at rest in free motion separates them.
+`asymmetric-friction` shows the same difference in motion, beside the step of dry friction. Dry friction
+together with a load that it can hold is exactly `asymmetric-friction`, moving and at rest. In contact under
+force control `force-bias` shifts the command as well; the command at rest in free motion separates them.
 
 ## How it is recognised
 The missing force has a mean that depends neither on speed nor on command. Hold the axis at rest in free
 motion and read the command; dry friction hides a load up to its level.
 
 ## Numerical treatment
-It is a constant term of the linear equations and exact. Linear theory needs nothing: a constant does not
-change the motion about it.
+It is a constant term of the linear equations and exact. Linear theory omits it: a constant does not change
+the motion about the state of rest.
 
 ## Source
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer

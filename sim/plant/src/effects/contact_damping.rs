@@ -36,8 +36,9 @@ Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sens
 ## How it shows
 Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the
 same frequency. The share of energy that an impact loses does not depend on its speed; in a
-`hunt-crossley-contact` it grows with the speed. The force at touch-down separates them too: a step here,
-none there. `viscous-friction` damps free motion as well.
+`hunt-crossley-contact` it grows with the speed. The force at touch-down separates them too: with
+`contact-damping` it begins with a step, with the other from zero. `viscous-friction` damps free motion as
+well.
 
 ## How it is recognised
 Impacts lose more or less energy than predicted, and the contact mode rings for a different time at the same

@@ -39,9 +39,9 @@ Seals, plain bearings, preloaded guides and screws, brushes.
 ## How it shows
 The missing force is a step at every reversal of the velocity, of a size that does not depend on speed. It
 matters less the larger the motion. Near rest the axis sticks, and an integrating controller creeps to its
-reference and stays. Hunting that lasts takes a breakaway force above the sliding one: that is
-`stribeck-friction`, the same well above its speed. `drive-deadband` takes the same force with the sign of
-the command; `viscous-friction` looks alike at a single speed.
+reference and stays. Hunting lasts only if the breakaway force exceeds the sliding one, as with
+`stribeck-friction`. Well above the `velocity` of that law the two are the same. `drive-deadband` removes
+the same force, but with the sign of the command. At a single speed `viscous-friction` looks alike.
 
 ## How it is recognised
 Plot the missing force against velocity: it is a step at zero, flat on either side. Slow strokes and two

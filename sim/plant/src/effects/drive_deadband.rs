@@ -39,8 +39,9 @@ point.
 
 ## How it shows
 A force of constant size is missing, and it has the sign of the command: it matters less the larger the
-command. `coulomb-friction` takes the same size with the sign of the velocity. The two agree while the drive
-pushes the way it moves and part where it brakes, and where a resting axis is pushed from outside.
+command. `coulomb-friction` removes a force of constant size too, but with the sign of the velocity. The two
+agree while the drive pushes the way it moves. They differ while it brakes, and while something else pushes
+a resting axis.
 
 ## How it is recognised
 Plot the missing force against the command: it is the whole command up to `width`, and `width` beyond.

@@ -39,20 +39,20 @@ period = \"20 mm\"
 `feeler compare scenarios/effects/ideal.toml scenarios/effects/gravity.toml` shows the difference.
 
 ## Model
-The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite on
-the first. `x` is the position of the second against the first. A first body that moves, such as a base, takes
-that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is one
-turn (2 pi) by default, so state it where a gear or a screw lies between position and arm. For an arm of mass
-`m` whose centre lies `l` from its joint, `amplitude = m g l 2 pi / period`: just `m g l` where `x` is the
-angle of the arm itself. `phase` is the angle over the hanging arm where the position is zero. The known
-gravity of a rotational body is stated by its keys `gravity` and `gravity_phase`.
+The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite
+on the first. `x` is the position of the second against the first. A first body that moves, such as a base,
+takes that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is
+one turn (2 pi) by default, so state it where a gear or a screw lies between position and arm. For an arm of
+mass `m` whose centre lies `l` from its joint, `amplitude = m g l 2 pi / period`: just `m g l` where `x` is
+the angle of the arm itself. `phase` is the angle of the arm from hanging straight down, at position zero.
+The known gravity of a rotational body is stated by its keys `gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.
 
 ## How it shows
-The command that holds the arm still varies with its angle as a sine. Over a short stroke it is a
-`constant-load` with a spring beside it. `force-ripple` repeats over many periods in a stroke.
+The command that holds the arm still varies with its angle as a sine. Over a short stroke it looks like a
+`constant-load` and a spring. `force-ripple` repeats over many periods in a stroke.
 
 ## How it is recognised
 Hold the axis at several positions over a quarter turn or more, and read the command: it is a sine of the

@@ -38,8 +38,8 @@ Harmonic drives, rolling elements, rubber, fixtures that seat themselves under l
 ## How it shows
 Modes rise with amplitude and with preload, and the peak of a resonance leans towards high frequency. At one
 amplitude and preload a harder spring looks the same: `contact-stiffness` for a contact,
-`transmission-flexibility` for a transmission. `hertz-contact` also hardens, most of all at small force,
-where this effect is linear.
+`transmission-flexibility` for a transmission. `hertz-contact` hardens too: most of all at small force,
+where this effect is nearly linear.
 
 ## How it is recognised
 Repeat a sweep at two amplitudes or preloads: the mode rises with both. One level alone looks like another

@@ -31,10 +31,10 @@ difference.
 
 ## Model
 The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression. This is the law of the contact with
-`alpha` more, so that the loss sets in with the force and not at the first touch. Where the law would pull, a
-contact that only pushes has no force. A clamped contact has the loss on either side; a diagnosis leaves the
-effect out of clamped records. The linear damping `c` that the contact has stays, and with it the step that
-it makes at touch-down.
+`alpha` more, so that the loss sets in with the force and not at the first touch. Where the law would pull,
+a contact that only pushes has no force. A clamped contact has the loss in push and pull. A diagnosis leaves
+the effect out of clamped records. The linear damping `c` that the contact has stays, and with it the step
+that it makes at touch-down.
 
 ## Where it comes from
 Most solid contacts: material loss happens in the volume that is deformed, which grows as the bodies

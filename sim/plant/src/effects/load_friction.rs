@@ -38,8 +38,8 @@ Screws, gears and plain guides that carry the process force, guides that are til
 ## How it shows
 Free motion is as predicted. In contact, the command for a force differs by `2 ratio |F|` between the way up
 and the way down: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the
-same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression, one
-that closes at slow motion.
+same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression,
+but that loop closes in slow motion.
 
 ## How it is recognised
 Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion

@@ -52,10 +52,10 @@ resists with `g(v)`. At rest it yields as a spring.
 Lubricated guides, bearings, seals and gears: asperities bend by micrometres before they slide.
 
 ## How it shows
-Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The break-away
-force falls as the force rises faster. Under a load and a vibration that together stay below `coulomb` it
-creeps on, more than real guides do. Records too coarse to see bristles bend cannot tell it from
-`stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
+Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The faster the
+force rises, the smaller the break-away force. Under a load and a vibration that together stay below
+`coulomb` it creeps on, more than real guides do. Records too coarse to see bristles bend cannot tell it
+from `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
 
 ## How it is recognised
 Move the axis by micrometres about one point with a fine encoder: force against position is a loop with

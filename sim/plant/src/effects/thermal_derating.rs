@@ -10,7 +10,7 @@ use crate::units::Dimension;
 parameters! { ThermalDerating
     force: log(
         Dimension::FORCE, Some(f64::INFINITY), 60.0, (ABOVE_ZERO, f64::INFINITY),
-        "force that the heat of holding it halves in the end"
+        "force that falls to its half if it is held for long"
     ),
     time_constant: log(Dimension::TIME, None, 30.0, (ABOVE_ZERO, 1e6), "time to cover 63 % of a warming"),
 }
@@ -35,10 +35,11 @@ time_constant = \"1 s\"
 `feeler compare scenarios/effects/ideal.toml scenarios/effects/thermal-derating.toml` shows the difference.
 
 ## Model
-The drive gives `f / (1 + h)`, with `f` the force of the cold drive after its gain, lags and limits. The heat
-`h` follows the loss of the current, which is as the square of `f`: `time_constant dh/dt + h = (f / force)^2`.
-It begins at zero, cold. A force equal to `force`, held for long, is halved. At half of it, a fifth is lost.
-The current of a motor is that of the cold drive: the torque per current falls.
+The drive gives `f / (1 + h)`, with `f` the force of the cold drive after its gain, lags and limits. The
+heat `h` follows the loss of the current, which is proportional to the square of `f`:
+`time_constant dh/dt + h = (f / force)^2`. It begins at zero, cold. A force equal to `force`, held for long,
+is halved. At half of it, a fifth is lost. The current of a motor is that of the cold drive: the torque per
+current falls.
 
 ## Where it comes from
 Magnets weaken with temperature, by about 0.1 % per kelvin for neodymium and 0.2 % for ferrite. Firmware of

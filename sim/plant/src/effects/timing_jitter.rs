@@ -29,7 +29,8 @@ sigma = \"0.1 ms\"
 Sample `i` of the controller is taken at `offset + i period + w_i`. The error `w_i` is normally distributed
 with standard deviation `sigma`, and independent from sample to sample. It is limited to 0.49 of the period,
 so that samples keep their order; no sample is before zero. The controller computes as if the grid were
-exact, and its output follows `delay` after the sample. `jitter` of the controller adds in squares.
+exact, and its output follows `delay` after the sample. With the controller's own `jitter`, the squares of
+both add.
 
 ## Where it comes from
 Operating systems that are not real-time, shared buses, interrupts.

@@ -36,9 +36,9 @@ Grease and oil, eddy currents, back-EMF of a motor that is not modelled, air in 
 
 ## How it shows
 The missing force is proportional to velocity. Free motion reaches less speed for the same force, and modes
-in which the guide slides are better damped. At one speed `coulomb-friction` takes as much; over a range of
-speeds a line and a step differ. In contact `contact-damping` damps the contact mode as much; it leaves free
-motion as it was, which separates them.
+in which the guide slides are better damped. At one speed `coulomb-friction` resists as much; over a range
+of speeds a line and a step differ. In contact `contact-damping` damps the contact mode alike, but it leaves
+free motion as it was.
 
 ## How it is recognised
 Plot the missing force against velocity: it is a straight line through zero. Motion at several speeds shows

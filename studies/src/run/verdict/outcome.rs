@@ -98,7 +98,8 @@ impl Outcome {
             ),
             Self::Driven => (
                 "follows a moving reference",
-                "The reference moves to the end, so there is nothing to settle at.",
+                "The reference moves to the end, so there is nothing to settle at. It is shown as `follows \
+                 its commands` if no controller regulates the force.",
             ),
             Self::FollowsSurface => (
                 "follows a moving surface",

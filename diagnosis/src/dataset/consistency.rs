@@ -217,7 +217,7 @@ impl Body<'_> {
     pub(super) fn without_gain(&self, channel: &Channel, mut readings: Vec<f64>) -> Vec<f64> {
         let (gain, _) = channel.scale(&self.assembly);
         if gain != 0.0 {
-            for reading in readings.iter_mut() {
+            for reading in &mut readings {
                 *reading /= gain;
             }
         }

@@ -273,6 +273,8 @@ pub enum Trait {
     DriveFlaw,
     /// It makes a rigid connection of the ideal machine flexible.
     Compliance,
+    /// The force of a drive drifts under a command at rest.
+    Drift,
     /// Its parameters have the unit of the drive's command where their dimension says force.
     OfCommand,
 }

@@ -70,7 +70,7 @@ and permanent magnets.
         with: &[Curve::Function(|time| 0.8 / (2.0 - (-time / 0.25).exp()))],
         without: &[Curve::Points(&[(0.0, 0.8), (1.0, 0.8)])],
     },
-    traits: &[Trait::DriveFlaw],
+    traits: &[Trait::DriveFlaw, Trait::Drift],
     change: Change::plant::<ThermalDerating>(),
 };
 

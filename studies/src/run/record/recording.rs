@@ -2,7 +2,7 @@
 
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::Trait;
 
 use crate::run::measure::controlled::Controlled;
 use crate::run::measure::standing::nothing_can_touch;
@@ -130,8 +130,8 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
         if is_force {
             signals.push(SignalName::new(name, Quantity::Command));
         }
-        let warms = actuator.effects.iter().any(|effect| effect.kind == Kind::ThermalDerating);
-        if !is_force || warms {
+        let drifts = actuator.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
+        if !is_force || drifts {
             signals.push(SignalName::new(name, Quantity::Force));
         }
     }

@@ -23,10 +23,8 @@ impl Known for ThermalDerating {
             return Vec::new();
         }
         let of = |share: f64| {
-            TIMES.map(|times| Self {
-                force: share * glance.command,
-                time_constant: times * glance.duration_s,
-            })
+            TIMES
+                .map(|times| Self { force: share * glance.command, time_constant: times * glance.duration_s })
         };
         FORCES.into_iter().flat_map(of).collect()
     }

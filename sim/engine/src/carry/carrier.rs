@@ -278,16 +278,13 @@ impl<L: Lane> Carrier<L> {
         self.send_alone(lanes, L::Mask::splat(true), span_s, |_| Gone::default());
     }
 
-    /// Sends lanes alone to the end of a span, by way of its note if that is still ahead.
+    /// Sends lanes alone to the end of a span, past its note if that is still ahead.
     fn send_alone(&mut self, lanes: &Lanes<L>, mask: L::Mask, span_s: f64, gone: impl Fn(usize) -> Gone) {
         for l in (0..L::WIDTH).filter(|&l| mask.test(l) && !lanes.cores[l].has_ended()) {
-            let Gone { mut gone_s, has_noted } = gone(l);
-            if let Some(note_s) = self.note_s.filter(|_| !has_noted) {
-                let until_note_s = (note_s - lanes.t_s - gone_s).max(0.0);
-                self.alone.push_back((l, Passage::up_to_note(lanes.t_s + gone_s, until_note_s)));
-                gone_s += until_note_s;
-            }
-            self.alone.push_back((l, Passage::new(lanes.t_s + gone_s, span_s - gone_s)));
+            let Gone { gone_s, has_noted } = gone(l);
+            let until_note_s =
+                self.note_s.filter(|_| !has_noted).map(|note_s| (note_s - lanes.t_s - gone_s).max(0.0));
+            self.alone.push_back((l, Passage::new(lanes.t_s + gone_s, span_s - gone_s, until_note_s)));
         }
     }
 
@@ -304,8 +301,8 @@ impl<L: Lane> Carrier<L> {
             changed |= core.current != mode || core.has_ended();
             put_lane(&mut lanes.xi, *l, &lanes.scratch);
             if passage.is_through() || core.has_ended() {
-                if passage.ends_at_note {
-                    lanes.signals.note(*l, core, &mut lanes.scratch, &self.noted);
+                if passage.has_note {
+                    lanes.signals.note(*l, core, &self.noted);
                 }
                 self.alone.pop_front();
             }

@@ -30,18 +30,15 @@ pub(crate) struct Passage {
     span_s: f64,
     elapsed_s: f64,
     has_begun: bool,
-    /// Whether late readings take their signals at its end.
-    pub(crate) ends_at_note: bool,
+    /// Time from its start to the note, at which late readings take their signals; `None` once it is taken.
+    note_s: Option<f64>,
+    /// Whether it has a note, ahead or taken.
+    pub(crate) has_note: bool,
 }
 
 impl Passage {
-    pub(crate) fn new(from_s: f64, span_s: f64) -> Self {
-        Self { from_s, span_s, elapsed_s: 0.0, has_begun: false, ends_at_note: false }
-    }
-
-    /// A span at whose end late readings take their signals.
-    pub(crate) fn up_to_note(from_s: f64, span_s: f64) -> Self {
-        Self { ends_at_note: true, ..Self::new(from_s, span_s) }
+    pub(crate) fn new(from_s: f64, span_s: f64, note_s: Option<f64>) -> Self {
+        Self { from_s, span_s, elapsed_s: 0.0, has_begun: false, note_s, has_note: note_s.is_some() }
     }
 
     pub(crate) fn time_s(&self) -> f64 {
@@ -55,10 +52,20 @@ impl Passage {
     /// A piece has gone `moved_s`.
     fn go(&mut self, moved_s: f64) {
         self.elapsed_s += moved_s;
-        // The remainder is below the resolution of the clock.
-        if self.span_s - self.elapsed_s <= f64::EPSILON * (self.from_s + self.span_s) {
+        if self.span_s - self.elapsed_s <= self.resolution_s() {
             self.elapsed_s = self.span_s;
         }
+    }
+
+    /// Time to the note, if it is ahead; zero once it is reached.
+    fn until_note_s(&self) -> Option<f64> {
+        let left_s = self.note_s? - self.elapsed_s;
+        Some(if left_s <= self.resolution_s() { 0.0 } else { left_s })
+    }
+
+    /// Resolution of the clock at its end.
+    fn resolution_s(&self) -> f64 {
+        f64::EPSILON * (self.from_s + self.span_s)
     }
 }
 
@@ -82,6 +89,8 @@ pub(crate) struct LaneCore {
     calm_s: f64,
     series: Series,
     extrapolation: Extrapolation,
+    /// The extended vector at the last note, and the index of the flow there.
+    noted: (usize, Vec<f64>),
 }
 
 impl LaneCore {
@@ -111,6 +120,7 @@ impl LaneCore {
             calm_s: 0.0,
             series: Series::default(),
             extrapolation: Extrapolation::default(),
+            noted: (0, Vec::new()),
         };
         lane.enter_initial_mode(Mode::default(), &mut xi, 0.0)?;
         let equations = lane.flows[lane.current].equations.clone();
@@ -124,6 +134,24 @@ impl LaneCore {
 
     pub(crate) fn flow_mut(&mut self) -> &mut Flow {
         &mut self.flows[self.current]
+    }
+
+    /// The flow and the extended vector at the last note.
+    pub(crate) fn noted(&self) -> (&Flow, &[f64]) {
+        let (index, xi) = &self.noted;
+        (&self.flows[*index], xi)
+    }
+
+    /// Keeps the present state as that of the note.
+    #[cold]
+    fn take_note(&mut self, xi: &[f64]) {
+        self.noted.0 = self.current;
+        self.noted.1.clear();
+        self.noted.1.extend_from_slice(xi);
+        let flow = &self.flows[self.current];
+        if !flow.linear {
+            self.motion.fill_terms(&flow.equations, &mut self.noted.1);
+        }
     }
 
     pub(crate) fn has_ended(&self) -> bool {
@@ -173,12 +201,20 @@ impl LaneCore {
             self.calm_s = 0.0;
         }
         while !passage.is_through() && !self.has_ended() {
+            let until_note = passage.until_note_s();
+            if until_note.is_some_and(|s| s <= 0.0) {
+                passage.note_s = None;
+                self.take_note(xi);
+                continue;
+            }
             let remaining = passage.span_s - passage.elapsed_s;
             let push = self.storm.push_s();
             let attempts = self.extrapolation.attempts;
             let (moved, event) = if self.flow().linear {
-                self.linear_piece(xi, passage.time_s(), remaining, push)
+                self.linear_piece(xi, passage, remaining, push)
             } else {
+                // Only polynomials give the motion on the way.
+                let remaining = until_note.unwrap_or(remaining);
                 self.nonlinear_piece(xi, passage.time_s(), remaining, push)
             };
             self.storm.moved(moved, push.is_some());
@@ -206,6 +242,10 @@ impl LaneCore {
                 break;
             }
         }
+        let is_over = passage.is_through() || self.has_ended();
+        if is_over && passage.note_s.take().is_some() {
+            self.take_note(xi);
+        }
         Ok(())
     }
 
@@ -213,14 +253,16 @@ impl LaneCore {
     fn linear_piece(
         &mut self,
         xi: &mut [f64],
-        t_s: f64,
+        passage: &mut Passage,
         remaining: f64,
         push: Option<f64>,
     ) -> (f64, Option<usize>) {
+        let (t_s, until_note) = (passage.time_s(), passage.until_note_s());
         let share = if self.ledger.is_some() { LEDGER_SHARE } else { 1.0 };
         let flow = &mut self.flows[self.current];
         if let Some(reach) = flow.reach_beyond_decay_s(self.calm_s, remaining).filter(|_| push.is_none()) {
-            return self.decayed_piece(xi, t_s, (share * reach).min(remaining));
+            let most = until_note.unwrap_or(remaining);
+            return self.decayed_piece(xi, t_s, (share * reach).min(most));
         }
         let flow = &self.flows[self.current];
         let reach = flow.horizon_s * share;
@@ -255,6 +297,12 @@ impl LaneCore {
         }
         if let Some(peaks) = &mut self.peaks {
             peaks.linear_piece(flow, &self.series, xi, t_s, looked_at);
+        }
+        if let Some(s) = until_note.filter(|s| *s <= h) {
+            passage.note_s = None;
+            self.take_note(xi);
+            self.series.evaluate(s, &mut self.noted.1);
+            self.motion.join(&self.flows[self.current].equations, &mut self.noted.1);
         }
         self.series.evaluate(h, xi);
         self.join(xi);

@@ -58,13 +58,10 @@ impl<L: Lane> Signals<L> {
         }
     }
 
-    /// Notes some signals of lane `l`, which is alone at its note with the extended vector `xi`.
+    /// Notes some signals of lane `l`, which has passed its note alone.
     #[cold]
-    pub(super) fn note(&mut self, l: usize, core: &LaneCore, xi: &mut [f64], signals: &[usize]) {
-        let flow = core.flow();
-        if !flow.linear {
-            core.motion.fill_terms(&flow.equations, xi);
-        }
+    pub(super) fn note(&mut self, l: usize, core: &LaneCore, signals: &[usize]) {
+        let (flow, xi) = core.noted();
         for &signal in signals {
             let value = flow.signals[signal].as_ref().map_or(0.0, |row| dot(row, xi));
             self.noted[signal].set_lane(l, value);

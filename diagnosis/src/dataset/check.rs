@@ -35,8 +35,11 @@ const BELOW_NOISE: f64 = 0.8;
 /// Converts tables to records, and returns every fault.
 pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let grains: Vec<Grain> =
-        dataset.channels.iter().map(|channel| grain(channel, readings(channel, &tables))).collect();
+    let grains: Vec<Grain> = dataset
+        .channels
+        .iter()
+        .map(|channel| grain(|step| channel.is_coarse(step), readings(channel, &tables)))
+        .collect();
     dataset.grains = grains.iter().map(|grain| grain.usual).collect();
     if dataset.drives.is_empty() {
         faults.push(Fault {

@@ -257,7 +257,11 @@ impl Dataset {
     pub(crate) fn grain(&self, c: usize) -> f64 {
         let channel = &self.channels[c];
         let columns = || self.records.iter().map(|record| record.readings(c));
-        let step = self.grains.get(c).copied().unwrap_or_else(|| quantum::grain(channel, columns()).usual);
+        let step = self
+            .grains
+            .get(c)
+            .copied()
+            .unwrap_or_else(|| quantum::grain(|step| channel.is_coarse(step), columns()).usual);
         if channel.is_coarse(step) { step } else { 0.0 }
     }
 

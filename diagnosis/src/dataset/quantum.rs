@@ -1,7 +1,5 @@
 //! Steps of quantised readings.
 
-use super::Channel;
-
 /// Steps of a channel's columns, one for each experiment, that are coarser than believed; zero if there is
 /// none.
 #[derive(Clone, Copy)]
@@ -12,10 +10,11 @@ pub(super) struct Grain {
     pub(super) usual: f64,
 }
 
-pub(super) fn grain(channel: &Channel, columns: impl Iterator<Item = Vec<f64>>) -> Grain {
+/// `is_coarse` tells whether a step is coarser than believed.
+pub(super) fn grain(is_coarse: impl Fn(f64) -> bool, columns: impl Iterator<Item = Vec<f64>>) -> Grain {
     let steps: Vec<Option<f64>> = columns.map(|column| quantum(&column)).collect();
     let stepped = steps.iter().flatten().count();
-    let coarse = steps.iter().flatten().copied().filter(|&step| channel.is_coarse(step));
+    let coarse = steps.iter().flatten().copied().filter(|&step| is_coarse(step));
     let coarsest = coarse.fold(0.0, f64::max);
     Grain { coarsest, usual: if 2 * stepped > steps.len() { coarsest } else { 0.0 } }
 }

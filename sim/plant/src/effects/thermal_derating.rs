@@ -29,7 +29,7 @@ pub(super) static DEFINITION: Definition = Definition {
 ```toml
 [actuators.drive.effects.thermal-derating]
 force = \"80 N\"
-time_constant = \"1 s\"
+time_constant = \"0.2 s\"
 ```
 `feeler run scenarios/effects/thermal-derating.toml` runs it.
 `feeler compare scenarios/effects/ideal.toml scenarios/effects/thermal-derating.toml` shows the difference.

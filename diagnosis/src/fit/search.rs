@@ -119,6 +119,7 @@ fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
         stroke_m: glance.stroke(),
         ends_m: glance.ends(),
         command_n: glance.command,
+        speed_m_per_s: glance.speed,
         step_m: finest_step(dataset),
         instant_s,
     }

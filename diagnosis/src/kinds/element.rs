@@ -98,6 +98,8 @@ pub(crate) struct Seen {
     pub(crate) ends_m: [f64; 2],
     /// The largest command, N.
     pub(crate) command_n: f64,
+    /// The fastest motion, m/s.
+    pub(crate) speed_m_per_s: f64,
     /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
     pub(crate) step_m: f64,
     /// Time within which it is not known when a command acts, s: a row where no hold is stated, else zero.

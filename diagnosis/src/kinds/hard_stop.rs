@@ -97,7 +97,14 @@ mod tests {
 
     #[test]
     fn truth_a_stop_ends_a_travel_and_a_spring_does_not() {
-        let seen = Seen { stroke_m: 2.0, ends_m: [-1.0, 1.0], command_n: 100.0, step_m: 0.0, instant_s: 0.0 };
+        let seen = Seen {
+            stroke_m: 2.0,
+            ends_m: [-1.0, 1.0],
+            command_n: 100.0,
+            speed_m_per_s: 1.0,
+            step_m: 0.0,
+            instant_s: 0.0,
+        };
         let of = |position, stiffness| is_spring(HardStop { position, stiffness, damping: 0.0 }, seen);
         // It holds 100 N within 0.5 m, a quarter of the travel, and begins 0.4 m before an end.
         assert!(!of(0.6, 200.0) && !of(-0.6, 200.0));

@@ -2,12 +2,15 @@
 
 use feeler_plant::effects::{ABOVE_ZERO, Kind, TorqueSpeedLine};
 
-use super::{Element, Glance, Known};
+use super::{Element, Glance, Known, Seen};
 
 /// Forces at rest tried, as shares of the largest command.
 const FORCES: [f64; 4] = [0.3, 0.6, 1.0, 2.0];
 /// Speeds without load tried, of the fastest motion: beyond twice, less than half of the line shows.
 const SPEEDS: [f64; 3] = [1.0, 1.3, 2.0];
+/// With a speed without load this many times the fastest motion, the line is a constant limit: a tenth of it
+/// is lost at most.
+const LEVEL: f64 = 10.0;
 
 impl Known for TorqueSpeedLine {
     const APART: &'static [(Kind, &'static str)] =
@@ -22,5 +25,34 @@ impl Known for TorqueSpeedLine {
         let of =
             |share: f64| SPEEDS.map(|times| Self { force: share * glance.command, speed: times * speed });
         FORCES.into_iter().flat_map(of).filter(|line| line.force > 0.0).collect()
+    }
+
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        self.speed > LEVEL * seen.speed_m_per_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_plant::description::{ElementKind, Machine, Site};
+    use indexmap::IndexMap;
+
+    use super::*;
+
+    #[test]
+    fn truth_a_line_that_hardly_falls_over_the_motion_is_a_limit() {
+        let machine = Machine::default();
+        let tolerance = IndexMap::new();
+        let element = Element::at(Site { table: ElementKind::Actuators, index: 0 }, &machine, &tolerance);
+        let seen = Seen {
+            stroke_m: 1.0,
+            ends_m: [0.0, 1.0],
+            command_n: 50.0,
+            speed_m_per_s: 2.0,
+            step_m: 0.0,
+            instant_s: 0.0,
+        };
+        let of = |speed| TorqueSpeedLine { force: 40.0, speed };
+        assert!(of(21.0).is_trivial(&element, seen) && !of(19.0).is_trivial(&element, seen));
     }
 }

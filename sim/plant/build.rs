@@ -10,6 +10,12 @@ const FOLDER: &str = "src/effects";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed={FOLDER}");
+    // A copy of this tree that shares its build folder writes the same list: with its path, the next build
+    // elsewhere begins anew.
+    println!(
+        "cargo::rerun-if-changed={}",
+        Path::new(&env::var("CARGO_MANIFEST_DIR")?).join(FOLDER).display()
+    );
     let mut effects = Vec::new();
     for entry in fs::read_dir(FOLDER)? {
         let path = entry?.path();

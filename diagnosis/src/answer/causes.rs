@@ -152,9 +152,11 @@ impl Judge<'_> {
     pub(super) fn gain_or_mass(&self, accepted: &Scored) -> Option<[Kind; 2]> {
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
         let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
-        let is_weaker = *model.parameters(gain, theta).first()? < 1.0;
+        if *model.parameters(gain, theta).first()? >= 1.0 {
+            return None;
+        }
         let scale = self.search.task.shared_scale(model, theta)?;
-        (is_weaker && scale.is_of_masses(model)).then_some([Kind::DriveGain, Kind::AddedMass])
+        scale.is_of_masses(model).then_some([Kind::DriveGain, Kind::AddedMass])
     }
 
     /// A cause of a fitted set with its values and their intervals.

@@ -231,7 +231,7 @@ impl Judge<'_> {
         let evidence = format!(
             "a force that depends on position, about {force:.2} N over {:.4} m, explains what no effect of \
              the library does; it hardly repeats over the stroke",
-            self.search.seen.stroke_m
+            self.search.seen.stroke_m()
         );
         let mut found = answer
             .places

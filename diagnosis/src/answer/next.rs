@@ -149,7 +149,7 @@ fn expected(
     let dataset = judge.dataset;
     let seen = run(dataset, truth, template, spacing_s)?;
     let [back, ahead] = Reach::of(&seen).travel_m;
-    if template.place == Engagement::Free && ahead - back < LEAST_STROKE * judge.search.seen.stroke_m {
+    if template.place == Engagement::Free && ahead - back < LEAST_STROKE * judge.search.seen.stroke_m() {
         return None;
     }
     let imagined = Dataset {

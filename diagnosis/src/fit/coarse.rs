@@ -21,9 +21,9 @@ impl Coarse {
     pub(super) fn of(dataset: &Dataset) -> Vec<Self> {
         let coarse = |(channel, own): (usize, &Channel)| {
             let Source::Sensor(sensor) = own.source else { return None };
-            let is_contradicted = own.resolution > 0.0 && dataset.grain(channel) > 0.0;
-            let nats = (dataset.grain(channel) / own.resolution).ln();
-            is_contradicted.then_some(Self { channel, sensor, nats })
+            let step = dataset.grain(channel);
+            let is_contradicted = own.resolution > 0.0 && step > 0.0;
+            is_contradicted.then(|| Self { channel, sensor, nats: (step / own.resolution).ln() })
         };
         dataset.channels.iter().enumerate().filter_map(coarse).collect()
     }

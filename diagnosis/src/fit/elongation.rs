@@ -8,7 +8,7 @@
 //!
 //! Sensors may be zeroed differently, so the mean difference of a record carries no information.
 
-use feeler_plant::assembly::assemble;
+use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::Quantity;
 
 use crate::dataset::{Dataset, Record};
@@ -25,10 +25,16 @@ pub(crate) struct Against {
     ratio: f64,
 }
 
-/// For every channel of a record, what it is read against: the first position of its chain of bodies.
-pub(super) fn against(dataset: &Dataset, record: &Record) -> Vec<Option<Against>> {
+/// What every channel of every record is read against: the first position of its chain of bodies.
+pub(super) fn against(dataset: &Dataset) -> Vec<Vec<Option<Against>>> {
+    let Ok(assembly) = assemble(&dataset.machine) else {
+        return vec![vec![None; dataset.channels.len()]; dataset.records.len()];
+    };
+    dataset.records.iter().map(|record| of_record(dataset, &assembly, record)).collect()
+}
+
+fn of_record(dataset: &Dataset, assembly: &Assembly, record: &Record) -> Vec<Option<Against>> {
     let channels = 0..dataset.channels.len();
-    let Ok(assembly) = assemble(&dataset.machine) else { return vec![None; channels.len()] };
     let position = |c: usize| {
         let (node, relative_to, quantity) = assembly.node_read(dataset.channels[c].source)?;
         (quantity == Quantity::Position && !record.silent[c]).then_some((node, relative_to))
@@ -36,12 +42,12 @@ pub(super) fn against(dataset: &Dataset, record: &Record) -> Vec<Option<Against>
     let Some((first, (node, fixed))) = channels.clone().find_map(|c| Some((c, position(c)?))) else {
         return vec![None; channels.len()];
     };
-    let joined = chain(&assembly, node, fixed);
+    let joined = chain(assembly, node, fixed);
     let of = |c: usize| {
         let (other, relative_to) = position(c)?;
         let is_beside = c > first && relative_to == fixed && joined.contains(&other);
         let is_read = record.count(first) as f64 >= READ_TOGETHER * record.count(c) as f64;
-        let [own, others] = [c, first].map(|c| dataset.channels[c].scale(&assembly).0);
+        let [own, others] = [c, first].map(|c| dataset.channels[c].scale(assembly).0);
         (is_beside && is_read).then_some(Against { channel: first, ratio: own / others })
     };
     channels.map(of).collect()

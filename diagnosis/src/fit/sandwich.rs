@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
 use crate::fit::least_squares::{Fitted, Task, robust};
 use crate::fit::shared_scale::without;
-use crate::fit::walk::stretch;
+use crate::fit::walk::{cost, stretch};
 
 /// Smallest number of blocks over all fitted records together, and per unknown: a fit hides the effect of
 /// as many blocks as it has unknowns.
@@ -73,11 +73,13 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     }
     let lasting = &inverse * filling * &inverse;
     let plain = worth.try_inverse()?;
+    let here = cost(task, fitted, &per_reading, &fitted.theta);
     let deviation = |i: usize| {
         let own = plain[(i, i)].max(0.0).sqrt();
         let step: Vec<f64> = plain.column(i).iter().map(|with| with / own.max(f64::MIN_POSITIVE)).collect();
         let is_sought = fitted.model.unknowns[i].is_of_effect();
-        let stretch = if is_sought { stretch(task, fitted, &per_reading, i, &step) } else { 1.0 };
+        let here = here.filter(|_| is_sought);
+        let stretch = here.map_or(1.0, |here| stretch(task, fitted, &per_reading, here, i, &step));
         (stretch * own).max(lasting[(i, i)].max(0.0).sqrt())
     };
     let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();

@@ -116,7 +116,6 @@ pub(crate) fn search(
 fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
     let instant_s = if dataset.first_sampled().is_some() { glance.spacing_s } else { 0.0 };
     Seen {
-        stroke_m: glance.stroke(),
         ends_m: glance.ends(),
         command_n: glance.command,
         speed_m_per_s: glance.speed,

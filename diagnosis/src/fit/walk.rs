@@ -15,10 +15,16 @@ const DOUBLINGS: i32 = 10;
 
 /// Factor on one deviation of unknown `i`: the cost has risen by one there, or the unknown is at its bound.
 /// `step` is the step by one deviation, with the other unknowns following. `worth` is what a reading counts,
-/// by fitted record and channel.
-pub(super) fn stretch(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], i: usize, step: &[f64]) -> f64 {
+/// by fitted record and channel; `here` is the cost at the fitted values.
+pub(super) fn stretch(
+    task: &Task<'_>,
+    fitted: &Fitted,
+    worth: &[Vec<f64>],
+    here: f64,
+    i: usize,
+    step: &[f64],
+) -> f64 {
     let Fitted { model, theta, .. } = fitted;
-    let Some(here) = cost(task, fitted, worth, theta) else { return 1.0 };
     let rise = |by: f64| {
         let (low, high) = model.unknowns[i].bounds;
         if !(low..=high).contains(&(theta[i] + by * step[i])) {
@@ -44,7 +50,7 @@ fn reach(rise: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Cost over the fitted records, where readings count what they are worth.
-fn cost(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], theta: &[f64]) -> Option<f64> {
+pub(super) fn cost(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], theta: &[f64]) -> Option<f64> {
     let misfits = task.misfits(&fitted.model, theta, &task.fitted)?;
     let of_record = |((&r, misfits), worth): ((&usize, &Vec<f64>), &Vec<f64>)| {
         let readings = |c: usize| task.dataset.records[r].count(c) as f64;

@@ -1,6 +1,8 @@
 //! Scales of residuals: noise, what no model is expected to explain, and independent samples.
 
-use crate::dataset::{Dataset, Record};
+use feeler_plant::description::Quantity;
+
+use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::coarse::Coarse;
 use crate::fit::elongation::{Against, against};
 use crate::fit::wander::{commanded_acceleration, wander};
@@ -79,16 +81,11 @@ impl Weights {
         let is_position: Vec<bool> = dataset
             .channels
             .iter()
-            .map(|channel| {
-                channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position
-            })
+            .map(|channel| channel.quantity(&dataset.machine) == Quantity::Position)
             .collect();
-        let is_read = |c: &crate::dataset::Channel| {
-            c.quantity(&dataset.machine) == feeler_plant::description::Quantity::Acceleration
-        };
+        let is_read = |c: &Channel| c.quantity(&dataset.machine) == Quantity::Acceleration;
         let is_blind = !dataset.channels.iter().any(is_read);
-        let against: Vec<Vec<Option<Against>>> =
-            dataset.records.iter().map(|record| against(dataset, record)).collect();
+        let against = against(dataset);
         let sigma = (0..dataset.records.len())
             .map(|r| {
                 // Accelerometers keep a prediction on the motion despite noise of the command.
@@ -135,7 +132,6 @@ fn looks(record: &Record, c: usize, omega: Option<f64>) -> f64 {
 /// Root mean square acceleration of a record: measured, or from the variation of the position at the
 /// frequency of the observer.
 fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
-    use feeler_plant::description::Quantity;
     let of = |wanted: Quantity| {
         (0..scale.len())
             .find(|&c| scale[c].is_finite() && dataset.channels[c].quantity(&dataset.machine) == wanted)

@@ -90,11 +90,9 @@ impl<'a> Element<'a> {
 pub(crate) const LATE_ROWS: f64 = 1.0;
 
 /// The range that the records cover.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
-    /// The longest way, m.
-    pub(crate) stroke_m: f64,
-    /// Its ends, m.
+    /// The least and the largest position, m.
     pub(crate) ends_m: [f64; 2],
     /// The largest command, N.
     pub(crate) command_n: f64,
@@ -107,6 +105,12 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
+    /// The longest way, m.
+    pub(crate) fn stroke_m(self) -> f64 {
+        let [low, high] = self.ends_m;
+        (high - low).max(0.0)
+    }
+
     /// The same for a drive whose commands act this many rows after theirs; `None` if their instants are
     /// known. What is later than [`LATE_ROWS`] in all is a finding.
     pub(crate) fn beside(self, late_rows: Option<f64>) -> Self {

@@ -45,7 +45,7 @@ impl Known for ForceRipple {
     /// A sine with hardly more than one period within the stroke is a general position-dependent force, not a
     /// ripple.
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
-        seen.stroke_m < PERIODS * self.pitch
+        seen.stroke_m() < PERIODS * self.pitch
     }
 
     fn force_over_position(self) -> Option<f64> {

@@ -53,7 +53,7 @@ impl Known for HardStop {
 fn is_spring(stop: HardStop, seen: Seen) -> bool {
     let [low, high] = seen.ends_m;
     let beyond = (high - stop.position).min(stop.position - low);
-    seen.command_n > SOFT * seen.stroke_m * stop.stiffness || beyond > BEYOND * seen.stroke_m
+    seen.command_n > SOFT * seen.stroke_m() * stop.stiffness || beyond > BEYOND * seen.stroke_m()
 }
 
 /// The stop between the middle and an end of the travel that explains most of the missing force over
@@ -97,14 +97,7 @@ mod tests {
 
     #[test]
     fn truth_a_stop_ends_a_travel_and_a_spring_does_not() {
-        let seen = Seen {
-            stroke_m: 2.0,
-            ends_m: [-1.0, 1.0],
-            command_n: 100.0,
-            speed_m_per_s: 1.0,
-            step_m: 0.0,
-            instant_s: 0.0,
-        };
+        let seen = Seen { ends_m: [-1.0, 1.0], command_n: 100.0, ..Seen::default() };
         let of = |position, stiffness| is_spring(HardStop { position, stiffness, damping: 0.0 }, seen);
         // It holds 100 N within 0.5 m, a quarter of the travel, and begins 0.4 m before an end.
         assert!(!of(0.6, 200.0) && !of(-0.6, 200.0));

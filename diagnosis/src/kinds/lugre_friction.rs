@@ -105,14 +105,7 @@ mod tests {
         machine.springs.insert("guide".into(), guide);
         let tolerance = IndexMap::new();
         let element = Element::at(Site { table: ElementKind::Springs, index: 0 }, &machine, &tolerance);
-        let seen = Seen {
-            stroke_m: 1.0,
-            ends_m: [0.0, 1.0],
-            command_n: 50.0,
-            speed_m_per_s: 1.0,
-            step_m: 0.0,
-            instant_s: 0.0,
-        };
+        let seen = Seen::default();
         let of = |coulomb, static_level| LugreFriction { coulomb, static_level, ..stiff(2.0, 2.0, 0.1) };
         // Believed within a factor of two.
         assert!(of(1.8, 2.1).is_trivial(&element, seen));

@@ -232,14 +232,7 @@ mod tests {
 
     #[test]
     fn truth_what_is_later_than_a_held_command_departs_however_it_is_split() {
-        let seen = Seen {
-            stroke_m: 1.0,
-            ends_m: [0.0, 1.0],
-            command_n: 1.0,
-            speed_m_per_s: 1.0,
-            step_m: 0.0,
-            instant_s: 0.01,
-        };
+        let seen = Seen { ends_m: [0.0, 1.0], command_n: 1.0, instant_s: 0.01, ..Seen::default() };
         for late_rows in [-0.5, -0.1, 0.0, 0.3, 0.5] {
             let is_held = |rows: f64| seen.beside(Some(late_rows)).is_in_time(0.01 * (rows - late_rows));
             assert!(is_held(0.99) && !is_held(1.01), "{late_rows}");
@@ -253,14 +246,7 @@ mod tests {
         machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 0.0));
         let tolerance = IndexMap::from([("contacts.tool.stiffness".to_owned(), 0.1)]);
         let contact = Element::at(Site { table: ElementKind::Contacts, index: 0 }, &machine, &tolerance);
-        let seen = Seen {
-            stroke_m: 1.0,
-            ends_m: [0.0, 1.0],
-            command_n: 1.0,
-            speed_m_per_s: 1.0,
-            step_m: 0.0,
-            instant_s: 0.0,
-        };
+        let seen = Seen { ends_m: [0.0, 1.0], command_n: 1.0, instant_s: 0.0, ..Seen::default() };
         let trivial =
             |element: &Element<'_>, stiffness| ContactStiffness { stiffness }.is_trivial(element, seen);
         assert!(trivial(&contact, 1.05e5) && !trivial(&contact, 1.2e5));

@@ -44,14 +44,7 @@ mod tests {
         let machine = Machine::default();
         let tolerance = IndexMap::new();
         let element = Element::at(Site { table: ElementKind::Actuators, index: 0 }, &machine, &tolerance);
-        let seen = Seen {
-            stroke_m: 1.0,
-            ends_m: [0.0, 1.0],
-            command_n: 50.0,
-            speed_m_per_s: 2.0,
-            step_m: 0.0,
-            instant_s: 0.0,
-        };
+        let seen = Seen { speed_m_per_s: 2.0, ..Seen::default() };
         let of = |speed| TorqueSpeedLine { force: 40.0, speed };
         assert!(of(21.0).is_trivial(&element, seen) && !of(19.0).is_trivial(&element, seen));
     }

@@ -7,6 +7,7 @@ pub mod adequacy;
 mod answer;
 pub mod blind;
 mod budget;
+mod chance;
 pub mod dataset;
 mod diagnose;
 mod error;

@@ -3,7 +3,7 @@
 use super::horizons::{Horizon, WINDOWS_S};
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
-use crate::gap::size::square_errors_over;
+use crate::gap::size::{square_errors_over, square_wander};
 
 /// The horizons that fit at least twice into the shortest check record, and the free run.
 fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
@@ -37,12 +37,15 @@ pub(super) fn horizons(
     let start = calibrated.fitted.model.start();
     let of = |seconds: Option<f64>| {
         let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
+        let Fitted { model, theta, .. } = &accepted.fitted;
+        let commanded = square_wander(task, model, theta, checks, seconds);
         Horizon {
             seconds,
             before: error(&calibrated.fitted, &start),
             refit: error(&calibrated.fitted, &calibrated.fitted.theta),
             after: error(&accepted.fitted, &accepted.fitted.theta),
             floor,
+            command_noise: (commanded.iter().sum::<f64>() / commanded.len().max(1) as f64).sqrt(),
         }
     };
     lengths(task, checks).into_iter().map(of).collect()

@@ -1,8 +1,6 @@
 //! Checks an answer against the balance of forces, if one counts. A further smooth force may balance clearly
 //! better, or other causes may balance as well.
 
-use feeler_plant::effects::Place;
-
 use super::criteria::Criteria;
 use super::horizons::share;
 use crate::fit::candidates::Candidate;
@@ -19,12 +17,8 @@ const SAME_NATS: f64 = 1e-3;
 /// The smooth force beyond the accepted causes, if it is large enough to matter.
 pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {
     let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
-    let least = |place: Place| match place {
-        Place::Drive => criteria.smooth_drive_share,
-        _ => criteria.smooth_share,
-    };
     let found = inverse.beyond(&accepted.causes);
-    let smooth = found.into_iter().filter(|smooth| smooth.share > least(smooth.place));
+    let smooth = found.into_iter().filter(|smooth| smooth.share > criteria.smooth_share);
     let smooth = smooth.max_by(|a, b| a.nats.total_cmp(&b.nats))?;
     let matters = smooth.nats > criteria.smooth_nats
         && smooth.left * smooth.share.max(0.0).sqrt() > criteria.smooth_force;

@@ -52,9 +52,6 @@ pub struct Criteria {
     pub smooth_nats: f64,
     /// Share of the remaining variance that a smooth force must remove to count.
     pub smooth_share: f64,
-    /// The share that a smooth force in the drive must remove. At reversals the command is largest, and
-    /// friction that turns slightly differently resembles such a force.
-    pub smooth_drive_share: f64,
     /// Size over the drive force that a smooth force must exceed to count.
     pub smooth_force: f64,
     /// Missing force in the balance, over the drive force, below which an answer stands. The error of short
@@ -101,7 +98,6 @@ impl Default for Criteria {
             small_force: 0.1,
             smooth_nats: 20.0,
             smooth_share: 0.33,
-            smooth_drive_share: 0.6,
             smooth_force: 0.02,
             most_ratio: 3.0,
             most_force: 1.0,

@@ -20,14 +20,29 @@ pub struct Horizon {
     pub refit: Option<f64>,
     /// Error with the accepted effects; `None` if it is not finite.
     pub after: Option<f64>,
-    /// Error that noise alone leaves.
+    /// Error that the noise of the channels alone leaves.
     pub floor: f64,
+    /// Error that the noise of a measured command makes in a prediction this long.
+    pub command_noise: f64,
 }
+
+/// The noise of a command is known to about this factor.
+const NOISE_IS_KNOWN_TO: f64 = 1.2;
 
 impl Horizon {
     /// The length in words.
     pub fn name(&self) -> String {
         self.seconds.map_or_else(|| "the whole record".into(), |seconds| format!("{seconds} s"))
+    }
+
+    /// Error that all noise leaves.
+    pub fn noise(&self) -> f64 {
+        self.floor.hypot(self.command_noise)
+    }
+
+    /// The part of an error that the noise of a command does not make.
+    pub(super) fn beyond(&self, error: f64) -> f64 {
+        (error.powi(2) - (NOISE_IS_KNOWN_TO * self.command_noise).powi(2)).max(0.0).sqrt()
     }
 }
 
@@ -45,10 +60,10 @@ pub(super) fn left(
         let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
         match shortest.after {
             None => found.push("the repaired machine's prediction is not finite".into()),
-            Some(after) if after > most && !is_balanced => found.push(format!(
+            Some(after) if shortest.beyond(after) > most && !is_balanced => found.push(format!(
                 "short predictions are off by {} of the signal, beside a noise floor of {}",
                 share(after),
-                share(shortest.floor)
+                share(shortest.noise())
             )),
             Some(_) => {}
         }
@@ -75,7 +90,7 @@ pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
 pub(super) fn are_fair(horizons: &[Horizon], criteria: &Criteria) -> bool {
     let is_fair = |horizon: &Horizon| {
         let near = horizon.seconds <= Some(WINDOWS_S[0]);
-        horizon.after.is_some_and(|after| {
+        horizon.after.map(|after| horizon.beyond(after)).is_some_and(|after| {
             after < criteria.most_left && (!near || after < criteria.most_floors * horizon.floor)
         })
     };
@@ -106,7 +121,7 @@ pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
         let most = (criteria.most_floors * horizon.floor).max(criteria.most_left_far);
-        horizon.seconds.is_some() && horizon.after.is_some_and(|after| after > most)
+        horizon.seconds.is_some() && horizon.after.is_some_and(|after| horizon.beyond(after) > most)
     };
     let lost = horizons.iter().find(is_lost)?;
     Some(format!("over {} predictions are off by {} of the signal", lost.name(), share(lost.after?)))
@@ -129,7 +144,7 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, 
         (Some(refit), Some(after)) => {
             // If both have lost the motion, only a prediction that is far worse counts.
             let times = if refit > criteria.lost { LOST_FURTHER } else { criteria.most_worsening };
-            let noise = horizon.floor * criteria.most_worsening;
+            let noise = horizon.noise() * criteria.most_worsening;
             after > times * refit && after > noise
         }
     };
@@ -172,6 +187,7 @@ mod tests {
             refit: Some(refit),
             after: Some(after),
             floor: 0.01,
+            command_noise: 0.0,
         }
     }
 

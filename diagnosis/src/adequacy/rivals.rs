@@ -37,9 +37,9 @@ pub(super) fn as_good(
             continue;
         }
         let ahead = horizons.iter().skip(1).find_map(|horizon| {
-            let own = horizon
-                .after
-                .filter(|own| *own < criteria.lost && *own > criteria.most_floors * horizon.floor)?;
+            let own = horizon.after.filter(|own| {
+                *own < criteria.lost && horizon.beyond(*own) > criteria.most_floors * horizon.floor
+            })?;
             let task = &judge.search.task;
             let other = error(task, &rival.fitted, &rival.fitted.theta, &judge.checks(), horizon.seconds)?;
             (other < criteria.rival_share * own).then(|| horizon.name())

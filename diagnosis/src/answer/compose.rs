@@ -52,6 +52,8 @@ struct Errors {
     after: Vec<f64>,
     /// One sigma of every channel.
     noise: Vec<f64>,
+    /// What the noise of all channels leaves of short predictions, over scale.
+    read: f64,
     gap: Gap,
 }
 
@@ -66,9 +68,11 @@ impl Judge<'_> {
         let Fitted { model, theta, .. } = &accepted.fitted;
         let after = errors(model, theta).unwrap_or_else(|| refit.clone());
         let noise = size::noise(task, model, theta);
-        let floor = size::square_floors(task, &noise, &checks);
+        let floor = size::square_floors(task, model, theta, &noise, &checks);
+        let read = size::square_noise(task, &noise, &checks);
+        let read = (read.iter().sum::<f64>() / read.len().max(1) as f64).sqrt();
         let gap = size::gap(&before, &refit, &after, &floor);
-        Errors { refit, after, noise, gap }
+        Errors { refit, after, noise, read, gap }
     }
 
     /// What keeps an answer from being called explained, and the proposed machine.
@@ -103,14 +107,14 @@ impl Judge<'_> {
         let task = &self.search.task;
         let checks = self.checks();
         let calibrated = &self.search.calibrated;
-        let Errors { refit, after, noise, gap } = self.errors(accepted);
+        let Errors { refit, after, noise, read, gap } = self.errors(accepted);
 
         let field = self.field(accepted, rivals);
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
         let noise_n = noise_force(task, accepted, &checks);
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
         let closed = (gap.after > ROUGH * gap.floor).then_some(gap.closed);
-        let sizes = Sizes { floor: gap.floor, closed, missing_force_n: beyond_noise_n };
+        let sizes = Sizes { floor: read, closed, missing_force_n: beyond_noise_n };
         let criteria = Criteria::default();
         let tried = [attempts.fitted.as_slice(), &attempts.screened];
         let balanced: Vec<&Scored> =

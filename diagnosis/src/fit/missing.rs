@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use feeler_plant::description::Quantity;
 
+use crate::chance::Chance;
 use crate::dataset::Dataset;
 use crate::fit::least_squares::Task;
 use crate::fit::scored::Scored;
@@ -56,14 +57,9 @@ pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> 
         return sum.sqrt() / accelerations.len() as f64;
     }
     let Some(noise) = of(Quantity::Position).first().copied() else { return 0.0 };
-    // A small generator is enough, and makes it repeatable.
-    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
-    let mut draw = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-    };
+    let mut chance = Chance::default();
     let rows = dataset.records[record].len().min(NOISE_ROWS);
-    let readings: Vec<f64> = (0..rows).map(|_| noise * draw()).collect();
+    let readings: Vec<f64> = (0..rows).map(|_| noise * chance.deviate()).collect();
     let forced = forcing(&readings, omega, dataset.records[record].spacing_s);
     (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
 }

@@ -3,18 +3,36 @@
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::ActuatorKind;
 
-use crate::dataset::{Dataset, scatter};
+use crate::chance::Chance;
+use crate::dataset::{Dataset, Record, scatter};
 
 /// Noise is as large in every other row as in all of them; what a command really does is not. A smooth
 /// command has more scatter in every other row, and one that holds its values has less. Beyond this ratio,
 /// either way, the scatter of a command is no noise.
 const AS_LARGE: f64 = 1.25;
+/// Scatter of more than this share of a command (root mean square) is what the drive was asked for.
+const MOST_NOISE: f64 = 0.3;
 
 /// One sigma of white noise in a command; zero where its scatter is its own.
 pub(crate) fn command_noise(command: &[f64]) -> f64 {
     let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
     let [all, other] = [command, &every_other].map(scatter);
-    if other < AS_LARGE * all && all < AS_LARGE * other { all } else { 0.0 }
+    let is_noise = other < AS_LARGE * all && all < AS_LARGE * other && all < MOST_NOISE * rms(command);
+    if is_noise { all } else { 0.0 }
+}
+
+fn rms(series: &[f64]) -> f64 {
+    (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
+}
+
+/// The record with as much noise again on its first command; `None` where that has none.
+pub(crate) fn with_noise_again(dataset: &Dataset, record: usize) -> Option<Record> {
+    let (_, command) = pushed(dataset, record)?;
+    let sigma = Some(command_noise(command)).filter(|sigma| *sigma > 0.0)?;
+    let mut again = dataset.records[record].clone();
+    let mut chance = Chance::default();
+    again.commands[0].iter_mut().for_each(|u| *u += sigma * chance.deviate());
+    Some(again)
 }
 
 /// Mass that the first drive pushes and its command in a record, where the command is a force.
@@ -40,8 +58,7 @@ pub(crate) fn wander(dataset: &Dataset, record: usize, omega: f64) -> f64 {
 /// Root mean square of the acceleration that the first command would make by itself. If friction takes most
 /// of it, laws of friction are off by a share of this acceleration and not of the motion's own.
 pub(crate) fn commanded_acceleration(dataset: &Dataset, record: usize) -> f64 {
-    let Some((mass, command)) = pushed(dataset, record) else { return 0.0 };
-    (command.iter().map(|u| u * u).sum::<f64>() / command.len().max(1) as f64).sqrt() / mass
+    pushed(dataset, record).map_or(0.0, |(mass, command)| rms(command) / mass)
 }
 
 #[cfg(test)]
@@ -50,17 +67,17 @@ mod tests {
 
     #[test]
     fn truth_noise_of_a_command_is_told_from_its_steps() {
-        let mut state: u64 = 5;
-        let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-        };
-        let noisy: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * draw()).collect();
+        let mut chance = Chance::default();
+        let noisy: Vec<f64> =
+            (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * chance.deviate()).collect();
         // Neighbouring differences share rows, so that 4000 of them give the median to about four percent.
         assert!((command_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
         let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
         assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));
         let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
         assert!(command_noise(&clean) < 1e-3);
+        // What a drive was asked for may be as rough as noise.
+        let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
+        assert!(command_noise(&asked) == 0.0);
     }
 }

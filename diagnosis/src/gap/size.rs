@@ -5,10 +5,12 @@ use indexmap::IndexMap;
 use rayon::prelude::*;
 
 use crate::budget::Budget;
+use crate::chance::Chance;
 use crate::dataset::laps::lap;
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::least_squares::Task;
 use crate::fit::model::Model;
+use crate::fit::wander::with_noise_again;
 use crate::fit::weights::Weights;
 use crate::predict::{Anchoring, Predictor, Start};
 use crate::report::Gap;
@@ -38,15 +40,25 @@ fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
         .min_by_key(|own| own.abs_diff(rows))
 }
 
+/// Predictions of a record in free windows of some rows, one series per channel; `None` if the model has
+/// none.
+fn predicted(
+    task: &Task<'_>,
+    model: &Model,
+    theta: &[f64],
+    record: &Record,
+    rows: usize,
+) -> Option<Vec<Vec<f64>>> {
+    let assembly = model.assembly(theta, record.engagement)?;
+    let mut predictor = Predictor::with(assembly, model.leeway(theta), task.dataset, record).ok()?;
+    Some(predictor.follow(Anchoring::Continuous, Start::Windows(rows)).ok()?.series)
+}
+
 /// Errors of free windows of some rows, one series per channel; `None` if the model has no prediction.
 fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
-    let assembly = model.assembly(theta, record.engagement)?;
-    let prediction = Predictor::with(assembly, model.leeway(theta), task.dataset, record)
-        .ok()?
-        .follow(Anchoring::Continuous, Start::Windows(rows))
-        .ok()?;
-    Some(prediction.series.iter().enumerate().map(|(c, series)| record.residual(c, series)).collect())
+    let series = predicted(task, model, theta, record, rows)?;
+    Some(series.iter().enumerate().map(|(c, series)| record.residual(c, series)).collect())
 }
 
 /// Mean square error over scale of each record in `records`, over all channels; `None` if the model has no
@@ -68,18 +80,44 @@ pub(crate) fn square_errors_over(
     records: &[usize],
     seconds: Option<f64>,
 ) -> Option<Vec<f64>> {
-    records
-        .par_iter()
-        .map(|&r| {
-            let record = &task.dataset.records[r];
-            let rows = seconds.map_or(record.len(), |seconds| rows_of(record, seconds));
-            let errors = errors(task, model, theta, r, rows)?;
-            let of =
-                |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
-            let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
-            mean.is_finite().then_some(mean)
-        })
-        .collect()
+    let of = |&r: &usize| {
+        let rows = rows_ahead(&task.dataset.records[r], seconds);
+        over_scale(task, r, &errors(task, model, theta, r, rows)?)
+    };
+    records.par_iter().map(of).collect()
+}
+
+fn rows_ahead(record: &Record, seconds: Option<f64>) -> usize {
+    seconds.map_or(record.len(), |seconds| rows_of(record, seconds))
+}
+
+/// Mean square over scale of the errors of a record, over all channels; `None` if it is not finite.
+fn over_scale(task: &Task<'_>, r: usize, errors: &[Vec<f64>]) -> Option<f64> {
+    let of = |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
+    let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
+    mean.is_finite().then_some(mean)
+}
+
+/// Mean square error over scale, as [`square_errors_over`], that the noise of a measured command makes in
+/// predictions: how far they move if as much noise again is added. Zero beside contacts, whose impacts are
+/// at other instants after any change.
+pub(crate) fn square_wander(
+    task: &Task<'_>,
+    model: &Model,
+    theta: &[f64],
+    records: &[usize],
+    seconds: Option<f64>,
+) -> Vec<f64> {
+    let of = |&r: &usize| {
+        let record = &task.dataset.records[r];
+        let again = with_noise_again(task.dataset, r).filter(|_| task.dataset.machine.contacts.is_empty())?;
+        let rows = rows_ahead(record, seconds);
+        let [a, b] = [record, &again].map(|record| predicted(task, model, theta, record, rows));
+        let moved = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        let moved: Vec<Vec<f64>> = a?.iter().zip(&b?).map(moved).collect();
+        over_scale(task, r, &moved)
+    };
+    records.par_iter().map(|r| of(r).unwrap_or(0.0)).collect()
 }
 
 fn mean_square(series: &[f64]) -> f64 {
@@ -137,13 +175,26 @@ fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
     difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
 }
 
-/// Mean square of noise over scale, as [`square_errors`].
-pub(crate) fn square_floors(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
+/// Mean square over scale of the noise of all channels, as [`square_errors`].
+pub(crate) fn square_noise(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
     let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
     records
         .iter()
         .map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / noise.len().max(1) as f64)
         .collect()
+}
+
+/// Mean square over scale that noise of channels and commands leaves of short predictions.
+pub(crate) fn square_floors(
+    task: &Task<'_>,
+    model: &Model,
+    theta: &[f64],
+    noise: &[f64],
+    records: &[usize],
+) -> Vec<f64> {
+    let read = square_noise(task, noise, records);
+    let commanded = square_wander(task, model, theta, records, Some(WINDOW_S));
+    read.iter().zip(commanded).map(|(read, commanded)| read + commanded).collect()
 }
 
 /// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset used for
@@ -179,10 +230,10 @@ pub fn closing(
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);
         let noise: Vec<f64> = dataset.channels.iter().map(of).collect();
-        Some((mean(&errors), mean(&square_floors(&task, &noise, &records))))
+        Some((mean(&errors), mean(&square_floors(&task, &model, &start, &noise, &records))))
     };
-    let (refit, floor) = of(calibrated)?;
-    let (after, _) = of(repaired)?;
+    let (refit, _) = of(calibrated)?;
+    let (after, floor) = of(repaired)?;
     Some(closed(refit, after, floor))
 }
 
@@ -203,17 +254,10 @@ pub(crate) fn gap(before: &[f64], refit: &[f64], after: &[f64], floor: &[f64]) -
         pick.iter().map(|&i| values[i]).sum::<f64>() / pick.len().max(1) as f64
     };
     let all: Vec<usize> = (0..refit.len()).collect();
-    // A simple generator is enough for a bootstrap, and makes it repeatable.
-    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
+    let mut chance = Chance::default();
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
-            let pick: Vec<usize> = (0..n)
-                .map(|_| {
-                    seed =
-                        seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    (seed >> 33) as usize % n
-                })
-                .collect();
+            let pick: Vec<usize> = (0..n).map(|_| chance.pick(n)).collect();
             closed(mean(refit, &pick), mean(after, &pick), mean(floor, &pick))
         })
         .collect();

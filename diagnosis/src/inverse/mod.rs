@@ -231,10 +231,17 @@ impl Inverse {
     /// Mean square residual of a set of fitted causes on the check experiments. A smooth force at a place is
     /// included if given.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
-        let (terms, target) = self.balance(&self.fitted, shaped, smooth);
-        let coefficients = solve(&terms, &target)?;
-        let (terms, target) = self.balance(&self.checked, shaped, smooth);
-        let left = mean_square(&terms, &coefficients, &target);
+        let [mut fitted, mut checked] =
+            [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
+        if smooth == Some(Place::Drive) {
+            let made = solve(&fitted.0, &fitted.1)?;
+            for (terms, target) in [&mut fitted, &mut checked] {
+                let command = sum(terms, &made, target.len());
+                terms.extend(self.drive_terms(&command));
+            }
+        }
+        let coefficients = solve(&fitted.0, &fitted.1)?;
+        let left = mean_square(&checked.0, &coefficients, &checked.1);
         left.is_finite().then_some(left)
     }
 
@@ -296,7 +303,9 @@ impl Inverse {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
         terms.extend(of_command);
-        terms.extend(smooth.into_iter().flat_map(|place| self.smooth_terms(rows, place)));
+        if smooth == Some(Place::Guide) {
+            terms.extend(self.guide_terms(rows));
+        }
         for term in &mut terms {
             term.series = rows.thin(&term.series);
         }

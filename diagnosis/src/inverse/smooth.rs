@@ -35,19 +35,21 @@ impl Inverse {
         [Place::Guide, Place::Drive].into_iter().filter_map(of).collect()
     }
 
-    /// The terms of a smooth force at a place.
-    pub(super) fn smooth_terms(&self, rows: &Rows, place: Place) -> Vec<Term> {
+    /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
+    /// motion asks for. The measured command would bring its noise into the terms, and they would then
+    /// explain that noise.
+    pub(super) fn drive_terms(&self, made: &[f64]) -> Vec<Term> {
+        let largest = self.extent.command.max(f64::MIN_POSITIVE);
+        let shapes: [fn(f64) -> f64; 3] = [|u| u * u, |u| u * u.abs(), |u| u * u * u];
+        let term = |f: fn(f64) -> f64| free(made.iter().map(|u| largest * f(u / largest)).collect());
+        shapes.into_iter().map(term).collect()
+    }
+
+    /// The terms of a smooth force at the guide, a function of position, speed, direction and time.
+    pub(super) fn guide_terms(&self, rows: &Rows) -> Vec<Term> {
         let half = 0.5 * self.extent.stroke.max(f64::MIN_POSITIVE);
         let usual = self.extent.speed.max(f64::MIN_POSITIVE);
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
-        let free = |series: Vec<f64>| Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY };
-        if place == Place::Drive {
-            let share = |u: &f64| u / largest;
-            return [(|u| u * u) as fn(f64) -> f64, |u| u * u.abs(), |u| u * u * u]
-                .into_iter()
-                .map(|f| free(rows.smooth.iter().map(|u| largest * f(share(u))).collect()))
-                .collect();
-        }
         let motion: [fn(f64, f64, f64) -> f64; 12] = [
             |_, _, _| 1.0,
             |s, _, _| s,
@@ -76,4 +78,9 @@ impl Inverse {
         terms.push(free(turning.iter().zip(&times).map(|(d, t)| largest * d * t / self.until_s).collect()));
         terms
     }
+}
+
+/// A term of either sign.
+fn free(series: Vec<f64>) -> Term {
+    Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY }
 }

@@ -13,7 +13,7 @@ pub(super) fn left(adequacy: &Adequacy) -> String {
     let of = |horizon: &Horizon| format!("{} of the signal over {}", share(horizon.after), horizon.name());
     let ends: Vec<String> =
         [adequacy.horizons.first(), adequacy.horizons.last()].into_iter().flatten().map(of).collect();
-    let floor = adequacy.horizons.first().map_or(0.0, |horizon| horizon.floor);
+    let floor = adequacy.horizons.first().map_or(0.0, Horizon::noise);
     format!("predictions are off by {}; noise alone leaves {} %", ends.join(", by "), fine_percent(floor))
 }
 
@@ -45,7 +45,7 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
                 cell(horizon.before),
                 cell(horizon.refit),
                 cell(horizon.after),
-                fine_percent(horizon.floor),
+                fine_percent(horizon.noise()),
             ]
         })
         .collect();

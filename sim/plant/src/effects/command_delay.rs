@@ -1,10 +1,6 @@
 //! `command-delay`: a delay of the command, by any real number of seconds.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { CommandDelay
     delay: linear(Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: CommandDelay::PARAMETERS,
     summary: "the command arrives late, by any real number of seconds",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.command-delay]
 delay = \"1.2 ms\"
-```
-`feeler run scenarios/effects/command-delay.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-delay.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive receives `u(t - delay)`. Commands are held between controller samples, so the delayed command is
 placed exactly in time, whatever the step.

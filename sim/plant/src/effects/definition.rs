@@ -298,9 +298,10 @@ pub struct Definition {
     pub parameters: &'static [Parameter],
     /// One line.
     pub summary: &'static str,
-    /// Its documentation: description, equation, causes and look-alikes, as Markdown with the sections
-    /// `Model`, `Where it comes from`, `How it shows` and `Source`.
-    pub documentation: &'static str,
+    /// The lines of its file in `scenarios/effects` that add it to the ideal axis.
+    pub example: &'static str,
+    /// The other sections of [`Definition::documentation`]: equation, causes, look-alikes, source.
+    pub sections: &'static str,
     /// The drawing of its model on that page.
     pub law: Law,
     /// Properties that it shares with other effects.
@@ -314,6 +315,16 @@ impl Definition {
     pub fn sits_under(&self) -> String {
         let hosts = self.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>().join("; ");
         if self.site.is_empty() { hosts } else { format!("{hosts} ({})", self.site) }
+    }
+
+    /// Its page as Markdown.
+    pub fn documentation(&self) -> String {
+        let Self { name, example, sections, .. } = self;
+        format!(
+            "## Example\n```toml\n{example}```\n`feeler run scenarios/effects/{name}.toml` runs it.\n`feeler \
+             compare scenarios/effects/ideal.toml scenarios/effects/{name}.toml` shows the difference.\n\n\
+             {sections}"
+        )
     }
 
     /// Whether it has this property.

@@ -1,10 +1,6 @@
 //! `force-bias`: offset.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceBias
     bias: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceBias::PARAMETERS,
     summary: "offset",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-bias]
 bias = \"2 N\"
-```
-`feeler run scenarios/effects/force-bias.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-bias.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is `bias` more than it would be.
 

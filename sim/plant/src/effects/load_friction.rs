@@ -1,10 +1,6 @@
 //! `load-friction`: the Coulomb level grows with the contact force.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { LoadFriction
     ratio: log(Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: LoadFriction::PARAMETERS,
     summary: "the Coulomb level grows with the contact force",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.load-friction]
 ratio = 0.15
-```
-`feeler run scenarios/effects/load-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/load-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact. `|F|` is the
 sum of the sizes of all contact forces of the machine.

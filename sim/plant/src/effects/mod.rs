@@ -18,7 +18,16 @@ pub use definition::{
 pub use error::EffectError;
 pub use law::{Curve, Law};
 
-use definition::ChangesPlant;
+/// What the file of an effect names.
+mod prelude {
+    pub(super) use super::definition::{
+        ABOVE_ZERO, Change, ChangesPlant, Definition, Host, HostKind, Parameters, Place, Trait,
+    };
+    pub(super) use super::error::EffectError;
+    pub(super) use super::law::{Curve, Law};
+    pub(super) use crate::assembly::Assembly;
+    pub(super) use crate::units::Dimension;
+}
 
 // `effects!`, which passes every effect, in the order of the manual, to a macro: `file Kind,` each.
 include!(concat!(env!("OUT_DIR"), "/effects.rs"));

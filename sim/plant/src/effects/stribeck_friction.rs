@@ -1,11 +1,6 @@
 //! `stribeck-friction`: dry friction whose level falls from static to Coulomb with speed.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { StribeckFriction
     coulomb: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
@@ -26,17 +21,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: StribeckFriction::PARAMETERS,
     summary: "dry friction whose level falls from static to Coulomb with speed",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.stribeck-friction]
 coulomb = \"4 N\"
 static = \"7 N\"
 velocity = \"5 mm/s\"
-```
-`feeler run scenarios/effects/stribeck-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/stribeck-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Sliding at speed `v`, the guide resists with
 `(coulomb + (static - coulomb) exp(-(v / velocity)^2)) sign(v)`; at rest it takes any value up to `static`.

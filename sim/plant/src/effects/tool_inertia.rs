@@ -1,8 +1,7 @@
 //! `tool-inertia`: the mass beyond the sensor adds mass times tip acceleration to the reading.
 
-use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
-use crate::assembly::{Assembly, Source};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::Source;
 
 parameters! { ToolInertia
     mass: log(Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface"),
@@ -17,15 +16,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "what the sensor reads must have a body at its end",
     parameters: ToolInertia::PARAMETERS,
     summary: "the mass beyond the sensor adds mass times tip acceleration to the reading",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.tool-inertia]
 mass = \"1.5 kg\"
-```
-`feeler run scenarios/effects/tool-inertia.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/tool-inertia.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
 acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body

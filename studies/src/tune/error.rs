@@ -13,17 +13,14 @@ use crate::run::RunError;
 /// Why a controller could not be tuned.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum TuneError {
-    /// The request cannot be met.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The file, or what is set in it, has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The machine cannot be run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Linear theory has no answer.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
 }

@@ -14,7 +14,6 @@ use crate::dataset::fault::Fault;
 /// The reason why a diagnosis is impossible.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum DiagnosisError {
     /// The dataset file, or the machine file that it names, has mistakes.
     #[error(transparent)]

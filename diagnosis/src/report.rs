@@ -118,7 +118,6 @@ pub enum AttemptOutcome {
     NoEffect,
     /// It gains too little on the check experiments.
     TooLittle {
-        /// Gain, nats.
         gained_nats: f64,
         /// Required gain, nats.
         needed_nats: f64,
@@ -137,7 +136,6 @@ pub enum AttemptOutcome {
     },
     /// Its fit was stopped after a few steps.
     LeftEarly,
-    /// It was not fitted.
     NotFitted,
     /// The time ran out before it was tried.
     NotTried,

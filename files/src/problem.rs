@@ -17,7 +17,6 @@ pub(crate) const MOST_PROBLEMS: usize = 1000;
 #[derive(Clone, Debug, Error)]
 #[error("{}", self.report(false))]
 pub struct FormatError {
-    /// The mistakes.
     pub problems: Vec<Located>,
     /// Number of further mistakes after the first thousand.
     pub omitted: usize,

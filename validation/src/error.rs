@@ -11,7 +11,6 @@ use thiserror::Error;
 /// Why a check could not be made.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum ValidationError {
     #[error(transparent)]
     Analysis(#[from] AnalysisError),

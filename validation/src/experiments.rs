@@ -99,7 +99,6 @@ fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f6
 pub struct ResponseEffort {
     /// Length of the noise record, s.
     pub noise_s: f64,
-    /// Period of the multisine, s.
     pub multisine_period_s: f64,
 }
 

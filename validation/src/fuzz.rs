@@ -46,7 +46,6 @@ const CHANGES: u64 = 3;
 pub enum Fate {
     /// The file was refused, or the run was, with an error.
     Refused,
-    /// It ran.
     Ran,
     /// It was read, but cannot be run.
     Read,
@@ -55,11 +54,9 @@ pub enum Fate {
 /// A case: a file with mistakes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Case {
-    /// Its number.
     pub number: u64,
     /// The original file.
     pub from: PathBuf,
-    /// Text of the file.
     pub text: String,
 }
 

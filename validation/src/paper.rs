@@ -145,7 +145,6 @@ impl Axis {
 /// A row of the table of models, computed independently of this project with `SciPy`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelRow {
-    /// The model.
     pub model: Model,
     /// Whether a velocity source drives it.
     pub source: bool,

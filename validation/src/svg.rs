@@ -5,9 +5,7 @@ use std::fmt::Write as _;
 /// How an axis is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly.
     Linear,
-    /// By decades.
     Logarithmic,
 }
 
@@ -16,22 +14,17 @@ pub enum Scale {
 pub struct Axis {
     /// Its quantity, with its unit.
     pub label: String,
-    /// Its scale.
     pub scale: Scale,
-    /// Ends.
     pub range: (f64, f64),
 }
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// A line.
     Line,
-    /// A dashed line.
     Dashed,
     /// Crosses, as for poles.
     Cross,
-    /// Circles, as for zeros.
     Circle,
     /// Small dots, as for measurements.
     Dot,
@@ -42,22 +35,16 @@ pub enum Mark {
 pub struct Curve {
     /// Name in the legend; empty for none.
     pub name: String,
-    /// Points.
     pub points: Vec<(f64, f64)>,
-    /// Mark.
     pub mark: Mark,
-    /// Colour.
     pub colour: &'static str,
 }
 
 /// Axes and the curves on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Horizontal axis.
     pub x: Axis,
-    /// Vertical axis.
     pub y: Axis,
-    /// Curves.
     pub curves: Vec<Curve>,
 }
 
@@ -66,9 +53,7 @@ pub struct Panel {
 pub struct Figure {
     /// File name without extension, as `fig07`.
     pub name: String,
-    /// Caption.
     pub caption: String,
-    /// Panels.
     pub panels: Vec<Panel>,
 }
 

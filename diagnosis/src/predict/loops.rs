@@ -32,7 +32,6 @@ pub(super) struct PredictedLoop {
     start: LoopState,
 }
 
-/// The reading of a loop.
 #[derive(Clone, Debug)]
 enum Reads {
     /// The stroke of its drive, in steps, after a target.
@@ -74,7 +73,6 @@ pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
 
 /// A row, on its way.
 pub(super) struct RowSpan {
-    /// Its time, s.
     pub(super) start_s: f64,
     /// Time until the next row, s.
     pub(super) span_s: f64,

@@ -14,7 +14,6 @@ use crate::keys::CONTROLLERS;
 use crate::read::{Scope, join};
 
 impl Builder<'_> {
-    /// The controllers of a machine.
     pub(crate) fn controllers(&mut self, machine: &Machine) -> Elements<ControllerUse> {
         self.each(&CONTROLLERS, |builder, item| builder.controller(item, machine))
     }

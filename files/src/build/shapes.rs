@@ -39,7 +39,6 @@ impl Remedy for FileError {
 
 const MESH: &str = "an STL or OBJ file";
 
-/// The text of a file of the kind `wanted`.
 pub(crate) fn text_of(path: &Path, wanted: &'static str) -> Result<String, FileError> {
     read_text(path, LARGEST_SHAPE).map_err(|source| FileError::Read { wanted, source })
 }

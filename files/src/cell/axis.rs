@@ -128,7 +128,6 @@ fn each_table(root: &mut Table, name: &str, mut change: impl FnMut(&mut Table)) 
         .for_each(&mut change);
 }
 
-/// The elements of a table of elements that are tables.
 fn elements<'t>(root: &'t Table, name: &str) -> impl Iterator<Item = (&'t String, &'t Table)> {
     let tables = root.get(name).and_then(|entry| entry.node.as_table());
     tables.into_iter().flatten().filter_map(|(name, entry)| Some((name, entry.node.as_table()?)))

@@ -22,7 +22,6 @@ pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 /// A table of named elements, as `[bodies.NAME]`.
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// Name of the table.
     pub(crate) table: &'static str,
     /// One of them.
     pub(crate) singular: &'static str,

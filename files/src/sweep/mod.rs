@@ -50,7 +50,6 @@ pub struct SweepFile {
     pub sampling: Sampling,
     /// Number of drawn points; for a grid the product of the axes' counts.
     pub samples: u64,
-    /// Seed of the draws.
     pub seed: u64,
     /// Data kept of each run.
     pub keep: Keep,

@@ -11,7 +11,6 @@ use thiserror::Error;
 /// The reason why an analysis has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum AnalysisError {
     #[error(transparent)]
     Engine(#[from] EngineError),

@@ -280,7 +280,6 @@ impl WholeArm {
         loops.into_iter().filter(|(_, edge)| edge.gain > 0.0 && edge.gain.is_finite()).collect()
     }
 
-    /// An axis with its agreement.
     pub(crate) fn judged(&self, axis: Reduction) -> (Reduction, Agreement) {
         let agreement = self.agreement(&axis);
         (axis, agreement)

@@ -8,7 +8,6 @@ use thiserror::Error;
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum ArmError {
     #[error("the URDF is not XML: {what}")]
     Xml {

@@ -8,7 +8,6 @@ use feeler_problem::{Remedy, short};
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum ControlError {
     #[error("{lanes} lanes need {lanes} controllers, not {given}")]
     LaneCount { lanes: usize, given: usize },

@@ -10,7 +10,6 @@ use thiserror::Error;
 /// Why a scenario cannot be prepared.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum EngineError {
     #[error("{}", in_lines(.problems))]
     Problems { problems: Vec<Problem> },
@@ -93,21 +92,12 @@ pub enum RunEnd {
     /// It reached its duration.
     Completed,
     /// The motion left all bounds; the stored state is the last finite one.
-    Diverged {
-        /// Time of the end.
-        t_s: f64,
-    },
+    Diverged { t_s: f64 },
     /// More events than the limit at practically one instant, or endlessly short steps: the motion of the
     /// machine cannot be followed past this point.
-    EventStorm {
-        /// Time of the end.
-        t_s: f64,
-    },
+    EventStorm { t_s: f64 },
     /// Removed from the run by [`crate::Simulation::stop`].
-    Stopped {
-        /// Time of the end.
-        t_s: f64,
-    },
+    Stopped { t_s: f64 },
 }
 
 impl RunEnd {

@@ -8,7 +8,6 @@ use thiserror::Error;
 /// Why a contact's geometry cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum GeometryError {
     #[error("{what} is {value}")]
     Size { what: &'static str, value: f64 },

@@ -7,7 +7,6 @@ use feeler_problem::Remedy;
 /// The error of every fallible function of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum LtiError {
     #[error("{matrix} is {found_rows} x {found_columns}, but {expected_rows} x {expected_columns} is needed")]
     Shape {

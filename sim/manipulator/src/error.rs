@@ -12,7 +12,6 @@ use thiserror::Error;
 /// Why a cell cannot be simulated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum ManipulatorError {
     #[error(transparent)]
     Arm(#[from] ArmError),

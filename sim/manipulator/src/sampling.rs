@@ -64,7 +64,6 @@ impl Control {
         self.sampler.is_approaching(0)
     }
 
-    /// Time of the next sample.
     pub(crate) fn next_s(&self) -> f64 {
         self.sampler.next_sample_s
     }

@@ -12,7 +12,6 @@ use feeler_files::FormatError;
 /// Why an arm has no axis.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum ArmFileError {
     #[error(transparent)]
     Arm(#[from] ArmError),

@@ -10,7 +10,6 @@ use crate::refusal::Refusal;
 
 /// Why there is no frequency response.
 #[derive(Debug, Error)]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum FrfError {
     #[error(transparent)]
     Request(#[from] Refusal),

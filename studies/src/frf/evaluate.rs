@@ -18,7 +18,6 @@ const HALF_WIDTH: usize = 1;
 /// Result of evaluated records.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
-    /// The response.
     pub estimate: ResponseEstimate,
     /// Noise and distortion, if the excitation separates them.
     pub separated: Option<Separated>,

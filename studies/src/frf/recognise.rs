@@ -25,10 +25,7 @@ pub type Pair = (Vec<f64>, Vec<f64>);
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// Spectral lines of whole periods.
-    Periodic {
-        /// Samples of a period.
-        samples_per_period: usize,
-    },
+    Periodic { samples_per_period: usize },
     /// Sines fitted together, Hz.
     Sines(Vec<f64>),
     /// Polynomials through neighbouring lines.
@@ -47,7 +44,6 @@ pub enum Method {
 /// A method, and the reason for it if it was not requested.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// The method.
     pub method: Method,
     /// The reason, in words.
     pub why: Option<String>,

@@ -13,9 +13,7 @@ pub struct Request {
     pub input: Option<String>,
     /// The signal, or a dataset's column.
     pub output: Option<String>,
-    /// The excitation of the machine.
     pub excitation: Option<ExcitationKind>,
-    /// The estimator for records of noise.
     pub estimator: Option<NoiseEstimator>,
     /// Lowest frequency, Hz.
     pub from_hz: Option<f64>,

@@ -10,7 +10,6 @@ use super::response::Response;
 /// The values at one frequency; unknown values are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Magnitude of the measured response, dB.
     pub magnitude_db: f64,

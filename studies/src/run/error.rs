@@ -14,7 +14,6 @@ use crate::unwritable::unwritable;
 /// Why a run, or writing it, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum RunError {
     #[error(transparent)]
     Engine(#[from] EngineError),

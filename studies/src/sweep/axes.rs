@@ -5,7 +5,6 @@ use feeler_files::{Axis, Sampling, Setting, SweepFile};
 /// An axis that can be drawn: its numbers rise evenly or by a ratio, or are a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnAxis {
-    /// Key path.
     pub key: String,
     /// SI unit; empty for a number without one.
     pub unit: String,

@@ -14,7 +14,6 @@ use feeler_files::FormatError;
 /// Why a sweep, or the assembly of its results, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum SweepError {
     #[error(transparent)]
     Format(#[from] FormatError),

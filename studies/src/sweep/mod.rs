@@ -49,9 +49,7 @@ const RESULTS_VERSION: u32 = 10;
 /// A sweep ready to run.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The sweep file.
     pub file: SweepFile,
-    /// Its scenario.
     pub document: Document,
     /// The files' texts, which identify the results.
     plan: String,

@@ -12,7 +12,6 @@ pub(super) type Node = Vec<u64>;
 /// Some variants, by number.
 #[derive(Debug)]
 pub(super) enum Points<'a> {
-    /// All variants of the file.
     Plan(&'a SweepFile),
     /// These points of a lattice with these numbers of values per axis.
     Nodes(&'a SweepFile, Vec<Node>, Vec<u64>),

@@ -11,7 +11,6 @@ use feeler_files::{Axis, Setting, SweepFile};
 pub(super) struct VariantRow {
     pub(super) variant: u64,
     pub(super) settings: Vec<Setting>,
-    /// Its measures, or its error.
     pub(super) result: Result<Measured, String>,
 }
 
@@ -43,7 +42,6 @@ const MEASURES: &[Measure] = &[
     ("simulated_s", |s| Some(s.simulated_s)),
 ];
 
-/// The rows as a table.
 pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     let mut columns = IndexMap::new();
     columns.insert(

@@ -26,13 +26,11 @@ const ENTRIES_PER_GROUP: usize = 1 << 20;
 /// One column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Column {
-    /// Whole numbers.
     Whole(Vec<i64>),
     /// Numbers, some absent.
     Real(Vec<Option<f64>>),
     /// Texts, some absent.
     Text(Vec<Option<String>>),
-    /// Lists of numbers.
     List(Vec<Vec<f64>>),
 }
 
@@ -92,9 +90,7 @@ impl Column {
 /// Columns of equal length under their names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepTable {
-    /// The columns.
     pub columns: IndexMap<String, Column>,
-    /// Number of rows.
     pub rows: usize,
 }
 

@@ -13,7 +13,6 @@ use crate::run::RunError;
 /// Why a controller could not be tuned.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum TuneError {
     #[error(transparent)]
     Refused(#[from] Refusal),
@@ -46,7 +45,6 @@ impl Remedy for TuneError {
     }
 }
 
-/// A refusal as an error.
 pub(super) fn refused(message: impl Into<String>, remedy: impl Into<String>) -> TuneError {
     Refusal::new(message, remedy).into()
 }

@@ -32,11 +32,9 @@ enum What {
     Gain(String),
     /// The corner of the low-pass.
     Filter,
-    /// The zero of the lead.
     Lead,
     /// Its pole over its zero.
     LeadRatio,
-    /// The frequency of the notch.
     Notch,
 }
 

@@ -262,7 +262,6 @@ impl Tuning<'_> {
         Err(nothing_settles(first_trouble))
     }
 
-    /// The controller at a point.
     fn at(&self, point: &[f64]) -> ControllerSpec {
         self.knobs.spec(&Search::sizes(point))
     }

@@ -32,9 +32,7 @@ pub struct Runs {
 pub(super) enum Trouble {
     /// The run does not end at rest.
     Ends(Outcome),
-    /// A limit is missed.
     Misses(Limit<Measure>, Option<f64>),
-    /// The run failed.
     Fails(String),
     /// This of a controller near it, or on the way to it, which is named.
     Near(String, Box<Self>),

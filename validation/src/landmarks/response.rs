@@ -26,7 +26,6 @@ pub(super) enum Seen {
 }
 
 impl Chain {
-    /// The response at a frequency.
     pub(super) fn response(&self, frequency_hz: f64, seen: Seen) -> C64 {
         let s = C64::new(0.0, TAU * frequency_hz);
         let link = |stiffness: f64, damping: f64| s * damping + stiffness;

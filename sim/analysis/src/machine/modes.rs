@@ -117,7 +117,6 @@ pub enum ModeClass {
 /// A mode as an actuator and a sensor observe it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeInPair {
-    /// Its class.
     pub class: ModeClass,
     /// Whether the mode is the rigid-body motion: it contributes most of the displacement under a slow push
     /// of the actuator.

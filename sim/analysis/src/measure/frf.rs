@@ -49,7 +49,6 @@ pub struct Experiment {
 pub enum NoiseMethod {
     /// Averages over Hann-windowed segments that overlap by half.
     Welch {
-        /// Length of a segment, s.
         segment_s: f64,
         /// H1, H2 or Hv.
         estimator: Estimator,
@@ -66,7 +65,6 @@ pub enum Excitation {
     WhiteNoise {
         /// Length of the record, s.
         duration_s: f64,
-        /// Method of the evaluation.
         method: NoiseMethod,
     },
     /// Multisines of random phase.
@@ -82,7 +80,6 @@ pub enum Excitation {
     },
     /// A linear chirp, recorded until the machine is at rest again.
     Chirp {
-        /// Length of the sweep, s.
         sweep_s: f64,
         /// Silence after it, s.
         rest_s: f64,

@@ -15,11 +15,8 @@ pub enum ReferenceSpec {
     Chirp {
         /// Course of the frequency.
         sweep: Sweep,
-        /// Amplitude.
         amplitude: f64,
-        /// Frequency at the start, Hz.
         start_hz: f64,
-        /// Frequency at the end, Hz.
         end_hz: f64,
         /// Length of the sweep, s.
         duration_s: f64,
@@ -36,7 +33,6 @@ pub enum ReferenceSpec {
         low_hz: f64,
         /// Upper edge of the band, Hz, included.
         high_hz: f64,
-        /// Period, s.
         period_s: f64,
         /// Root mean square about the mean.
         rms: f64,
@@ -91,7 +87,6 @@ pub enum Sweep {
 /// The excited lines of a multisine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lines {
-    /// Every line.
     #[default]
     All,
     /// Odd lines: components at even lines are even distortion.

@@ -49,7 +49,6 @@ pub(crate) struct Wiring {
 /// A controller with its names resolved to indices of the assembly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopWiring<'a> {
-    /// Its name.
     pub name: &'a str,
     /// Whether this is the loop of a sampled servo; its name is then that of the actuator.
     pub is_servo: bool,
@@ -61,7 +60,6 @@ pub struct LoopWiring<'a> {
     pub motion: Option<usize>,
     /// Whether that sensor reads velocity.
     pub motion_is_velocity: bool,
-    /// Drive that it commands.
     pub drive: usize,
 }
 

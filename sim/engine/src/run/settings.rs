@@ -35,7 +35,6 @@ impl Integrator {
 /// Duration, step and record of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSettings {
-    /// Length of the run.
     pub duration_s: f64,
     /// Fixed base step. The exact integrator does not need it and uses it only as the default spacing of the
     /// record.
@@ -44,7 +43,6 @@ pub struct RunSettings {
     pub integrator: Integrator,
     /// Seed of every random stream.
     pub seed: u64,
-    /// Signals to record.
     pub record: Vec<SignalName>,
     /// Rate of the record; the inverse of the step by default.
     pub record_rate_hz: Option<f64>,

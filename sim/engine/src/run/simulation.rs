@@ -38,7 +38,6 @@ pub enum Stop {
     Event {
         /// Index of the lane that stopped.
         lane: usize,
-        /// The event in it.
         event: Event,
     },
     /// A controller has sampled at this instant.

@@ -34,7 +34,6 @@ const SMOOTH: f64 = 0.07;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum RecordedExcitation {
-    /// It repeats.
     Periodic {
         /// Samples after which it does.
         samples_per_period: usize,

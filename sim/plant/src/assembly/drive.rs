@@ -13,11 +13,9 @@ use crate::description::{Actuator, ActuatorKind, DcMotor, Knot, MotorInput, Posi
 /// ([`TargetChain`]). The rest is a drive whose held command is the force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// Name of the actuator.
     pub name: String,
     /// Pushed node.
     pub on: NodeId,
-    /// Reacting node.
     pub reacts_on: NodeId,
     /// A force with its own dynamics against the speed; `None` if the command is the force.
     pub velocity_source: Option<VelocitySource>,

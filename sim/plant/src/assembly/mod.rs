@@ -115,7 +115,6 @@ impl StopSide {
 /// A contact; compression `d = x_a - x_b - gap - offset(t)`, force on `b` is `+F`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPart {
-    /// Name of the contact.
     pub name: String,
     /// Tip.
     pub a: NodeId,
@@ -157,7 +156,6 @@ impl ForceLaw {
 /// A sensor: `reading = quantise(gain * filters(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorPart {
-    /// Name of the sensor.
     pub name: String,
     /// Source of its reading.
     pub source: Source,

@@ -73,7 +73,6 @@ pub struct Machine {
     pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,
-    /// Sensors.
     pub sensors: Elements<Sensor>,
 }
 

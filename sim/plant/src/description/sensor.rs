@@ -12,7 +12,6 @@ use crate::effects::EffectUse;
 /// `reading = round_to(resolution, gain * low_pass(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// The signal it reads.
     pub reads: SignalName,
     /// The body on which it is mounted, for motion sensors; `None` for an absolute reading.
     pub relative_to: Option<String>,
@@ -53,10 +52,7 @@ impl Sensor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LowPass {
     /// `1 / (1 + s / (2 pi f))`.
-    FirstOrder {
-        /// Corner frequency.
-        corner_hz: f64,
-    },
+    FirstOrder { corner_hz: f64 },
     /// `w^2 / (s^2 + 2 zeta w s + w^2)`, `w = 2 pi f`.
     SecondOrder {
         /// Natural frequency.

@@ -94,11 +94,9 @@ pub enum Host {
     Body(usize),
     /// A link.
     Spring(usize),
-    /// A contact.
     Contact(usize),
     /// A drive.
     Actuator(usize),
-    /// A sensor.
     Sensor(usize),
 }
 
@@ -134,7 +132,6 @@ pub struct Parameter {
     /// Value if a file omits the key; such a parameter is a choice of the model and is not fitted. `None` if
     /// the key is required.
     pub default: Option<f64>,
-    /// One line of text.
     pub text: &'static str,
 }
 
@@ -282,7 +279,6 @@ pub enum Trait {
 /// The complete definition of one effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
-    /// Which effect.
     pub kind: Kind,
     /// Key in files.
     pub name: &'static str,
@@ -294,9 +290,7 @@ pub struct Definition {
     pub hosts: &'static [HostKind],
     /// Further requirement on the element; empty if there is none.
     pub site: &'static str,
-    /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// One line.
     pub summary: &'static str,
     /// The lines of its file in `scenarios/effects` that add it to the ideal axis.
     pub example: &'static str,
@@ -306,7 +300,6 @@ pub struct Definition {
     pub law: Law,
     /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
-    /// The change that it makes.
     pub change: Change,
 }
 
@@ -386,7 +379,6 @@ impl Definition {
 /// An effect on an element of a machine.
 #[derive(Clone, Debug)]
 pub struct EffectUse {
-    /// Which effect.
     pub definition: &'static Definition,
     /// Its parameters in SI, in the order of the definition.
     pub values: Vec<f64>,

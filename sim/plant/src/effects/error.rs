@@ -10,7 +10,6 @@ use super::{HostKind, Kind};
 /// Why an effect cannot be applied to its element.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what it is")]
 pub enum EffectError {
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost { kind: Kind, found: HostKind, expected: &'static [HostKind] },

@@ -89,7 +89,9 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        _ => undecided(summary.verdict.undecided, summary.simulated_s) + &so_far(summary, units),
+        Outcome::Undecided => {
+            undecided(summary.verdict.undecided, summary.simulated_s) + &so_far(summary, units)
+        }
     }
 }
 
@@ -168,7 +170,11 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         Outcome::Driven => {
             format!("Nothing is touched, and `{signal}` follows a reference that moves to the end.")
         }
-        _ => undecided(summary.verdict.undecided, summary.simulated_s),
+        Outcome::BouncesThenSettles
+        | Outcome::Chatter
+        | Outcome::FollowsSurface
+        | Outcome::NoContact
+        | Outcome::Undecided => undecided(summary.verdict.undecided, summary.simulated_s),
     }
 }
 

@@ -108,7 +108,6 @@ pub struct Attempt {
 
 /// Result of a set of causes that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum AttemptOutcome {
     /// It is the answer.
     Accepted,

@@ -6,7 +6,6 @@ use feeler_problem::Problem;
 
 /// The kind of a fault of a series.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum FaultKind {
     /// The file has no such column.
     MissingColumn {

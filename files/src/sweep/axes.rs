@@ -13,7 +13,6 @@ use super::super::units;
 
 /// Values of an axis, in SI.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Axis {
     /// Evenly spaced, both ends included.
     Linear {

@@ -7,7 +7,6 @@ use feeler_catalogue::{
 
 /// A control law with its gains.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Law {
     /// The output is the reference.
     OpenLoop,

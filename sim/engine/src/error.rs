@@ -87,7 +87,6 @@ impl Remedy for EngineError {
 
 /// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum RunEnd {
     /// It reached its duration.
     Completed,

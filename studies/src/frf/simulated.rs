@@ -365,7 +365,6 @@ fn length_s(excitation: &Excitation) -> f64 {
         Excitation::Chirp { sweep_s, rest_s, .. } => sweep_s + rest_s,
         Excitation::SteppedSine { points, settle_s, measure_s } => points as f64 * (settle_s + measure_s),
         Excitation::WhiteNoise { duration_s, .. } => duration_s,
-        _ => 0.0,
     }
 }
 
@@ -389,6 +388,5 @@ fn words(excitation: &Excitation) -> String {
         }
         Excitation::Chirp { sweep_s, .. } => format!("linear chirp over {}, H1", with_unit(sweep_s, "s")),
         Excitation::SteppedSine { points, .. } => format!("stepped sine, {points} frequencies"),
-        _ => String::new(),
     }
 }

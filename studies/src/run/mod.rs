@@ -223,7 +223,7 @@ impl Ended {
         let end = simulation.end(lane);
         let end_s = match end {
             Some(RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s }) => t_s,
-            _ => simulation.time_s(),
+            Some(RunEnd::Completed | RunEnd::Stopped { .. }) | None => simulation.time_s(),
         };
         Self {
             end,

@@ -26,7 +26,7 @@ impl DrawnAxis {
                 Axis::Log { from, to, points } if points > 1 => ([from, to], Some(points), true),
                 Axis::Uniform { from, to } => ([from, to], None, false),
                 Axis::LogUniform { from, to } => ([from, to], None, true),
-                _ => return None,
+                Axis::Linear { .. } | Axis::Log { .. } | Axis::List(_) => return None,
             };
             Some(Self {
                 key: key.clone(),

@@ -51,7 +51,7 @@ fn planned(sweep: &SweepFile, index: u64) -> Vec<Setting> {
             Sampling::Sobol => {
                 f64::from(sobol(dimension, index as u32) ^ (shift(&stream) >> 32) as u32) * 0.5_f64.powi(32)
             }
-            _ => stream.uniform_at(index),
+            Sampling::Grid | Sampling::Random => stream.uniform_at(index),
         }
     };
     sweep

@@ -21,7 +21,6 @@ const QUICK_DRIVE: f64 = 1e-3;
 /// A counterfactual: the scenario without one of its nonideal properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Counterfactual {
     /// Half the fixed step.
     HalveStep,
@@ -58,7 +57,6 @@ pub enum Counterfactual {
 /// What a cause is called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Cause {
     /// The integrator's step.
     NumericalArtefact,

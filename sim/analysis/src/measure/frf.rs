@@ -59,7 +59,6 @@ pub enum NoiseMethod {
 
 /// The excitation of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Excitation {
     /// Band-limited Gaussian noise, as in the paper.
     WhiteNoise {

@@ -2,7 +2,6 @@
 
 /// The desired value of a loop, in the unit of the loop.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum ReferenceSpec {
     /// One value for ever.
     Constant(f64),

@@ -32,7 +32,6 @@ pub struct Simulation<L: Lane> {
 
 /// Why [`Simulation::step_to`] stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Stop {
     /// An event of a lane, which is in the state just after it.
     Event {

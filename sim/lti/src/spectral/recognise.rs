@@ -32,7 +32,6 @@ const SMOOTH: f64 = 0.07;
 
 /// The excitation of a recorded command.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum RecordedExcitation {
     Periodic {
         /// Samples after which it does.

@@ -7,7 +7,6 @@ pub const MOST_EXTENSION: f64 = 8.0;
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum Outcome {
     /// At rest, and never left the workpiece since the first touch.
     Settled,
@@ -139,7 +138,6 @@ impl Serialize for Outcome {
 /// Why a run is undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Undecided {
     /// Too little of the run follows the first touch or the last change of the reference.
     TooShort,

@@ -139,7 +139,10 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
     let Some(first) = all.first() else { return Err(LtiError::RecordTooShort { needed: 1, found: 0 }) };
     match first {
         RecordedExcitation::Periodic { samples_per_period, periods } => {
-            let alike = |other: &RecordedExcitation| matches!(other, RecordedExcitation::Periodic { samples_per_period: n, .. } if n == samples_per_period);
+            let alike = |other: &RecordedExcitation| match other {
+                RecordedExcitation::Periodic { samples_per_period: n, .. } => n == samples_per_period,
+                _ => false,
+            };
             if all.iter().all(alike) {
                 let period = with_unit(*samples_per_period as f64 * spacing_s, "s");
                 let why = format!(

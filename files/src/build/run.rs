@@ -7,7 +7,7 @@ use feeler_catalogue::{Record, compact};
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Axis, Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Axis, Contact, Elements, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
@@ -274,11 +274,7 @@ fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = springs.map(|(name, spring)| {
         (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
     });
-    let linear = |contact: &Contact| match contact.law {
-        ContactLaw::KelvinVoigt => true,
-        ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
-        ContactLaw::Hertz => false,
-    };
+    let linear = |contact: &Contact| contact.law.exponent().total_cmp(&1.0).is_eq();
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
     let contacts = contacts.map(|(name, contact)| {
         (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m)

@@ -220,3 +220,18 @@ fn refuse_sources(root: &Table, problems: &mut Problems) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::{ELEMENTS, RUN};
+
+    #[test]
+    fn truth_keys_that_an_arm_refuses_are_keys_of_an_axis() {
+        for (table, key, _) in NOT_HERE {
+            let element = ELEMENTS.iter().find(|element| element.table == table);
+            let shape = element.map_or(&RUN, |element| &element.shape);
+            assert!(shape.all_keys().any(|known| known.name == key), "{table}.{key}");
+        }
+    }
+}

@@ -63,6 +63,14 @@ pub enum LowPass {
 }
 
 impl Sensor {
+    /// The signal that it reads.
+    pub const READS: Field<Self> = field!(Sensor: reads,
+        required("reads", Kind::Signal,
+            "the signal, as in motor.position, tip.acceleration or tool.spring_force"));
+    /// The body that it rides on.
+    pub const RELATIVE_TO: Field<Self> = field!(Sensor: relative_to,
+        optional("relative_to", Kind::Name("a body or `ground`"),
+            "the body it rides on, for position and velocity; absolute if absent"));
     /// Its scale factor.
     pub const GAIN: Field<Self> = field!(Sensor: gain,
         number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), Role::Believed);
@@ -70,12 +78,8 @@ impl Sensor {
 
 impl Record for Sensor {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(Sensor: reads,
-            required("reads", Kind::Signal,
-                "the signal, as in motor.position, tip.acceleration or tool.spring_force")),
-        field!(Sensor: relative_to,
-            optional("relative_to", Kind::Name("a body or `ground`"),
-                "the body it rides on, for position and velocity; absolute if absent")),
+        Sensor::READS,
+        Sensor::RELATIVE_TO,
         Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
         field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
+use feeler_analysis::frf::{Excitation, FrfExperiment, NoiseMethod};
 use feeler_analysis::{Channel, ContinuousLoop, ControlLoop, LinearMachine, View};
 use feeler_control::ForceGains;
 use feeler_lti::spectral::LocalPolynomialSettings;
@@ -12,7 +12,7 @@ use feeler_plant::description::{Engagement, Quantity, SignalName};
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{self, IDEAL, Model, SOURCE, gain_of};
+use crate::paper::{self, IDEAL, PaperModel, SOURCE, gain_of};
 use crate::svg::{Axis, Curve, Figure, Mark, Panel};
 
 const BLUE: &str = "#1f5fa8";
@@ -41,16 +41,16 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     let ideal = "driven by an ideal force";
     let pairs = [
         (
-            Model::Rigid,
+            PaperModel::Rigid,
             SOURCE,
             "fig04",
             "fig05",
             "rigid-body model coupled with the actuator (Fig. 3)",
             source,
         ),
-        (Model::Flexible, IDEAL, "fig07", "fig08", "flexible robot (Fig. 6)", ideal),
-        (Model::Base, IDEAL, "fig10", "fig11", "robot on a base that gives way (Fig. 9)", ideal),
-        (Model::Workpiece, IDEAL, "fig13", "fig14", "robot with workpiece dynamics (Fig. 12)", ideal),
+        (PaperModel::Flexible, IDEAL, "fig07", "fig08", "flexible robot (Fig. 6)", ideal),
+        (PaperModel::Base, IDEAL, "fig10", "fig11", "robot on a base that gives way (Fig. 9)", ideal),
+        (PaperModel::Workpiece, IDEAL, "fig13", "fig14", "robot with workpiece dynamics (Fig. 12)", ideal),
     ];
     let mut all = Vec::new();
     for (model, drive, bode, locus, name, how) in pairs {
@@ -58,7 +58,7 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         let damped =
             |factor: f64| paper::Axis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
         let mut axes = vec![(String::new(), axis)];
-        if model == Model::Base {
+        if model == PaperModel::Base {
             axes = vec![("base damping as given".into(), axis), ("base damping times 5".into(), damped(5.0))];
         }
         all.push(bode_figure(
@@ -69,7 +69,7 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
             ),
             &axes,
         )?);
-        let gap = if model == Model::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
+        let gap = if model == PaperModel::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
         all.push(locus_figure(
             locus,
             &format!(
@@ -81,8 +81,10 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         )?);
     }
     all.extend(measured_figures()?);
-    let (three, rigid) =
-        (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
+    let (three, rigid) = (
+        paper::Axis::reference(PaperModel::AllThree, SOURCE),
+        paper::Axis::reference(PaperModel::Rigid, SOURCE),
+    );
     let mut last = bode_figure(
         "fig18",
         "Fig. 18. Three dynamic problems: open-loop phase of the machine with base, transmission and \
@@ -294,7 +296,7 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
     ];
     let mut all = Vec::new();
     for (name, engagement, element, quantity, what, unit) in cases {
-        let experiment = Experiment {
+        let experiment = FrfExperiment {
             machine: landmarks::fitted(engagement)?,
             actuator: "drive".into(),
             output: SignalName::new(element, quantity),

@@ -53,7 +53,7 @@ pub enum Fate {
 
 /// A case: a file with mistakes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Case {
+pub struct FuzzCase {
     pub number: u64,
     /// The original file.
     pub from: PathBuf,
@@ -76,18 +76,18 @@ impl Fuzz {
     }
 
     /// Case `number`, always the same.
-    pub fn case(&self, number: u64) -> Case {
+    pub fn case(&self, number: u64) -> FuzzCase {
         let mut draws = Draws(number.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66);
         let (from, text) = &self.files[draws.below(self.files.len() as u64)];
         let mut text = text.clone();
         for _ in 0..=draws.below(CHANGES) {
             text = changed(&text, &mut draws);
         }
-        Case { number, from: from.clone(), text }
+        FuzzCase { number, from: from.clone(), text }
     }
 }
 
-impl Case {
+impl FuzzCase {
     /// Reads and runs it.
     pub fn run(&self) -> Fate {
         let name = self.from.display().to_string();

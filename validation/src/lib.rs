@@ -25,5 +25,5 @@ pub mod truths;
 mod validate;
 
 pub use error::ValidationError;
-pub use table::{CheckTable, Row, RowKind};
-pub use validate::{ONSET_DELAYS, Options, validate};
+pub use table::{CheckRow, CheckTable, RowKind};
+pub use validate::{ONSET_DELAYS, ValidateOptions, validate};

@@ -6,7 +6,7 @@ use feeler_lti::C64;
 use feeler_plant::description::{ActuatorKind, MotorInput};
 use nalgebra::{Matrix4, Vector4};
 
-use crate::paper::Axis;
+use crate::paper::PaperAxis;
 
 /// Largest proportional gain of a rigid axis with a force lag `tau` (no back-EMF), and the angular frequency
 /// of its oscillation. They are `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau
@@ -65,7 +65,7 @@ pub fn virtual_wall_damping(k: f64, b: f64, period_s: f64) -> f64 {
 
 /// Transfer function of an axis from its command to the elastic force of the sensor. It follows the paper's
 /// equations of motion (Figs. 1, 2, 3, 6, 9, 12).
-pub fn axis_response(axis: &Axis, s: C64) -> C64 {
+pub fn axis_response(axis: &PaperAxis, s: C64) -> C64 {
     let (m1, m2) = axis.masses_kg;
     let m = m1 + m2;
     let (ks, bs) = axis.contact;
@@ -130,7 +130,7 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
 /// Motor, tip, workpiece and base as four equations. NaN unless all of them are present: the smaller models
 /// have their own forms.
 fn full_machine(
-    axis: &Axis,
+    axis: &PaperAxis,
     transmission: Option<(f64, f64)>,
     base: Option<(f64, f64, f64)>,
     workpiece: Option<(f64, f64, f64)>,

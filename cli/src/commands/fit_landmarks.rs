@@ -6,7 +6,7 @@ use feeler_files::{Draft, machine_to_toml};
 use feeler_plant::description::Engagement;
 use feeler_problem::Remedy;
 use feeler_validation::ValidationError;
-use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, StartSearch, simulated_landmarks};
+use feeler_validation::landmarks::{Fit, LANDMARK_HZ, LandmarkChain, StartSearch, simulated_landmarks};
 
 use crate::arguments::FitLandmarks;
 use crate::numbers::{count, percent, plain};
@@ -28,7 +28,7 @@ const EXPERIMENT_S: f64 = 60.0;
 pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     let starts = match &arguments.start {
         Some(path) => vec![from_file(path)?],
-        None => (0..arguments.starts).map(Chain::start).collect(),
+        None => (0..arguments.starts).map(LandmarkChain::start).collect(),
     };
     let search = StartSearch::from_starts(&starts, arguments.iterations)?;
     let found = search.fit();
@@ -71,10 +71,10 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
 }
 
 /// The chain of a machine file.
-fn from_file(path: &Path) -> crate::Result<Chain> {
+fn from_file(path: &Path) -> crate::Result<LandmarkChain> {
     let document = Draft::load_with(path, &[])?.build()?;
-    Chain::of_machine(&document.scenario.machine).map_err(|error| match error {
-        ValidationError::Chain { .. } => {
+    LandmarkChain::of_machine(&document.scenario.machine).map_err(|error| match error {
+        ValidationError::LandmarkChain { .. } => {
             BadInput::error(format!("{}: {error}", path.display()), error.remedy())
         }
         other => other.into(),

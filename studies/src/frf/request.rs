@@ -8,7 +8,7 @@ use crate::refusal::Refusal;
 
 /// A requested frequency response; absent options follow from the machine or the records.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Request {
+pub struct FrfRequest {
     /// The actuator's command, or a dataset's column.
     pub input: Option<String>,
     /// The signal, or a dataset's column.
@@ -47,7 +47,7 @@ pub struct Request {
     pub experiments: Vec<String>,
 }
 
-impl Default for Request {
+impl Default for FrfRequest {
     fn default() -> Self {
         Self {
             input: None,
@@ -105,7 +105,7 @@ impl NoiseEstimator {
     }
 }
 
-impl Request {
+impl FrfRequest {
     /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors

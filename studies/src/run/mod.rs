@@ -68,7 +68,7 @@ pub use record::event::EventRecord;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub use variants::{Candidate, LANES, Measured, measure};
-pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};
+pub use verdict::{MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 
 use measure::saturation::Limits;
 use measure::standing::Standing;

@@ -28,7 +28,7 @@ use serde_json::json;
 
 pub use axes::{DrawnAxis, Panels, share_between, shown};
 pub(crate) use boundary::sampled_growth_per_s;
-pub use boundary::{Line, LinearLimits};
+pub use boundary::{BoundaryLine, LinearLimits};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub(crate) use sobol::sobol;
@@ -57,7 +57,7 @@ pub struct Sweep {
 
 /// Settings of a call.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
+pub struct SweepOptions {
     /// Number of threads; `None` for one per processor.
     pub threads: Option<usize>,
     /// The part of the sweep to run; `None` for all of it.
@@ -121,7 +121,7 @@ impl Sweep {
     pub fn run(
         &self,
         folder: &Path,
-        options: Options,
+        options: SweepOptions,
         progress: &(dyn Fn(SweepProgress) + Sync),
     ) -> Result<SweepResult, SweepError> {
         if options.shard.is_some() && self.file.refine.is_some() {

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 
 use super::table::{Column, SweepTable};
 use crate::run::{Measured, Summary};
-use feeler_files::{Axis, Setting, SweepFile};
+use feeler_files::{Setting, SweepAxis, SweepFile};
 
 /// The result of a variant with its settings.
 #[derive(Clone, Debug)]
@@ -84,9 +84,9 @@ pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     SweepTable { columns, rows: rows.len() }
 }
 
-fn axis_column<'a>(axis: &Axis, settings: impl Iterator<Item = &'a Setting>) -> Column {
+fn axis_column<'a>(axis: &SweepAxis, settings: impl Iterator<Item = &'a Setting>) -> Column {
     let numeric = match axis {
-        Axis::List(values) => values.iter().all(|value| matches!(value, Setting::Number(_))),
+        SweepAxis::List(values) => values.iter().all(|value| matches!(value, Setting::Number(_))),
         _ => true,
     };
     if numeric {

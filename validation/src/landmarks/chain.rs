@@ -14,7 +14,7 @@ pub(super) const LINKS: usize = 4;
 /// A serial chain: base on its mount, motor guided on the base, four more masses, a velocity source; clamped
 /// by its sensor to the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Chain {
+pub struct LandmarkChain {
     /// Mass of the base, kg.
     pub base_kg: f64,
     /// Frequency of the base with everything on it, Hz, and its damping ratio.
@@ -38,7 +38,7 @@ pub struct Chain {
 /// Number of parameters of a chain.
 pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 
-impl Chain {
+impl LandmarkChain {
     /// Stiffness (N/m) and damping (N s/m) of the mount, which carries all bodies.
     pub(super) fn mount_spring(&self) -> [f64; 2] {
         let on_mount = self.base_kg + self.motor_kg + self.masses_kg.iter().sum::<f64>();
@@ -68,9 +68,9 @@ impl Chain {
     /// numbers above zero.
     ///
     /// # Errors
-    /// [`ValidationError::Chain`] names the missing element, or the one that is not above zero.
+    /// [`ValidationError::LandmarkChain`] names the missing element, or the one that is not above zero.
     pub fn of_machine(machine: &Machine) -> Result<Self, ValidationError> {
-        let missing = |what: String| ValidationError::Chain { what };
+        let missing = |what: String| ValidationError::LandmarkChain { what };
         let mass = |name: &str| {
             machine
                 .bodies

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_control::reference::{Lines, Sweep};
+use feeler_control::reference::{ChirpSweep, Lines};
 use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::C64;
@@ -29,7 +29,7 @@ const COHERENCE_SEGMENTS: usize = 16;
 
 /// What is measured, and how the command is held.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Experiment {
+pub struct FrfExperiment {
     /// The machine, with the engagement of the measurement.
     pub machine: Machine,
     /// The actuator that is excited.
@@ -156,7 +156,7 @@ fn add_rounding(estimate: &mut ResponseEstimate) {
     }
 }
 
-impl Experiment {
+impl FrfExperiment {
     /// Excites the machine with root mean square `rms` (amplitude of a sine: `sqrt(2) rms`) between two
     /// frequencies and estimates the response.
     ///
@@ -223,7 +223,7 @@ impl Experiment {
                 let end_hz = (1.1 * high_hz).min(0.499 / self.hold_s);
                 let (start_hz, duration_s, offset) = (0.5 * low_hz, sweep_s, self.offset);
                 let spec = ReferenceSpec::Chirp {
-                    sweep: Sweep::Linear,
+                    sweep: ChirpSweep::Linear,
                     amplitude,
                     start_hz,
                     end_hz,

@@ -13,7 +13,7 @@ pub enum ReferenceSpec {
     /// A sine whose frequency is swept over `duration_s` from zero on; outside only `offset`.
     Chirp {
         /// Course of the frequency.
-        sweep: Sweep,
+        sweep: ChirpSweep,
         amplitude: f64,
         start_hz: f64,
         end_hz: f64,
@@ -75,7 +75,7 @@ pub enum ReferenceSpec {
 
 /// Sweep of a chirp's frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sweep {
+pub enum ChirpSweep {
     /// A constant number of hertz per second.
     #[default]
     Linear,

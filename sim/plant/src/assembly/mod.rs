@@ -12,7 +12,9 @@ mod rates;
 mod resolve;
 
 pub use build::assemble;
-pub use drive::{Drive, Feed, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming};
+pub use drive::{
+    Drive, Motor, Servo, ServoFeed, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming,
+};
 pub use friction::Friction;
 pub use laws::{Bristle, Pull, Ripple, Weight};
 pub use resolve::resolve;

@@ -47,7 +47,7 @@ theory has it as a pole.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "drive force"],
         start: 0.0,
         with: &[Curve::LAGGED_STEP],

@@ -44,7 +44,7 @@ The body's mass changes; everything stays exact. Linear theory uses the changed 
 C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and
 links, International Journal of Robotics Research 5 (1986).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["drive force", "acceleration"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

@@ -51,7 +51,7 @@ Linear theory takes friction as sliding one way.
 C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE
 Journal of Robotics and Automation 3 (1987).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.5), (0.0, -0.2), (0.0, 0.6), (1.0, 0.9)])],

@@ -66,7 +66,7 @@ and exact. Linear theory takes the play as closed.
 M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002):
 the dead-zone model with damping.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["elongation", "force in the transmission"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],

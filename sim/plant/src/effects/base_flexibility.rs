@@ -54,7 +54,7 @@ pair of zeros.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): robot base dynamics.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the drive force", "base position"],
         start: 0.0,
         with: &[Curve::Function(|t| -0.5 * (1.0 - (-4.0 * t).exp() * (25.0 * t).cos()))],

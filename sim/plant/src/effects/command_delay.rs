@@ -44,7 +44,7 @@ factor of the frequency response or as states of the sampled loop.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::LATE_STEP],

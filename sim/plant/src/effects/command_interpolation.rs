@@ -51,7 +51,7 @@ it takes a delay of that length.
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear
 interpolation between points.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.7, 0.6), (1.0, 0.6)])],

@@ -49,7 +49,7 @@ Linear theory leaves noise out.
 ## Source
 H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on analogue lines.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::Function(|t| {

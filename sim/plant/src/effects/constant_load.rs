@@ -46,7 +46,7 @@ the motion about the state of rest.
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "load"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.6), (1.0, 0.6)])],

@@ -46,7 +46,7 @@ starts with a step, and the contact opens when its force reaches zero.
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37
 (2002): the spring-dashpot model.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["rate of compression", "viscous contact force"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],

@@ -49,7 +49,7 @@ The stiffness of the contact is replaced, and a linear contact stays exact. Line
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,
 Measurement, and Control 99 (1977): the loop gain is proportional to the stiffness.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression", "elastic contact force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.9)])],

@@ -48,7 +48,7 @@ friction stays: linear theory takes it at rest, as a spring. So the two give dif
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction
 compensation, European Journal of Control 4 (1998).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.4 * v.signum())],

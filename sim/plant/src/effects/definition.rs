@@ -1,6 +1,6 @@
 //! The definition of an effect in the library.
 
-use super::{EffectError, Kind, Law};
+use super::{EffectError, Kind, LawDrawing};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -297,7 +297,7 @@ pub struct Definition {
     /// The other sections of [`Definition::documentation`]: equation, causes, look-alikes, source.
     pub sections: &'static str,
     /// The drawing of its model on that page.
-    pub law: Law,
+    pub law: LawDrawing,
     /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
     pub change: Change,

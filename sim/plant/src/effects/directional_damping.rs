@@ -51,7 +51,7 @@ has passed zero by 1e-12 m/s. In between the mean `c` acts, and so it does in li
 M. T. Mason and J. K. Salisbury, Robot Hands and the Mechanics of Manipulation, MIT Press (1985): gears that
 are driven backward; J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],

@@ -47,7 +47,7 @@ end are events. Linear theory takes it as crossed: the drive answers in full.
 G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley
 (1996): the dead-zone.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],

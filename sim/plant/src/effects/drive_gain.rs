@@ -47,7 +47,7 @@ The held command is multiplied, which is exact. Linear theory scales the loop ga
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

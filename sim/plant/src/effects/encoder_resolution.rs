@@ -47,7 +47,7 @@ only in simulation.
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall
 passivity, IEEE Transactions on Robotics 21 (2005).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "encoder reading"],
         start: -1.0,
         with: &[Curve::ROUNDED],

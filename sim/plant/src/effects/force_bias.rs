@@ -40,7 +40,7 @@ A constant is added to the reading. Linear theory does not depend on it.
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (0.7, 1.0)])],

@@ -45,7 +45,7 @@ exact.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "force reading"],
         start: 0.0,
         with: &[Curve::LATE_STEP],

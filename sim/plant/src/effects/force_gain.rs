@@ -43,7 +43,7 @@ The reading is multiplied, which is exact. Linear theory scales the loop gain.
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and
 sensitivity.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

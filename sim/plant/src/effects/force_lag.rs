@@ -46,7 +46,7 @@ The filter is one more state and exact. Linear theory has it as a pole in the lo
 G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):
 antialiasing prefilters.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "force reading"],
         start: 0.0,
         with: &[Curve::LAGGED_STEP],

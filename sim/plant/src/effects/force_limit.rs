@@ -45,7 +45,7 @@ functions predict limit cycles at it.
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.5), (-0.5, -0.5), (0.5, 0.5), (0.9, 0.5)])],

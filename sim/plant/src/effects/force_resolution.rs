@@ -41,7 +41,7 @@ seen only in simulation.
 ## Source
 B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::ROUNDED],

@@ -58,7 +58,7 @@ theory takes its slope where the machine rests: a stiffness.
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
 ripple.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "added force"],
         start: -1.0,
         with: &[Curve::Function(|x| 0.7 * (2.0 * TAU * x + 1.0).sin())],

@@ -59,7 +59,7 @@ balance counts the potential energy. Linear theory takes the slope at the operat
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["angle", "torque of gravity"],
         start: -1.0,
         with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],

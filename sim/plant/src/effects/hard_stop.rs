@@ -51,7 +51,7 @@ reached.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on an elastic support.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "force of the stop"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],

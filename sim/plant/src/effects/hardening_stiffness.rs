@@ -46,7 +46,7 @@ A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing o
 drives, T. D. Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE
 Transactions on Robotics and Automation 12 (1996).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["elongation", "elastic force"],
         start: -1.0,
         with: &[Curve::Function(|d| 0.4 * d + 0.5 * d.powi(3))],

@@ -51,7 +51,7 @@ stays exact. Linear theory takes the stiffness at the operating force.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression", "elastic contact force"],
         start: 0.0,
         with: &[Curve::Function(|d| 0.9 * d.powf(1.5))],

@@ -49,7 +49,7 @@ exact. Linear theory takes stiffness and damping at the operating force.
 K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME
 Journal of Applied Mechanics 42 (1975).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression during an impact", "contact force"],
         start: 0.0,
         with: &[

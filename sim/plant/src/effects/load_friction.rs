@@ -47,7 +47,7 @@ the guide slides, the drive really meets the contact force times `1 + ratio` (pr
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load
 and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["contact force", "level of dry friction"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.9)])],

@@ -63,7 +63,7 @@ takes the bristles at rest: a spring and a damper.
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with
 friction, IEEE Transactions on Automatic Control 40 (1995).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position, slowly to and fro", "force of the guide"],
         start: -1.0,
         with: &[

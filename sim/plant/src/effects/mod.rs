@@ -16,7 +16,7 @@ pub use definition::{
     ABOVE_ZERO, Change, Definition, EffectUse, Host, HostKind, Parameter, Parameters, Place, Scale, Trait,
 };
 pub use error::EffectError;
-pub use law::{Curve, Law};
+pub use law::{Curve, LawDrawing};
 
 /// What the file of an effect names.
 mod prelude {
@@ -24,7 +24,7 @@ mod prelude {
         ABOVE_ZERO, Change, ChangesPlant, Definition, Host, HostKind, Parameters, Place, Trait,
     };
     pub(super) use super::error::EffectError;
-    pub(super) use super::law::{Curve, Law};
+    pub(super) use super::law::{Curve, LawDrawing};
     pub(super) use crate::assembly::Assembly;
     pub(super) use crate::units::Dimension;
 }

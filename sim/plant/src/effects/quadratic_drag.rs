@@ -43,7 +43,7 @@ rounding. Linear theory describes motion about rest, where drag has no slope, an
 G. K. Batchelor, An Introduction to Fluid Dynamics, Cambridge University Press (1967): drag at high Reynolds
 numbers.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.6 * v * v.abs())],

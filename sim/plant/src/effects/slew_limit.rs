@@ -46,7 +46,7 @@ the limit as not reached.
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "drive force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],

@@ -53,7 +53,7 @@ Stick and slip are events. Linear theory takes friction as sliding one way.
 B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation
 methods for the control of machines with friction, Automatica 30 (1994).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + (0.3 + 0.4 * (-(v / 0.2).powi(2)).exp()) * v.signum())],

@@ -44,7 +44,7 @@ it.
 B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position
 is uncertain.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "contact force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.8)])],

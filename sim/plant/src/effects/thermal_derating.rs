@@ -56,7 +56,7 @@ drive cold.
 J. Pyrhonen, T. Jokinen and V. Hrabovcova, Design of Rotating Electrical Machines, Wiley (2008): losses, heat
 and permanent magnets.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time under a constant command", "drive force"],
         start: 0.0,
         with: &[Curve::Function(|time| 0.8 / (2.0 - (-time / 0.25).exp()))],

@@ -47,7 +47,7 @@ theory assumes an even grid and lists that among its assumptions.
 B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control
 Conference (1995).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sample", "time at which it is taken"],
         start: 0.0,
         with: &[Curve::Points(&[

@@ -53,7 +53,7 @@ error of its own. Linear theory includes it, and the direct part from a drive to
 D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total
 least-squares approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["acceleration in free motion", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.7), (1.0, 0.7)])],

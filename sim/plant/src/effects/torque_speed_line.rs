@@ -52,7 +52,7 @@ theory takes the line as not reached.
 A. Hughes and B. Drury, Electric Motors and Drives, Newnes (2013): torque and speed of motors on a constant
 voltage.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["speed", "bounds of the drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 1.0), (1.0, 0.0)]), Curve::Points(&[(-1.0, 0.0), (1.0, -1.0)])],

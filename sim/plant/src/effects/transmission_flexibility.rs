@@ -56,7 +56,7 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Robotics and Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic
 joint robots, ASME Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the motor", "tip position"],
         start: 0.0,
         with: &[Curve::Function(|t| {

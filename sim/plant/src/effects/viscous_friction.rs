@@ -42,7 +42,7 @@ It adds to the damping of the guide and is exact, in simulation and in linear th
 ## Source
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],

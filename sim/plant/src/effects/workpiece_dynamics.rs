@@ -54,7 +54,7 @@ a pair of zeros.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): workpiece dynamics.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the contact force", "workpiece position"],
         start: 0.0,
         with: &[Curve::Function(|t| 0.5 * (1.0 - (-4.0 * t).exp() * (35.0 * t).cos()))],

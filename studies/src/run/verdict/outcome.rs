@@ -204,7 +204,7 @@ impl Undecided {
 
 /// An outcome and its evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct RunVerdict {
     /// Class of the run, by its name.
     pub outcome: Outcome,
     /// Start and end of the judged time, s.
@@ -217,7 +217,7 @@ pub struct Verdict {
     pub undecided: Option<Undecided>,
 }
 
-impl Verdict {
+impl RunVerdict {
     /// Whether a longer run may decide.
     pub(in crate::run) fn may_be_decided(&self) -> bool {
         self.undecided.is_some_and(Undecided::may_be_decided)

@@ -256,7 +256,7 @@ fn shown(error: f64) -> String {
 ///
 /// # Errors
 /// As [`convergence`].
-pub fn convergence_rows(scenarios: &Path) -> Result<Vec<CheckRow>, ValidationError> {
+pub(crate) fn convergence_rows(scenarios: &Path) -> Result<Vec<CheckRow>, ValidationError> {
     Ok(study_rows(&convergence(scenarios, &default_steps_s())?))
 }
 

@@ -40,7 +40,7 @@ pub fn paper_axes() -> Vec<(String, PaperAxis)> {
 }
 
 /// The measurement of an axis from command to elastic contact force, clamped.
-pub fn clamped_experiment(axis: &PaperAxis) -> FrfExperiment {
+fn clamped_experiment(axis: &PaperAxis) -> FrfExperiment {
     FrfExperiment {
         machine: axis.machine("axis"),
         actuator: "drive".into(),
@@ -104,7 +104,7 @@ pub struct ResponseEffort {
 
 impl ResponseEffort {
     /// For every machine.
-    pub const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
+    pub(crate) const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
     /// For a machine whose resonances are at least 1 Hz wide.
     pub const QUICK: Self = Self { noise_s: 60.0, multisine_period_s: 1.0 };
 }

@@ -54,9 +54,9 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     ];
     let mut all = Vec::new();
     for (model, drive, bode, locus, name, how) in pairs {
-        let axis = paper::Axis::reference(model, drive);
+        let axis = paper::PaperAxis::reference(model, drive);
         let damped =
-            |factor: f64| paper::Axis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
+            |factor: f64| paper::PaperAxis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
         let mut axes = vec![(String::new(), axis)];
         if model == PaperModel::Base {
             axes = vec![("base damping as given".into(), axis), ("base damping times 5".into(), damped(5.0))];
@@ -82,8 +82,8 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     }
     all.extend(measured_figures()?);
     let (three, rigid) = (
-        paper::Axis::reference(PaperModel::AllThree, SOURCE),
-        paper::Axis::reference(PaperModel::Rigid, SOURCE),
+        paper::PaperAxis::reference(PaperModel::AllThree, SOURCE),
+        paper::PaperAxis::reference(PaperModel::Rigid, SOURCE),
     );
     let mut last = bode_figure(
         "fig18",
@@ -104,7 +104,7 @@ fn number(name: &str) -> &str {
     name.trim_start_matches("fig").trim_start_matches('0')
 }
 
-fn channel_of(axis: &paper::Axis) -> Result<Channel, ValidationError> {
+fn channel_of(axis: &paper::PaperAxis) -> Result<Channel, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
     Ok(plant.channel(
         &SignalName::new("drive", Quantity::Command),
@@ -147,7 +147,11 @@ fn bode_panels(band: (f64, f64), unit: &str, magnitudes: Vec<Curve>, phases: Vec
     ]
 }
 
-fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Result<Figure, ValidationError> {
+fn bode_figure(
+    name: &str,
+    caption: &str,
+    axes: &[(String, paper::PaperAxis)],
+) -> Result<Figure, ValidationError> {
     let band = (1.0, 1000.0);
     let frequencies: Vec<f64> = (0..=1500).map(|i| 10_f64.powf(3.0 * f64::from(i) / 1500.0)).collect();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
@@ -165,7 +169,7 @@ fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Res
     })
 }
 
-fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure, ValidationError> {
+fn locus_figure(name: &str, caption: &str, axis: &paper::PaperAxis) -> Result<Figure, ValidationError> {
     let scenario = axis.force_loop(ForceGains { kp: 1.0, ..ForceGains::default() }, 1e-3, 0.0);
     let whole = ControlLoop::new(&scenario, &View::CLAMPED)?;
     let continuous = ContinuousLoop::new(&whole)?;

@@ -21,7 +21,7 @@ const SEVEN_DIGITS: f64 = 1e-6;
 ///
 /// # Errors
 /// [`ValidationError::Reference`] if the file is absent or has mistakes.
-pub fn machine_of_file(
+fn machine_of_file(
     folder: &Path,
     model: PaperModel,
     drive: ActuatorKind,

@@ -1,6 +1,6 @@
 //! The simulation compared with closed forms, independent numbers, and the paper's claims.
 //!
-//! [`validate`] makes every check and returns a [`CheckTable`]. The modules contain the checks: [`truths`]
+//! [`validate`] makes every check and returns a [`CheckTable`]. The modules contain the checks: `truths`
 //! the closed forms, [`paper`] the paper's machines and the independent table of their numbers. [`files`]
 //! has those machines from their scenario files, [`experiments`] measured responses and onsets. [`engines`]
 //! has both engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the
@@ -21,7 +21,7 @@ pub mod paper;
 pub mod random_machines;
 pub mod svg;
 pub mod table;
-pub mod truths;
+mod truths;
 mod validate;
 
 pub use error::ValidationError;

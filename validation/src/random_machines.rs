@@ -23,7 +23,7 @@ const SUBSTITUTION: f64 = 1e-9;
 
 /// A random tree: up to six bodies, each on a spring to an earlier one or to ground, masses and stiffnesses
 /// over four decades.
-pub fn random_machine(seed: u64) -> Machine {
+fn random_machine(seed: u64) -> Machine {
     let stream = Stream::new(seed, "random machine");
     let mut draws = 0;
     let mut uniform = || {

@@ -67,7 +67,7 @@ impl CheckRow {
     }
 
     /// A magnitude that must not exceed a bound.
-    pub fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
+    pub(crate) fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
         Self {
             name: name.into(),
             claim: claim.into(),

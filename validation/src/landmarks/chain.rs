@@ -49,7 +49,7 @@ impl LandmarkChain {
     /// The same chain with another mass of the base, and all masses, stiffnesses and dampings scaled by one
     /// factor. Such chains respond equally to a velocity command.
     #[must_use]
-    pub fn of_base(&self, base_kg: f64) -> Self {
+    pub(super) fn of_base(&self, base_kg: f64) -> Self {
         let factor = base_kg / self.base_kg;
         Self {
             base_kg,
@@ -68,9 +68,9 @@ impl LandmarkChain {
     /// numbers above zero.
     ///
     /// # Errors
-    /// [`ValidationError::LandmarkChain`] names the missing element, or the one that is not above zero.
+    /// [`ValidationError::Chain`] names the missing element, or the one that is not above zero.
     pub fn of_machine(machine: &Machine) -> Result<Self, ValidationError> {
-        let missing = |what: String| ValidationError::LandmarkChain { what };
+        let missing = |what: String| ValidationError::Chain { what };
         let mass = |name: &str| {
             machine
                 .bodies
@@ -163,7 +163,7 @@ impl LandmarkChain {
     }
 
     /// Names of the parameters, in the order of [`super::Fit::undetermined`].
-    pub fn parameter_names() -> Vec<String> {
+    pub(super) fn parameter_names() -> Vec<String> {
         let of = |what: &str| (1..=LINKS).map(move |i| format!("{what} {i}")).collect::<Vec<_>>();
         let head = ["base mass", "mount frequency", "mount damping ratio", "motor mass", "guide damping"]
             .map(String::from);

@@ -251,7 +251,7 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
 ///
 /// # Errors
 /// As [`simulated_landmarks`].
-pub fn simulated_rows() -> Result<Vec<CheckRow>, ValidationError> {
+pub(crate) fn simulated_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 4: landmarks of the measured machine, by simulated white-noise experiments";
     let found = simulated_landmarks(&fitted(Engagement::Free)?, 120.0)?;
     Ok(found

@@ -58,7 +58,7 @@ fn truth_a_chain_is_read_back_from_its_machine() {
     other.springs["guide"].damping_n_s_per_m = 0.0;
     let refused = LandmarkChain::of_machine(&other);
     assert!(
-        matches!(&refused, Err(ValidationError::LandmarkChain { what }) if what.contains("guide damping is 0")),
+        matches!(&refused, Err(ValidationError::Chain { what }) if what.contains("guide damping is 0")),
         "{refused:?}"
     );
 }

@@ -145,7 +145,7 @@ impl ControlLoop {
     /// for that gain gets one, even if the gain is zero in the scenario.
     ///
     /// # Errors
-    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without
+    /// Those of [`Self::new`], [`AnalysisError::NoController`], [`AnalysisError::NoGain`], and a machine without
     /// such a sensor.
     pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
         let mut whole = Self::new(scenario, view)?;

@@ -18,7 +18,6 @@ pub(super) fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same as a text.
 pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
     text_of(read_bytes(path, most)?)
 }

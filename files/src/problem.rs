@@ -76,7 +76,6 @@ impl Problems {
         self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
     }
 
-    /// Records an error at a key.
     pub(crate) fn add_error(&mut self, origin: &Origin, key: impl Into<String>, error: &dyn Remedy) {
         self.add(origin, key, error.to_string(), error.remedy());
     }

@@ -70,7 +70,6 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     ))
 }
 
-/// The chain of a machine file.
 fn from_file(path: &Path) -> crate::Result<LandmarkChain> {
     let document = Draft::load_with(path, &[])?.build()?;
     LandmarkChain::of_machine(&document.scenario.machine).map_err(|error| match error {
@@ -86,7 +85,6 @@ fn is_missed(found: f64, paper: f64) -> bool {
     (found - paper).abs() > LANDMARK_HZ || found.is_nan()
 }
 
-/// The result of each start.
 fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     let farthest = |fit: &Fit| {
         let off = fit.landmarks.against_paper().into_iter().map(|(_, got, paper)| (got - paper).abs());

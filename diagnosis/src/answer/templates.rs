@@ -19,7 +19,6 @@ const LINES: usize = 24;
 /// within them.
 const ALLOWED: f64 = 0.8;
 
-/// Shape of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Multisine { low_hz: f64, high_hz: f64 },

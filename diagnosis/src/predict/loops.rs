@@ -71,7 +71,6 @@ pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
     loops.iter().map(|servo| servo.start.clone()).collect()
 }
 
-/// A row, on its way.
 pub(super) struct RowSpan {
     pub(super) start_s: f64,
     /// Time until the next row, s.

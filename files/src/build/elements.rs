@@ -15,7 +15,6 @@ use crate::read::{Reader, Scope};
 use crate::tree::node_at;
 
 impl Builder<'_> {
-    /// The machine, unnamed.
     pub(crate) fn machine(&mut self) -> Machine {
         let contacts = self.each(&CONTACTS, Self::contact);
         let mut machine = Machine {
@@ -135,7 +134,6 @@ impl Builder<'_> {
         Some(Sensor { effects: self.effects(item, host), ..sensor })
     }
 
-    /// Dimension of a signal of the plant.
     pub(super) fn signal_dim(&self, signal: &SignalName) -> Dimension {
         match signal.quantity {
             Quantity::Command => self.command_dim(&signal.element),

@@ -44,7 +44,6 @@ pub(crate) fn text_of(path: &Path, wanted: &'static str) -> Result<String, FileE
 }
 
 impl ShapeFile {
-    /// Reads it at its path.
     pub(crate) fn load(&self, path: &Path) -> Result<Shape, FileError> {
         Ok(match self {
             Self::Hull { scale_m, .. } => Shape::Hull { points_m: mesh(path, *scale_m)?.vertices_m },

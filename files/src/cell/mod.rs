@@ -162,7 +162,6 @@ fn refuse(
     problems.add(&at, key, message, remedy);
 }
 
-/// Records an error at a key.
 fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn Remedy) {
     refuse(draft, problems, key, error.to_string(), error.remedy());
 }

@@ -106,7 +106,6 @@ impl Agreement {
         over
     }
 
-    /// The largest of these.
     pub(crate) fn farthest(&self) -> f64 {
         self.over_close().into_iter().fold(0.0, f64::max)
     }

@@ -35,7 +35,6 @@ pub struct CellRecord {
     pub joint_events: Vec<JointEvent>,
 }
 
-/// Adds a row to a trace.
 pub(crate) fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
     Observer::record(trace, t_s, row);
 }

@@ -160,7 +160,6 @@ impl<'a> Finished<'a> {
         }
     }
 
-    /// A time as a share of the run.
     fn share(&self, time_s: f64) -> f64 {
         if self.end_s > 0.0 { time_s / self.end_s } else { 0.0 }
     }

@@ -185,7 +185,6 @@ fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
     (0..count).map(move |i| (i as u64 * size, size.min(variants - i as u64 * size)))
 }
 
-/// The identities of the chunks of a pass.
 fn chunk_ids(pass: usize, variants: u64) -> Vec<ChunkId> {
     (0..chunks(variants).len()).map(|number| ChunkId { pass, number }).collect()
 }

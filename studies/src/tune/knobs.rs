@@ -24,7 +24,6 @@ const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
 
-/// The setting of a knob.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     /// A factor on all gains on errors.
@@ -89,7 +88,6 @@ impl Knob {
     }
 }
 
-/// The knobs of a controller.
 #[derive(Clone, Debug)]
 pub(super) struct Knobs {
     base: ControllerSpec,

@@ -136,7 +136,6 @@ pub fn tune(
     })
 }
 
-/// The name of the controller that is tuned.
 fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
     let known: Vec<&str> = scenario.controllers.keys().map(String::as_str).collect();
     let add = || refused("the file has no controller that closes a loop", "add one, as `feeler new` shows");

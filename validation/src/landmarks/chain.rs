@@ -191,7 +191,6 @@ impl LandmarkChain {
             .collect()
     }
 
-    /// The values alone.
     pub(super) fn values(&self) -> Vec<f64> {
         self.parameters().into_iter().map(|(value, _)| value).collect()
     }

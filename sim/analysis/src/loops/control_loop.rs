@@ -245,7 +245,6 @@ impl ControlLoop {
         self.controllers[controller].spec = spec;
     }
 
-    /// Specifications of the controllers.
     pub(crate) fn specs(&self) -> Vec<ControllerSpec> {
         self.controllers.iter().map(|c| c.spec.clone()).collect()
     }

@@ -23,7 +23,6 @@ const LEAST_LIFTS: (usize, usize) = (3, 2);
 const LEAST_STICKS: usize = 2;
 
 impl Evidence<'_> {
-    /// What became of the run.
     pub(in crate::run) fn verdict(&self) -> RunVerdict {
         let tail = Tail::of(self);
         if let Some(verdict) = self.before_contact(&tail).or_else(|| self.without_contact(&tail)) {

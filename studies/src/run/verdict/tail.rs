@@ -16,7 +16,6 @@ const LEAST_TURNS: (usize, usize) = (4, 1);
 /// Fewer rows show nothing.
 pub(super) const LEAST_ROWS: usize = 30;
 
-/// The tail of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail {
     /// Its first row.

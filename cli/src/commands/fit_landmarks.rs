@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
 fn from_file(path: &Path) -> crate::Result<LandmarkChain> {
     let document = Draft::load_with(path, &[])?.build()?;
     LandmarkChain::of_machine(&document.scenario.machine).map_err(|error| match error {
-        ValidationError::LandmarkChain { .. } => {
+        ValidationError::Chain { .. } => {
             BadInput::error(format!("{}: {error}", path.display()), error.remedy())
         }
         other => other.into(),

@@ -12,7 +12,7 @@ use crate::refusal::Refusal;
 #[derive(Debug, Error)]
 pub enum FrfError {
     #[error(transparent)]
-    FrfRequest(#[from] Refusal),
+    Request(#[from] Refusal),
     /// The scenario or the dataset has the mistake; the caller knows its name.
     #[error("{0}")]
     Source(Refusal),
@@ -23,7 +23,7 @@ pub enum FrfError {
 impl Remedy for FrfError {
     fn remedy(&self) -> Cow<'_, str> {
         match self {
-            Self::FrfRequest(refusal) | Self::Source(refusal) => refusal.remedy(),
+            Self::Request(refusal) | Self::Source(refusal) => refusal.remedy(),
             Self::Analysis(AnalysisError::RunEnded { .. }) => {
                 "the machine runs away under this excitation: try --clamped, or less with --rms".into()
             }
@@ -51,7 +51,7 @@ mod tests {
     fn prop_every_error_says_what_to_do() {
         let refusal = || Refusal::new("the band is empty", "widen it with --band");
         let all = [
-            FrfError::FrfRequest(refusal()),
+            FrfError::Request(refusal()),
             FrfError::Source(refusal()),
             FrfError::Analysis(AnalysisError::RunEnded { t_s: 0.1 }),
             FrfError::Analysis(AnalysisError::NotLinear { name: "contact.touches".into() }),

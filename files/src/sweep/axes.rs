@@ -74,8 +74,8 @@ impl SweepAxis {
         }
     }
 
-    /// The value of a grid at `index`, which is below [`SweepAxis::count`]; the first and the last are exactly
-    /// those in the file.
+    /// The value of a grid at `index`, which is below [`SweepAxis::count`]. The first and the last are
+    /// exactly those in the file.
     pub fn point(&self, index: u64) -> Setting {
         match self {
             Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),

@@ -1,4 +1,4 @@
-//! Every public item has a comment. Members and variants have one where name and type leave something open, so
+//! Every public item has a comment. Members and variants have one where name and type leave something open:
 //! rustc's `missing_docs`, which asks for all of them, is off.
 
 use super::architecture::{LIBRARIES, product};

@@ -145,8 +145,8 @@ impl ControlLoop {
     /// for that gain gets one, even if the gain is zero in the scenario.
     ///
     /// # Errors
-    /// Those of [`Self::new`], [`AnalysisError::NoController`], [`AnalysisError::NoGain`], and a machine without
-    /// such a sensor.
+    /// Those of [`Self::new`], [`AnalysisError::NoController`], [`AnalysisError::NoGain`], and a machine
+    /// without such a sensor.
     pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
         let mut whole = Self::new(scenario, view)?;
         let (controller, gain) = whole.gain_of_key(key)?;

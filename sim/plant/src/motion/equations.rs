@@ -151,7 +151,7 @@ impl Motion {
         level
     }
 
-    /// Forces of links, weights and contacts, each with the node that it pushes and the one that it reacts on.
+    /// Forces of links, weights and contacts, each with the node that it pushes and that which it reacts on.
     fn passive_forces<'a>(
         &'a self,
         forces: &'a Forces,

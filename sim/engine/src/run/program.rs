@@ -122,7 +122,9 @@ impl Program {
         for signal in &scenario.run.record {
             match record(&scenario, signal, &mut wanted) {
                 Ok(source) => recorded.push(source),
-                Err(problem) => problems.push(Problem { key: "run.record".into(), ..problem }),
+                Err(problem) => {
+                    problems.push(Problem { key: format!("run.{}", RunSettings::RECORD.key.name), ..problem })
+                }
             }
         }
         let Some(motion) = motion.filter(|_| problems.is_empty()) else {

@@ -111,8 +111,8 @@ impl RunSettings {
             name: "integrator",
             kind: Kind::Word(INTEGRATORS),
             absent: Absent::Word(Integrator::ALL[0].1),
-            text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 bodies \
-                   if the step is short enough for the fastest motion",
+            text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 \
+                   bodies if the step is short enough for the fastest motion",
         },
         role: Role::Structure,
         get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),

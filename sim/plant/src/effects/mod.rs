@@ -18,13 +18,14 @@ pub use definition::{
 pub use error::EffectError;
 pub use law::{Curve, LawDrawing};
 
+use definition::ChangesPlant;
+
 /// What the file of an effect names.
 mod prelude {
-    pub(super) use super::definition::{
-        ABOVE_ZERO, Change, ChangesPlant, Definition, Host, HostKind, Parameters, Place, Trait,
+    pub(super) use super::{
+        ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, LawDrawing,
+        Parameters, Place, Trait,
     };
-    pub(super) use super::error::EffectError;
-    pub(super) use super::law::{Curve, LawDrawing};
     pub(super) use crate::assembly::Assembly;
     pub(super) use crate::units::Dimension;
 }

@@ -32,7 +32,7 @@ pub use boundary::{BoundaryLine, LinearLimits};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub(crate) use sobol::sobol;
-pub use table::{Column, SweepTable};
+pub use table::{SweepColumn, SweepTable};
 pub use theory::{CyclesAt, MapTheory, Theory};
 
 use feeler_files::{Document, SweepFile};

@@ -32,7 +32,7 @@ pub use equation::{Equation, Linear};
 pub use error::TuneError;
 pub use order::Step;
 pub use simulated::Runs;
-pub use spec::{Limit, Measure, Part, Spec};
+pub use spec::{Spec, TuneLimit, TuneMeasure, TunedPart};
 pub use theory::Figures;
 
 use crate::run::{ForceLoop, Outcome};
@@ -96,7 +96,7 @@ pub fn tune(
     let base = &scenario.controllers[name.as_str()].spec;
     let knobs = Knobs::new(scenario, base, spec)?;
     let at_work = knobs.all_at_work();
-    let with_step = spec.limits.iter().any(|limit| limit.of == Measure::StepOvershoot);
+    let with_step = spec.limits.iter().any(|limit| limit.of == TuneMeasure::StepOvershoot);
     let plants: Vec<_> =
         machines.par_iter().map(|machine| LinearPlant::new(machine, &name, &at_work, with_step)).collect();
     let plants = plants.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -198,7 +198,7 @@ impl Tuning<'_> {
             let failing = self.failing(&found.point, &active, known, &mut simulated);
             match failing {
                 Ok(runs) => {
-                    let asks = self.spec.limits.iter().any(|limit| limit.of == Measure::Overshoot);
+                    let asks = self.spec.limits.iter().any(|limit| limit.of == TuneMeasure::Overshoot);
                     if asks && runs.last().is_none_or(|runs| runs.overshoot.is_none()) {
                         return Err(refused(
                             "--spec: there is no overshoot: no force has a reference above zero that rests",

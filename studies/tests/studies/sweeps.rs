@@ -8,7 +8,7 @@ use feeler_analysis::ControlLoop;
 use feeler_files::Setting;
 use feeler_studies::operating_point::contact_view;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{Column, DrawnAxis, Sweep, SweepOptions, SweepTable, merge};
+use feeler_studies::sweep::{DrawnAxis, Sweep, SweepColumn, SweepOptions, SweepTable, merge};
 
 fn file(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join("sweeps").join(name)
@@ -211,7 +211,7 @@ fn truth_a_variant_that_fails_is_a_row() {
     let mut failing = sweep.clone();
     failing.file.axes["bodies.motor.mass"] = feeler_files::SweepAxis::Uniform { from: -12.0, to: 12.0 };
     let table = results(&failing);
-    let Column::Real(masses) = &table.columns["bodies.motor.mass"] else { panic!("numbers") };
+    let SweepColumn::Real(masses) = &table.columns["bodies.motor.mass"] else { panic!("numbers") };
     for (mass, error) in masses.iter().zip(table.texts("error").unwrap()) {
         assert_eq!(mass.unwrap() <= 0.0, error.is_some(), "{mass:?}: {error:?}");
     }

@@ -10,7 +10,10 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use feeler_validation::fuzz::{Fate, Fuzz, FuzzCase};
+#[path = "../tests/validation/mutated.rs"]
+mod mutated;
+
+use mutated::{Fate, Fuzz, FuzzCase};
 
 /// Longest processor time of a case, s.
 const LONGEST_S: f64 = 10.0;

@@ -14,7 +14,6 @@ pub mod error;
 pub mod experiments;
 pub mod figures;
 pub mod files;
-pub mod fuzz;
 pub mod landmarks;
 pub mod models;
 pub mod paper;

@@ -8,6 +8,7 @@ mod full;
 mod fuzz;
 mod landmarks;
 mod models;
+mod mutated;
 
 use std::path::{Path, PathBuf};
 

@@ -15,7 +15,7 @@
 use std::path::Path;
 
 use feeler_sim::analysis::{ControlLoop, View};
-use feeler_sim::studies::sweep::{Options, Sweep, SweepTable};
+use feeler_sim::studies::sweep::{Sweep, SweepOptions, SweepTable};
 
 const GAIN: &str = "controllers.force.kp";
 
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Variants go side by side through the vector registers and over all processors. Results are one Parquet
     // file, the same to the last bit however many threads there are.
     let folder = std::env::temp_dir().join(format!("feeler-sweep-{}", std::process::id()));
-    let result = sweep.run(&folder, Options::default(), &|_| {})?;
+    let result = sweep.run(&folder, SweepOptions::default(), &|_| {})?;
     let table = SweepTable::read(result.table.as_deref().ok_or("no table was written")?)?;
     std::fs::remove_dir_all(&folder)?;
 

@@ -10,7 +10,7 @@ use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
 use feeler_plant::effects::Kind;
-use feeler_studies::sweep::{Options, Sweep};
+use feeler_studies::sweep::{Sweep, SweepOptions};
 
 /// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, with every measure,
 /// and rows written as Parquet. One element is one variant.
@@ -32,7 +32,7 @@ fn map(criterion: &mut Criterion) {
             bench.iter(|| {
                 let folder = tempfile::tempdir().unwrap();
                 let result = sweep
-                    .run(folder.path(), Options { threads: Some(threads), shard: None }, &|_| {})
+                    .run(folder.path(), SweepOptions { threads: Some(threads), shard: None }, &|_| {})
                     .unwrap();
                 assert_eq!(result.progress.done, points * points);
             });

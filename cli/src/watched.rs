@@ -20,7 +20,6 @@ impl Watched {
         Self(document.files().map(|path| (path.to_owned(), changed(path))).collect())
     }
 
-    /// Whether these are the files of a document.
     pub(crate) fn is_of(&self, document: &Document) -> bool {
         self.0.iter().map(|(path, _)| path.as_path()).eq(document.files())
     }

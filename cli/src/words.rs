@@ -89,7 +89,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        _ => undecided(summary.verdict.undecided, summary.simulated_s) + &so_far(summary, units),
+        Outcome::Undecided => undecided(summary) + &so_far(summary, units),
     }
 }
 
@@ -168,7 +168,11 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         Outcome::Driven => {
             format!("Nothing is touched, and `{signal}` follows a reference that moves to the end.")
         }
-        _ => undecided(summary.verdict.undecided, summary.simulated_s),
+        Outcome::BouncesThenSettles
+        | Outcome::Chatter
+        | Outcome::FollowsSurface
+        | Outcome::NoContact
+        | Outcome::Undecided => undecided(summary),
     }
 }
 
@@ -283,11 +287,12 @@ fn so_far(summary: &Summary, units: Units) -> String {
     })
 }
 
-fn undecided(why: Option<Undecided>, simulated_s: f64) -> String {
+fn undecided(summary: &Summary) -> String {
+    let why = summary.verdict.undecided;
     if let Some(why) = why.filter(|why| !why.may_be_decided()) {
         return format!("Undecided: {}.", why.words());
     }
     let why = why.map_or_else(String::new, |why| format!("{}; ", why.words()));
-    let longer = with_unit(2.0 * simulated_s, "s");
+    let longer = with_unit(2.0 * summary.simulated_s, "s");
     format!("Undecided: {why}lengthen run.duration, for example by --set 'run.duration={longer}'.")
 }

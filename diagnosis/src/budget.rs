@@ -50,7 +50,6 @@ impl Budget {
         Self { begun: Instant::now(), limit: None }
     }
 
-    /// Whether the time of a stage is over.
     pub(crate) fn is_over(&self, stage: Stage) -> bool {
         self.limit.is_some_and(|limit| self.begun.elapsed() >= limit.mul_f64(stage.ends_at()))
     }

@@ -14,73 +14,36 @@ use crate::dataset::fault::Fault;
 /// The reason why a diagnosis is impossible.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum DiagnosisError {
     /// The dataset file, or the machine file that it names, has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// A log cannot be read.
     #[error(transparent)]
     Log(LogError),
-    /// A file that cannot be an experiment of a dataset.
     #[error("{}: {reason}", .file.display())]
     Unreadable { file: PathBuf, reason: String, remedy: &'static str },
-    /// The log has no such joint.
     #[error("no joint `{joint}` has both a target and a position; {known} have")]
-    NoJoint {
-        /// The requested joint.
-        joint: String,
-        /// Joints that have both a target and a position.
-        known: String,
-    },
-    /// A file that cannot be written.
+    NoJoint { joint: String, known: String },
     #[error("{}", .problem.message)]
-    Unwritable {
-        /// The problem, with its remedy.
-        problem: Problem,
-    },
+    Unwritable { problem: Problem },
     /// A fault of the measured series that no assumption can repair.
     #[error("{}", list_faults(.faults))]
-    Data {
-        /// Every fault found.
-        faults: Vec<Fault>,
-    },
+    Data { faults: Vec<Fault> },
     /// A column names a signal that the replayed machine does not have.
     #[error("column `{column}` is `{signal}`, which this machine lacks: {reason}")]
-    Signal {
-        column: String,
-        signal: String,
-        /// Why the signal does not exist.
-        reason: String,
-        remedy: String,
-    },
-    /// No experiments are left to fit, or to check.
+    Signal { column: String, signal: String, reason: String, remedy: String },
     #[error(
         "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and \
          {checked} to be checked on"
     )]
-    Roles {
-        /// Experiments to be fitted.
-        fitted: usize,
-        /// Experiments to be checked on.
-        checked: usize,
-    },
-    /// The believed machine's prediction of the records has no finite size.
+    Roles { fitted: usize, checked: usize },
     #[error(
         "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s \
          apart"
     )]
-    Unbounded {
-        /// Spacing of rows, s.
-        spacing_s: f64,
-    },
-    /// The machine cannot move as described.
+    Unbounded { spacing_s: f64 },
     #[error("the machine cannot be moved: {}", in_lines(.problems))]
-    Machine {
-        /// Every mistake, by key.
-        problems: Vec<Problem>,
-    },
-    /// A mode of the machine has no usable exponential.
+    Machine { problems: Vec<Problem> },
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
 }

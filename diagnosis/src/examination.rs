@@ -15,7 +15,6 @@ use crate::report::Diagnosis;
 pub struct Examination {
     /// What was measured, with the machine as it was believed.
     pub dataset: Dataset,
-    /// The answer.
     pub diagnosis: Diagnosis,
     /// What to change in the believed machine.
     pub difference: Difference,

@@ -1,14 +1,14 @@
 //! Frequency responses from the records of a dataset.
 
-use feeler_analysis::frf::Experiment;
+use feeler_analysis::frf::FrfExperiment;
 use feeler_files::DatasetFile;
 use feeler_lti::spectral::{CrossSpectra, ResponseEstimate, WelchSettings, cross_spectra};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_studies::Refusal;
 use feeler_studies::frf::{
-    Evaluated, FrfError, Pair, Request, Response, SEGMENTS, Separated, between, choose as choose_method,
-    evaluate, require, require_path, sensed,
+    Evaluated, FrfError, FrfRequest, RecordPair, Response, SEGMENTS, Separated, between,
+    choose as choose_method, evaluate, require, require_path, sensed,
 };
 use feeler_studies::numbers::{count, plain};
 
@@ -43,7 +43,7 @@ struct Chosen<'a> {
 pub fn measured_response(
     file: &DatasetFile,
     data: &Dataset,
-    request: &Request,
+    request: &FrfRequest,
 ) -> Result<Response, FrfError> {
     let mut notes: Vec<String> = Vec::new();
     let chosen = choose(request, file, data, &mut notes)?;
@@ -51,7 +51,7 @@ pub fn measured_response(
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
-    let pairs: Vec<Pair> = chosen
+    let pairs: Vec<RecordPair> = chosen
         .records
         .iter()
         .map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series])))
@@ -87,7 +87,7 @@ pub fn measured_response(
         machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
     // Every recorded command is held until the next row, whatever the controller's period: that is the hold
     // of the overlay.
-    let experiment = Experiment {
+    let experiment = FrfExperiment {
         machine,
         actuator,
         output: chosen.signal.clone(),
@@ -134,7 +134,7 @@ fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
 }
 
 fn choose<'a>(
-    request: &Request,
+    request: &FrfRequest,
     file: &DatasetFile,
     data: &'a Dataset,
     notes: &mut Vec<String>,
@@ -257,7 +257,7 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
 /// Leaves out what the records say nothing about: frequencies without power in the command, and those whose
 /// phase is unknown.
 fn drop_unknown(
-    request: &Request,
+    request: &FrfRequest,
     found: &mut Evaluated,
     of_lines: bool,
     command: Option<&CrossSpectra>,

@@ -108,7 +108,6 @@ pub struct Attempt {
 
 /// Result of a set of causes that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum AttemptOutcome {
     /// It is the answer.
     Accepted,
@@ -118,7 +117,6 @@ pub enum AttemptOutcome {
     NoEffect,
     /// It gains too little on the check experiments.
     TooLittle {
-        /// Gain, nats.
         gained_nats: f64,
         /// Required gain, nats.
         needed_nats: f64,
@@ -137,7 +135,6 @@ pub enum AttemptOutcome {
     },
     /// Its fit was stopped after a few steps.
     LeftEarly,
-    /// It was not fitted.
     NotFitted,
     /// The time ran out before it was tried.
     NotTried,

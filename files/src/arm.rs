@@ -22,9 +22,7 @@ const LARGEST_URDF: u64 = 16 << 20;
 /// A checked arm file.
 #[derive(Clone, Debug)]
 pub struct ArmFile {
-    /// Short name.
     pub name: String,
-    /// Description of the arm.
     pub about: String,
     /// Links, joints and drives.
     pub arm: Arm,

@@ -39,7 +39,6 @@ pub struct DatasetFile {
     pub rate_hz: Option<f64>,
     /// Columns by their name in the files.
     pub columns: IndexMap<String, Column>,
-    /// The experiments, one for each file.
     pub experiments: Vec<Experiment>,
 }
 

@@ -40,7 +40,6 @@ pub struct Draft {
 /// The value of an override.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Setting {
-    /// A number in SI.
     Number(f64),
     /// A word, a name, or a number with its unit.
     Text(String),

@@ -18,12 +18,10 @@ pub(super) fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same as a text.
 pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
     text_of(read_bytes(path, most)?)
 }
 
-/// Bytes as a text.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| {
         let (bytes, at) = (error.as_bytes(), error.utf8_error().valid_up_to());

@@ -61,6 +61,6 @@ pub use located::Located;
 pub use numbers::{Edit, Number, rounded, with_numbers};
 pub use problem::FormatError;
 pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
-pub use sweep::{Axis, MOST_DIMENSIONS, Refine, SweepFile};
+pub use sweep::{MOST_DIMENSIONS, Refine, SweepAxis, SweepFile};
 pub use templates::{ARM_TEMPLATE, FOLDERS, Folder, TEMPLATES, Template, arm_text, template, template_names};
 pub use write::{Commands, driven_to_toml, machine_to_toml, samples_csv, to_toml};

@@ -17,7 +17,6 @@ pub(crate) const MOST_PROBLEMS: usize = 1000;
 #[derive(Clone, Debug, Error)]
 #[error("{}", self.report(false))]
 pub struct FormatError {
-    /// The mistakes.
     pub problems: Vec<Located>,
     /// Number of further mistakes after the first thousand.
     pub omitted: usize,
@@ -77,7 +76,6 @@ impl Problems {
         self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
     }
 
-    /// Records an error at a key.
     pub(crate) fn add_error(&mut self, origin: &Origin, key: impl Into<String>, error: &dyn Remedy) {
         self.add(origin, key, error.to_string(), error.remedy());
     }

@@ -263,7 +263,6 @@ impl Reader<'_> {
     }
 }
 
-/// A dotted path.
 pub(crate) fn join(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }

@@ -107,7 +107,7 @@ fn effects_markdown() -> String {
         let _ = write!(text, "\n## `{}`\n\n{}{rest}. ", definition.kind, first.to_uppercase());
         let _ = writeln!(text, "It sits under {}.\n", definition.sits_under());
         let _ = writeln!(text, "![law of {0}](images/effects/{0}.svg)\n", definition.kind);
-        for line in definition.documentation.lines() {
+        for line in definition.documentation().lines() {
             match line.strip_prefix("## ") {
                 Some(title) => drop(writeln!(text, "### {title}\n")),
                 None => drop(writeln!(text, "{line}")),

@@ -8,11 +8,9 @@ use feeler_arm::{Chain, JointKind};
 /// A template of a single file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Template {
-    /// Name of the template.
     pub name: &'static str,
     /// Description in one line.
     pub about: &'static str,
-    /// Text of the file.
     pub text: &'static str,
 }
 
@@ -68,7 +66,6 @@ pub const TEMPLATES: &[Template] = &[
 /// A template of several files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
-    /// Name of the template.
     pub name: &'static str,
     /// Description in one line.
     pub about: &'static str,

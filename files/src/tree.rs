@@ -50,7 +50,6 @@ impl Value {
 }
 
 impl Node {
-    /// An empty table.
     pub(crate) fn table(origin: Origin) -> Self {
         Self { value: Value::Table(Table::new()), origin }
     }
@@ -116,7 +115,6 @@ pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
     (Some(node.origin.clone()), true)
 }
 
-/// The node at a dotted path.
 pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {
     let (last, way) = path.split_last()?;
     let mut table = root;

@@ -15,20 +15,13 @@ use bases::{Bases, describe, nearest, symbol_bases};
 pub(crate) enum UnitError {
     /// It does not begin with a number.
     #[error("`{text}` does not begin with a number")]
-    NoNumber {
-        /// The text that was written.
-        text: String,
-    },
+    NoNumber { text: String },
     /// A number alone, where a unit is needed.
     #[error("`{text}` has no unit")]
-    NoUnit {
-        /// The text that was written.
-        text: String,
-    },
+    NoUnit { text: String },
     /// A comma instead of the decimal point.
     #[error("`{text}` has a decimal comma")]
     DecimalComma {
-        /// The text that was written.
         text: String,
         /// The same with a point.
         meant: String,
@@ -52,7 +45,6 @@ pub(crate) enum UnitError {
     /// A unit of another dimension.
     #[error("`{text}` is {given}")]
     WrongDimension {
-        /// The text that was written.
         text: String,
         /// The dimension of the text.
         given: String,
@@ -91,7 +83,6 @@ fn scaled(number: f64, factor: f64) -> f64 {
     }
 }
 
-/// Number and unit of a text.
 pub(crate) fn number_and_unit(text: &str) -> Result<(f64, &str), UnitError> {
     let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
     if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {

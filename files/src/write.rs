@@ -127,7 +127,6 @@ impl Writer {
         }
     }
 
-    /// The key of a record's form.
     fn form<T: Record>(&mut self, element: &Element, record: &T) {
         if let Some((choice, form)) = element.shape.choice.as_ref().zip(record.form()) {
             self.words(choice.key, form.name);

@@ -48,7 +48,6 @@ impl fmt::Display for LogPlace {
 /// Why a log cannot be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum LogError {
     /// The file cannot be opened.
     #[error("{}: {source}", .file.display())]

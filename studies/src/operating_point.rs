@@ -13,7 +13,6 @@ const PRELOAD_N: f64 = 10.0;
 
 /// The part of a machine that depends on the contact's force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Dependence {
     /// A contact that has no stiffness without force.
     Vanishing,

@@ -10,7 +10,10 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use feeler_validation::fuzz::{Case, Fate, Fuzz};
+#[path = "../tests/validation/mutated.rs"]
+mod mutated;
+
+use mutated::{Fate, Fuzz, FuzzCase};
 
 /// Longest processor time of a case, s.
 const LONGEST_S: f64 = 10.0;
@@ -27,8 +30,8 @@ fn main() -> ExitCode {
     let mut numbers = std::env::args().skip(1).filter_map(|argument| argument.parse::<u64>().ok());
     let (count, first) = (numbers.next().unwrap_or(2000), numbers.next().unwrap_or(0));
     let fuzz = Fuzz::of(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")));
-    let present: &'static Mutex<Option<(Case, Clock)>> = Box::leak(Box::default());
-    let keep = |case: &Case| {
+    let present: &'static Mutex<Option<(FuzzCase, Clock)>> = Box::leak(Box::default());
+    let keep = |case: &FuzzCase| {
         std::fs::write(FAILED, format!("# case {} of {}\n{}", case.number, case.from.display(), case.text))
     };
     std::thread::spawn(move || {

@@ -11,8 +11,8 @@ use feeler_plant::description::{ActuatorKind, Body, Engagement, Machine, Quantit
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of};
-use crate::table::Row;
+use crate::paper::{IDEAL, PaperAxis, PaperModel, SOURCE, gain_of};
+use crate::table::CheckRow;
 
 /// Tolerance of two edges found by bisection of eigenvalues of different matrices: 1e-12, with a margin.
 const SAME_EDGE: f64 = 1e-9;
@@ -33,18 +33,18 @@ fn is_unbounded(bands: &GainBands) -> bool {
     matches!(bands.bands.as_slice(), [band] if band.lower.is_none() && band.upper.is_none())
 }
 
-fn force_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
+fn force_bands(axis: &PaperAxis) -> Result<GainBands, ValidationError> {
     let whole = axis.kp_loop(1e-3, 0.0)?;
     Ok(whole.continuous_bands(gain_of(&whole))?)
 }
 
 /// The gain up to which the loop is stable.
-fn force_limit(axis: &Axis) -> Result<f64, ValidationError> {
+fn force_limit(axis: &PaperAxis) -> Result<f64, ValidationError> {
     Ok(force_bands(axis)?.first_upper())
 }
 
 /// The same machine under proportional control of the motor's position.
-fn position_loop(axis: &Axis) -> Scenario {
+fn position_loop(axis: &PaperAxis) -> Scenario {
     let mut scenario = axis.force_loop(ForceGains::default(), 1e-3, 0.0);
     let gains = PositionGains { kp: 1.0, ..PositionGains::default() };
     for control in scenario.controllers.values_mut() {
@@ -54,13 +54,13 @@ fn position_loop(axis: &Axis) -> Scenario {
     scenario
 }
 
-fn position_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
+fn position_bands(axis: &PaperAxis) -> Result<GainBands, ValidationError> {
     let whole = ControlLoop::new(&position_loop(axis), &View::CLAMPED)?;
     Ok(whole.continuous_bands(gain_of(&whole))?)
 }
 
 /// Phase of the sensed force against the drive at a frequency, degrees, continued from low frequency.
-fn phase_deg(axis: &Axis, frequency_hz: f64) -> Result<f64, ValidationError> {
+fn phase_deg(axis: &PaperAxis, frequency_hz: f64) -> Result<f64, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
     let (input, output) =
         (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
@@ -85,7 +85,7 @@ fn classified(machine: &Machine) -> Result<Vec<(VibrationMode, ModeInPair)>, Val
 }
 
 /// The flexible mode of a model that has one.
-fn flexible_mode(axis: &Axis) -> Result<(VibrationMode, ModeInPair), ValidationError> {
+fn flexible_mode(axis: &PaperAxis) -> Result<(VibrationMode, ModeInPair), ValidationError> {
     let found = classified(&axis.machine("axis"))?.into_iter().find(|(_, pair)| !pair.rigid_body);
     found.ok_or_else(|| ValidationError::Reference { what: "a machine without a flexible mode".into() })
 }
@@ -94,7 +94,7 @@ fn flexible_mode(axis: &Axis) -> Result<(VibrationMode, ModeInPair), ValidationE
 ///
 /// # Errors
 /// [`ValidationError`] if a computation fails.
-pub fn claim_rows() -> Result<Vec<Row>, ValidationError> {
+pub fn claim_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let mut rows = first()?;
     rows.extend(second()?);
     rows.extend(third()?);
@@ -103,9 +103,9 @@ pub fn claim_rows() -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-fn first() -> Result<Vec<Row>, ValidationError> {
+fn first() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 1: rigid-body bandwidth";
-    let rigid = |drive| Axis::reference(Model::Rigid, drive);
+    let rigid = |drive| PaperAxis::reference(PaperModel::Rigid, drive);
     let source = |time_constant_s| ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s };
     let (slow, usual, fast) = (
         force_limit(&rigid(source(4e-3)))?,
@@ -114,17 +114,21 @@ fn first() -> Result<Vec<Row>, ValidationError> {
     );
     let k_s = rigid(SOURCE).contact.0;
     Ok(vec![
-        Row::holds(
+        CheckRow::holds(
             "an ideal actuator is stable at every gain",
             claim,
             is_unbounded(&force_bands(&rigid(IDEAL))?),
         ),
-        Row::holds("its phase stays above -180 degrees", claim, phase_deg(&rigid(IDEAL), FAR_HZ)? > -180.0),
-        Row::holds("the actuator's falls below", claim, phase_deg(&rigid(SOURCE), FAR_HZ)? < -180.0),
-        Row::holds("the actuator's pole bounds the gain", claim, usual.is_finite()),
-        Row::holds("more actuator bandwidth raises the bound", claim, slow < usual && usual < fast),
+        CheckRow::holds(
+            "its phase stays above -180 degrees",
+            claim,
+            phase_deg(&rigid(IDEAL), FAR_HZ)? > -180.0,
+        ),
+        CheckRow::holds("the actuator's falls below", claim, phase_deg(&rigid(SOURCE), FAR_HZ)? < -180.0),
+        CheckRow::holds("the actuator's pole bounds the gain", claim, usual.is_finite()),
+        CheckRow::holds("more actuator bandwidth raises the bound", claim, slow < usual && usual < fast),
         // f_s = k_s x_r: a gain on position is k_s times one on force, and reaches the same limit.
-        Row::relative(
+        CheckRow::relative(
             "position control meets the same limit, over the contact stiffness",
             claim,
             position_bands(&rigid(SOURCE))?.first_upper() / k_s,
@@ -134,40 +138,51 @@ fn first() -> Result<Vec<Row>, ValidationError> {
     ])
 }
 
-fn second() -> Result<Vec<Row>, ValidationError> {
+fn second() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 2: transmission flexibility is dynamically noncolocated";
-    let axis = Axis::reference(Model::Flexible, IDEAL);
+    let axis = PaperAxis::reference(PaperModel::Flexible, IDEAL);
     let (_, pair) = flexible_mode(&axis)?;
     Ok(vec![
-        Row::holds("its mode is noncolocated", claim, pair.class == ModeClass::Noncolocated),
-        Row::close(
+        CheckRow::holds("its mode is noncolocated", claim, pair.class == ModeClass::Noncolocated),
+        CheckRow::close(
             "phase drop against the rigid body, read from the response at 400 Hz, degrees",
             claim,
-            phase_deg(&axis, FAR_HZ)? - phase_deg(&Axis::reference(Model::Rigid, IDEAL), FAR_HZ)?,
+            phase_deg(&axis, FAR_HZ)? - phase_deg(&PaperAxis::reference(PaperModel::Rigid, IDEAL), FAR_HZ)?,
             pair.phase_change_deg,
             DAMPERS_DEG,
         ),
-        Row::close("phase drop by its poles and zeros, degrees", claim, pair.phase_change_deg, -180.0, 0.0),
-        Row::holds("roots in the right half plane at high gain", claim, force_limit(&axis)?.is_finite()),
-        Row::holds("motor feedback is stable at every gain", claim, is_unbounded(&position_bands(&axis)?)),
+        CheckRow::close(
+            "phase drop by its poles and zeros, degrees",
+            claim,
+            pair.phase_change_deg,
+            -180.0,
+            0.0,
+        ),
+        CheckRow::holds("roots in the right half plane at high gain", claim, force_limit(&axis)?.is_finite()),
+        CheckRow::holds(
+            "motor feedback is stable at every gain",
+            claim,
+            is_unbounded(&position_bands(&axis)?),
+        ),
     ])
 }
 
-fn third() -> Result<Vec<Row>, ValidationError> {
+fn third() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 3: base and workpiece are dynamically colocated";
     let mut rows = Vec::new();
-    for model in [Model::Base, Model::Workpiece] {
-        let axis = Axis::reference(model, IDEAL);
+    for model in [PaperModel::Base, PaperModel::Workpiece] {
+        let axis = PaperAxis::reference(model, IDEAL);
         let (_, pair) = flexible_mode(&axis)?;
         let name = model.name();
-        rows.push(Row::holds(
+        rows.push(CheckRow::holds(
             format!("{name}: the mode is colocated"),
             claim,
             pair.class == ModeClass::Colocated,
         ));
-        rows.push(Row::holds(format!("{name}: a pair of zeros beside it"), claim, pair.zero.is_some()));
-        let lost = phase_deg(&axis, FAR_HZ)? - phase_deg(&Axis::reference(Model::Rigid, IDEAL), FAR_HZ)?;
-        rows.push(Row::close(
+        rows.push(CheckRow::holds(format!("{name}: a pair of zeros beside it"), claim, pair.zero.is_some()));
+        let lost =
+            phase_deg(&axis, FAR_HZ)? - phase_deg(&PaperAxis::reference(PaperModel::Rigid, IDEAL), FAR_HZ)?;
+        rows.push(CheckRow::close(
             format!("{name}: phase lost, read from the response at 400 Hz, degrees"),
             claim,
             lost,
@@ -175,21 +190,21 @@ fn third() -> Result<Vec<Row>, ValidationError> {
             DAMPERS_DEG,
         ));
         let twice = |part: Option<(f64, f64, f64)>| part.map(|(m, k, b)| (m, k, 2.0 * b));
-        let damped = Axis { base: twice(axis.base), workpiece: twice(axis.workpiece), ..axis };
-        rows.push(Row::holds(
+        let damped = PaperAxis { base: twice(axis.base), workpiece: twice(axis.workpiece), ..axis };
+        rows.push(CheckRow::holds(
             format!("{name}: more damping shrinks the dip"),
             claim,
             phase_excursion_deg(&damped)? < phase_excursion_deg(&axis)?,
         ));
-        rows.push(Row::holds(
+        rows.push(CheckRow::holds(
             format!("{name}: with twice the damping no gain is too large"),
             claim,
             is_unbounded(&force_bands(&damped)?),
         ));
     }
-    let base = force_bands(&Axis::reference(Model::Base, IDEAL))?;
-    rows.push(Row::holds("base: nor is any as it is", claim, is_unbounded(&base)));
-    let axis = Axis::reference(Model::Workpiece, IDEAL);
+    let base = force_bands(&PaperAxis::reference(PaperModel::Base, IDEAL))?;
+    rows.push(CheckRow::holds("base: nor is any as it is", claim, is_unbounded(&base)));
+    let axis = PaperAxis::reference(PaperModel::Workpiece, IDEAL);
     // Its dip costs more than the margin between these gains.
     let bands = force_bands(&axis)?.bands;
     let edge = |edge: Option<&Edge>| edge.map_or(f64::NAN, |edge| edge.gain);
@@ -197,18 +212,22 @@ fn third() -> Result<Vec<Row>, ValidationError> {
         edge(bands.first().and_then(|b| b.upper.as_ref())),
         edge(bands.last().and_then(|b| b.lower.as_ref())),
     );
-    rows.push(Row::close(
+    rows.push(CheckRow::close(
         "workpiece: as it is, gains are too large from",
         claim,
         up_to,
         11.743,
         THREE_DECIMALS,
     ));
-    rows.push(Row::close("workpiece: up to", claim, from, 40.657, THREE_DECIMALS));
-    rows.push(Row::holds("workpiece: and none beyond", claim, bands.len() == 2 && bands[1].upper.is_none()));
-    let stiffer = Axis { workpiece: axis.workpiece.map(|(m, k, b)| (m, 2.0 * k, b)), ..axis };
+    rows.push(CheckRow::close("workpiece: up to", claim, from, 40.657, THREE_DECIMALS));
+    rows.push(CheckRow::holds(
+        "workpiece: and none beyond",
+        claim,
+        bands.len() == 2 && bands[1].upper.is_none(),
+    ));
+    let stiffer = PaperAxis { workpiece: axis.workpiece.map(|(m, k, b)| (m, 2.0 * k, b)), ..axis };
     let raised = flexible_mode(&stiffer)?.0.frequency_hz() > flexible_mode(&axis)?.0.frequency_hz();
-    rows.push(Row::holds("workpiece: higher stiffness raises the mode", claim, raised));
+    rows.push(CheckRow::holds("workpiece: higher stiffness raises the mode", claim, raised));
 
     rows.extend(bystanders()?);
     Ok(rows)
@@ -216,10 +235,10 @@ fn third() -> Result<Vec<Row>, ValidationError> {
 
 /// A mode in which actuator and sensor do not take part: two equal bodies that swing on the tip against each
 /// other. Together they equal one of twice the size.
-fn bystanders() -> Result<Vec<Row>, ValidationError> {
+fn bystanders() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 3: base and workpiece are dynamically colocated";
     let carrying = |count: usize, share: f64| {
-        let axis = Axis::reference(Model::Rigid, IDEAL);
+        let axis = PaperAxis::reference(PaperModel::Rigid, IDEAL);
         let mut scenario = axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, 1e-3, 0.0);
         for i in 0..count {
             let name = format!("bystander-{i}");
@@ -238,13 +257,13 @@ fn bystanders() -> Result<Vec<Row>, ValidationError> {
         Ok(whole.sampled_bands(gain_of(&whole))?.first_upper())
     };
     Ok(vec![
-        Row::holds("a mode without motion of actuator and sensor is uninvolved", claim, uninvolved),
-        Row::relative("and changes no limit", claim, limit(&two)?, limit(&one)?, SAME_EDGE),
+        CheckRow::holds("a mode without motion of actuator and sensor is uninvolved", claim, uninvolved),
+        CheckRow::relative("and changes no limit", claim, limit(&two)?, limit(&one)?, SAME_EDGE),
     ])
 }
 
 /// Largest phase change by the poles and zeros of the flexible mode, degrees.
-fn phase_excursion_deg(axis: &Axis) -> Result<f64, ValidationError> {
+fn phase_excursion_deg(axis: &PaperAxis) -> Result<f64, ValidationError> {
     let (mode, pair) = flexible_mode(axis)?;
     let f0 = mode.frequency_hz();
     let turn = |i: u32| {
@@ -254,9 +273,9 @@ fn phase_excursion_deg(axis: &Axis) -> Result<f64, ValidationError> {
     Ok((0..=20_000).map(turn).fold(0.0, f64::max).to_degrees())
 }
 
-fn fifth() -> Result<Vec<Row>, ValidationError> {
+fn fifth() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 5: three dynamic problems in one machine";
-    let axis = Axis::reference(Model::AllThree, SOURCE);
+    let axis = PaperAxis::reference(PaperModel::AllThree, SOURCE);
     let found = classified(&axis.machine("axis"))?;
     let flexible = || found.iter().filter(|(_, pair)| !pair.rigid_body);
     let lost: f64 = flexible().map(|(_, pair)| pair.phase_change_deg).sum();
@@ -265,8 +284,8 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
         pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5
     });
     // At a very high sample rate the machine itself limits, at a low one the sampling.
-    let limit = |drive, period_s: f64, axis: &Axis| -> Result<Option<Limit>, ValidationError> {
-        let axis = Axis { drive, ..*axis };
+    let limit = |drive, period_s: f64, axis: &PaperAxis| -> Result<Option<Limit>, ValidationError> {
+        let axis = PaperAxis { drive, ..*axis };
         let scenario = axis.force_loop(ForceGains { kp: 1e-4, ..ForceGains::default() }, period_s, 0.0);
         Ok(feeler_analysis::analyze(
             &scenario,
@@ -275,23 +294,27 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
         .limit())
     };
     Ok(vec![
-        Row::close("phase lost to flexible modes, degrees", claim, lost, -180.0, 0.0),
-        Row::holds(
+        CheckRow::close("phase lost to flexible modes, degrees", claim, lost, -180.0, 0.0),
+        CheckRow::holds(
             "a noncolocated mode takes it",
             claim,
             drops.is_some_and(|(_, pair)| pair.class == ModeClass::Noncolocated),
         ),
-        Row::holds("the lowest is the base's dip", claim, lowest_is_base),
-        Row::holds(
+        CheckRow::holds("the lowest is the base's dip", claim, lowest_is_base),
+        CheckRow::holds(
             "transmission limits a fast loop",
             claim,
             limit(IDEAL, 2e-5, &axis)? == Some(Limit::NoncolocatedMode),
         ),
-        Row::holds("sampling limits a slow one", claim, limit(IDEAL, 2e-3, &axis)? == Some(Limit::Sampling)),
-        Row::holds(
+        CheckRow::holds(
+            "sampling limits a slow one",
+            claim,
+            limit(IDEAL, 2e-3, &axis)? == Some(Limit::Sampling),
+        ),
+        CheckRow::holds(
             "the actuator limits a rigid one",
             claim,
-            limit(SOURCE, 2e-5, &Axis::reference(Model::Rigid, SOURCE))? == Some(Limit::RigidBody),
+            limit(SOURCE, 2e-5, &PaperAxis::reference(PaperModel::Rigid, SOURCE))? == Some(Limit::RigidBody),
         ),
     ])
 }

@@ -11,8 +11,8 @@ use feeler_plant::description::{
 use nalgebra::dmatrix;
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, gain_of};
-use crate::table::Row;
+use crate::paper::{IDEAL, PaperAxis, gain_of};
+use crate::table::CheckRow;
 use crate::truths;
 
 /// Edges are bisected to 1e-14; eigenvalues of these well-conditioned loops are accurate to 1e-12.
@@ -22,8 +22,8 @@ const ZERO: f64 = 1e-10;
 /// Impacts: events are located to 1e-12 s of contacts that last milliseconds.
 const IMPACT: f64 = 1e-8;
 
-fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> Axis {
-    Axis {
+fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> PaperAxis {
+    PaperAxis {
         masses_kg,
         guide_n_s_per_m: guide,
         contact,
@@ -39,7 +39,7 @@ fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> Axis {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`], [`ValidationError::Engine`], [`ValidationError::Lti`].
-pub fn closed_form_rows() -> Result<Vec<Row>, ValidationError> {
+pub fn closed_form_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let mut rows = Vec::new();
     lagged_axis(&mut rows)?;
     undamped_axes(&mut rows)?;
@@ -50,9 +50,9 @@ pub fn closed_form_rows() -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-fn lagged_axis(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
+fn lagged_axis(rows: &mut Vec<CheckRow>) -> Result<(), ValidationError> {
     let (m, b, k_s, corner_hz) = (20.0, 200.0, 1e5, 30.0);
-    let machine = Axis {
+    let machine = PaperAxis {
         drive: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) },
         ..axis((12.0, 8.0), b, (k_s, 0.0))
     };
@@ -60,17 +60,17 @@ fn lagged_axis(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let bands = whole.continuous_bands(gain_of(&whole))?;
     let (gain, omega) = truths::lagged_axis_largest_gain(m, b, k_s, 1.0 / (TAU * corner_hz));
     let claim = "closed form A: rigid axis with a first-order force lag";
-    rows.push(Row::relative("largest gain", claim, bands.first_upper(), gain, EDGE));
-    rows.push(Row::close("largest gain, as printed", claim, gain, 0.450_043, 0.5e-6));
+    rows.push(CheckRow::relative("largest gain", claim, bands.first_upper(), gain, EDGE));
+    rows.push(CheckRow::close("largest gain, as printed", claim, gain, 0.450_043, 0.5e-6));
     let edge_hz =
         bands.bands.first().and_then(|band| band.upper.as_ref()).map_or(f64::NAN, |edge| edge.frequency_hz);
-    rows.push(Row::relative("frequency at the edge", claim, edge_hz, omega / TAU, EDGE));
+    rows.push(CheckRow::relative("frequency at the edge", claim, edge_hz, omega / TAU, EDGE));
     Ok(())
 }
 
-fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
+fn undamped_axes(rows: &mut Vec<CheckRow>) -> Result<(), ValidationError> {
     let (m1, m2, k, k_s) = (12.0, 8.0, 4e5, 1e5);
-    let two_mass = Axis { transmission: Some((k, 0.0)), ..axis((m1, m2), 0.0, (k_s, 0.0)) };
+    let two_mass = PaperAxis { transmission: Some((k, 0.0)), ..axis((m1, m2), 0.0, (k_s, 0.0)) };
     let whole = two_mass.kp_loop(1e-3, 0.0)?;
     let continuous = ContinuousLoop::new(&whole)?;
     let grows = |kp: f64| -> Result<bool, ValidationError> {
@@ -85,19 +85,25 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
         let middle = 0.5 * (low + high);
         if grows(middle)? { high = middle } else { low = middle }
     }
-    rows.push(Row::relative("largest gain", "closed form B: undamped two-mass axis", low, expected, 1e-8));
+    rows.push(CheckRow::relative(
+        "largest gain",
+        "closed form B: undamped two-mass axis",
+        low,
+        expected,
+        1e-8,
+    ));
 
     let (kb, mb, kw, mw) = (1.0e6, 180.0, 1.5e6, 3.0);
     let claim = "closed form C: zeros of base and workpiece";
     for (name, machine, expected) in [
         (
             "base",
-            Axis { base: Some((mb, kb, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
+            PaperAxis { base: Some((mb, kb, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
             (kb / (12.0 + mb)).sqrt(),
         ),
         (
             "workpiece",
-            Axis { workpiece: Some((mw, kw, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
+            PaperAxis { workpiece: Some((mw, kw, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
             (kw / mw).sqrt(),
         ),
     ] {
@@ -107,7 +113,7 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
             &SignalName::new("tool", Quantity::SpringForce),
         )?;
         let zeros = channel.zeros_hz()?;
-        rows.push(Row::relative(
+        rows.push(CheckRow::relative(
             format!("{name} zero"),
             claim,
             zeros.first().map_or(f64::NAN, |z| z * TAU),
@@ -125,7 +131,7 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
             .iter()
             .map(|z| z.norm())
             .fold(0.0, f64::max);
-        rows.push(Row::above(
+        rows.push(CheckRow::above(
             format!("|z| at K = 0.1, every {period_s} s, less 1"),
             claim,
             fastest - 1.0,
@@ -135,7 +141,7 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     Ok(())
 }
 
-fn integral_loops(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
+fn integral_loops(rows: &mut Vec<CheckRow>) -> Result<(), ValidationError> {
     let claim = "closed form D: integral force loop on a pure stiffness";
     let (period_s, k) = (1e-3, 1e5);
     let stiffness = StateSpace::gain(dmatrix![k], Continuous)?;
@@ -149,7 +155,7 @@ fn integral_loops(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
         let edge =
             stable.intervals.iter().find_map(|i| i.upper.as_ref().filter(|e| e.gain * period_s * k > 1e-6));
         let got = edge.map_or(f64::NAN, |edge| edge.gain * period_s * k);
-        rows.push(Row::relative(
+        rows.push(CheckRow::relative(
             format!("T G k, {n} samples late"),
             claim,
             got,
@@ -177,14 +183,14 @@ fn restitution(
     Ok(-simulation.state(0)[1] / speed)
 }
 
-fn impacts(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
+fn impacts(rows: &mut Vec<CheckRow>) -> Result<(), ValidationError> {
     let (m, k, v) = (2.0, 1e5, 0.4);
     for (zeta, printed) in [(0.2, 0.5717), (0.5, 0.2984)] {
         let claim = "closed form F: Kelvin-Voigt impact";
         let expected = truths::kelvin_voigt_restitution(zeta);
         let got = restitution(ContactLaw::KelvinVoigt, k, 2.0 * zeta * f64::sqrt(k * m), m, v)?;
-        rows.push(Row::close(format!("restitution, zeta {zeta}"), claim, got, expected, IMPACT));
-        rows.push(Row::close(
+        rows.push(CheckRow::close(format!("restitution, zeta {zeta}"), claim, got, expected, IMPACT));
+        rows.push(CheckRow::close(
             format!("restitution, zeta {zeta}, as printed"),
             claim,
             expected,
@@ -197,8 +203,8 @@ fn impacts(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
         let expected = truths::hunt_crossley_restitution(a_v);
         let got =
             restitution(ContactLaw::HuntCrossley { alpha_s_per_m: a_v / v, exponent: 1.5 }, 3e6, 0.0, m, v)?;
-        rows.push(Row::close(format!("restitution, a v {a_v}"), claim, got, expected, IMPACT));
-        rows.push(Row::close(
+        rows.push(CheckRow::close(format!("restitution, a v {a_v}"), claim, got, expected, IMPACT));
+        rows.push(CheckRow::close(
             format!("restitution, a v {a_v}, as printed"),
             claim,
             expected,
@@ -209,7 +215,7 @@ fn impacts(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     Ok(())
 }
 
-fn one_sided_spring(rows: &mut Vec<Row>) {
+fn one_sided_spring(rows: &mut Vec<CheckRow>) {
     for r in [-0.9, -0.3, 0.0, 0.5, 0.95] {
         // First harmonic of max(0, r + cos) by the midpoint rule; its kinks leave an error of order 1/n^2.
         let n = 200_000;
@@ -218,7 +224,7 @@ fn one_sided_spring(rows: &mut Vec<Row>) {
             .map(|t| (r + t.cos()).max(0.0) * t.cos())
             .sum();
         let got = 2.0 * sum / f64::from(n);
-        rows.push(Row::close(
+        rows.push(CheckRow::close(
             format!("N / k, x0/A {r}"),
             "closed form I: one-sided spring",
             got,
@@ -228,7 +234,7 @@ fn one_sided_spring(rows: &mut Vec<Row>) {
     }
 }
 
-fn virtual_wall(rows: &mut Vec<Row>) {
+fn virtual_wall(rows: &mut Vec<CheckRow>) {
     let period_s = 1e-3;
     for (k, b) in [(1e4, 0.0), (2e4, 5.0), (5e3, -4.0)] {
         // Colgate and Schenkel's integral condition: T / 2 max Re[(1 - e^-jwT) H] / (1 - cos wT), H = K + B
@@ -244,7 +250,7 @@ fn virtual_wall(rows: &mut Vec<Row>) {
             .fold(f64::NEG_INFINITY, f64::max);
         let claim = "closed form J: virtual wall";
         // The supremum at low frequency is approached as (w T)^2, 1e-7 at the first of the frequencies.
-        rows.push(Row::relative(
+        rows.push(CheckRow::relative(
             format!("damping, K {k}, B {b}"),
             claim,
             worst,

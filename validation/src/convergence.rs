@@ -9,7 +9,7 @@ use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
 
 use crate::error::ValidationError;
-use crate::table::Row;
+use crate::table::CheckRow;
 
 /// Reference machines, and the largest contact force (N) of each on a grid of 0.1 ms. The numbers come from
 /// three independent integrations with located events, which agree to 1e-9 N.
@@ -256,22 +256,22 @@ fn shown(error: f64) -> String {
 ///
 /// # Errors
 /// As [`convergence`].
-pub fn convergence_rows(scenarios: &Path) -> Result<Vec<Row>, ValidationError> {
+pub(crate) fn convergence_rows(scenarios: &Path) -> Result<Vec<CheckRow>, ValidationError> {
     Ok(study_rows(&convergence(scenarios, &default_steps_s())?))
 }
 
 /// Rows of a study that has been made.
-pub fn study_rows(study: &Study) -> Vec<Row> {
+pub fn study_rows(study: &Study) -> Vec<CheckRow> {
     let claim = "convergence of the peak force through an impact";
     let mut rows = Vec::new();
     for truth in &study.truths {
-        rows.push(Row::at_most(
+        rows.push(CheckRow::at_most(
             format!("{}: peak at steps of 1 ms and 10 us", truth.machine),
             claim,
             truth.apart,
             EXACT,
         ));
-        rows.push(Row::at_most(
+        rows.push(CheckRow::at_most(
             format!("{}: peak against independent numbers, N", truth.machine),
             claim,
             truth.independent_n,
@@ -282,10 +282,10 @@ pub fn study_rows(study: &Study) -> Vec<Row> {
         let name = format!("{}, {}", one.machine, one.integrator);
         rows.push(if let Some(order) = one.order {
             let [low, high] = ORDER;
-            Row::close(format!("{name}: order"), claim, order, 0.5 * (low + high), 0.5 * (high - low))
+            CheckRow::close(format!("{name}: order"), claim, order, 0.5 * (low + high), 0.5 * (high - low))
         } else {
             let worst = one.points.iter().map(|point| point.relative_error).fold(0.0, f64::max);
-            Row::at_most(format!("{name}: relative error"), claim, worst, EXACT)
+            CheckRow::at_most(format!("{name}: relative error"), claim, worst, EXACT)
         });
     }
     rows

@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::convergence::{Point, slope};
 use crate::error::ValidationError;
 use crate::experiments::{HOLD_S, paper_axes};
-use crate::table::Row;
+use crate::table::CheckRow;
 
 /// Reference machines with an impact, by their scenario files.
 const REFERENCES: [&str; 3] = ["m1", "m2", "m4"];
@@ -127,19 +127,19 @@ pub fn agreements(
 
 /// Rows: the engines converge to each other at the order of Rapier's integrator, and are close at the finest
 /// step.
-pub fn engine_rows(agreements: &[EngineAgreement]) -> Vec<Row> {
+pub fn engine_rows(agreements: &[EngineAgreement]) -> Vec<CheckRow> {
     let claim = "two engines converge to each other at first order";
     let of_machine = |one: &EngineAgreement| {
         let finest = one.points.last().map_or(f64::NAN, |point| point.relative_error);
         [
-            Row::close(
+            CheckRow::close(
                 format!("{}: order", one.machine),
                 claim,
                 one.order,
                 1.0,
                 if one.impact { IMPACT_ORDER } else { SMOOTH_ORDER },
             ),
-            Row::at_most(
+            CheckRow::at_most(
                 format!("{}: difference at the finest step, over the travel", one.machine),
                 claim,
                 finest,

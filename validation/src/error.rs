@@ -12,22 +12,17 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ValidationError {
-    /// The linear view of a machine failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// A computation of linear theory failed.
     #[error(transparent)]
     Lti(#[from] LtiError),
-    /// A run could not be prepared.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A machine is not a chain of the kind that is fitted to the paper's landmarks.
     #[error("this machine is no chain that can be fitted: {what}")]
     Chain {
         /// The missing element, or the one that is not above zero.
         what: String,
     },
-    /// Reference numbers do not have the expected form.
     #[error("the reference numbers are not readable: {what}")]
     Reference {
         /// The mistake, or its entry.

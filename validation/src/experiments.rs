@@ -1,7 +1,7 @@
 //! The simulation compared with the analysis: frequency responses and the onset of instability.
 
 use feeler_analysis::View;
-use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
+use feeler_analysis::frf::{Excitation, FrfExperiment, MeasuredResponse, NoiseMethod};
 use feeler_control::ForceGains;
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace};
 use feeler_lti::C64;
@@ -9,8 +9,8 @@ use feeler_lti::spectral::{LocalPolynomialSettings, WelchSettings, cross_spectra
 use feeler_plant::description::{Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, Model, SOURCE, gain_of};
-use crate::table::Row;
+use crate::paper::{IDEAL, PaperAxis, PaperModel, SOURCE, gain_of};
+use crate::table::CheckRow;
 use crate::truths::axis_response;
 
 /// Hold and sample time of all experiments, s.
@@ -31,17 +31,17 @@ const TWO_ROUTES: f64 = 1e-9;
 const SEGMENT_S: f64 = 4.0;
 
 /// Every machine of the paper: each model with both drives.
-pub fn paper_axes() -> Vec<(String, Axis)> {
+pub fn paper_axes() -> Vec<(String, PaperAxis)> {
     let drives = [("ideal", IDEAL), ("source", SOURCE)];
-    let each = |model: Model| {
-        drives.map(|(name, drive)| (format!("{}, {name}", model.name()), Axis::reference(model, drive)))
+    let each = |model: PaperModel| {
+        drives.map(|(name, drive)| (format!("{}, {name}", model.name()), PaperAxis::reference(model, drive)))
     };
-    Model::ALL.into_iter().flat_map(each).collect()
+    PaperModel::ALL.into_iter().flat_map(each).collect()
 }
 
 /// The measurement of an axis from command to elastic contact force, clamped.
-pub fn clamped_experiment(axis: &Axis) -> Experiment {
-    Experiment {
+fn clamped_experiment(axis: &PaperAxis) -> FrfExperiment {
+    FrfExperiment {
         machine: axis.machine("axis"),
         actuator: "drive".into(),
         output: SignalName::new("tool", Quantity::SpringForce),
@@ -55,7 +55,7 @@ pub fn clamped_experiment(axis: &Axis) -> Experiment {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
-pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
+pub fn two_route_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let mut rows = Vec::new();
     for (name, axis) in paper_axes() {
         let plant = feeler_analysis::LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
@@ -70,7 +70,7 @@ pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
             (g - expected).norm() / expected.norm()
         });
         let claim = "three routes agree: equations of motion by hand, state space from the file";
-        rows.push(Row::at_most(
+        rows.push(CheckRow::at_most(
             format!("{name}: response, relative difference"),
             claim,
             worst.fold(0.0, f64::max),
@@ -99,13 +99,12 @@ fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f6
 pub struct ResponseEffort {
     /// Length of the noise record, s.
     pub noise_s: f64,
-    /// Period of the multisine, s.
     pub multisine_period_s: f64,
 }
 
 impl ResponseEffort {
     /// For every machine.
-    pub const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
+    pub(crate) const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
     /// For a machine whose resonances are at least 1 Hz wide.
     pub const QUICK: Self = Self { noise_s: 60.0, multisine_period_s: 1.0 };
 }
@@ -114,14 +113,18 @@ impl ResponseEffort {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
-pub fn response_rows(name: &str, axis: &Axis, effort: ResponseEffort) -> Result<Vec<Row>, ValidationError> {
+pub fn response_rows(
+    name: &str,
+    axis: &PaperAxis,
+    effort: ResponseEffort,
+) -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "simulated response agrees with the linear one";
     let experiment = clamped_experiment(axis);
     let mut rows = Vec::new();
     let mut compare = |excitation: &str, (db, deg, lines): (f64, f64, usize)| {
-        rows.push(Row::at_most(format!("{name}: {excitation}, dB"), claim, db, MAGNITUDE_DB));
-        rows.push(Row::at_most(format!("{name}: {excitation}, degrees"), claim, deg, PHASE_DEG));
-        rows.push(Row::above(
+        rows.push(CheckRow::at_most(format!("{name}: {excitation}, dB"), claim, db, MAGNITUDE_DB));
+        rows.push(CheckRow::at_most(format!("{name}: {excitation}, degrees"), claim, deg, PHASE_DEG));
+        rows.push(CheckRow::above(
             format!("{name}: {excitation}, frequencies compared"),
             claim,
             lines as f64,
@@ -180,10 +183,10 @@ fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationE
 /// [`ValidationError::Analysis`], [`ValidationError::Engine`].
 pub fn onset_row(
     name: &str,
-    axis: &Axis,
+    axis: &PaperAxis,
     delay_samples: f64,
     duration_s: f64,
-) -> Result<Row, ValidationError> {
+) -> Result<CheckRow, ValidationError> {
     let scenario =
         |kp: f64| axis.force_loop(ForceGains { kp, ..ForceGains::default() }, HOLD_S, delay_samples * HOLD_S);
     let whole = axis.kp_loop(HOLD_S, delay_samples * HOLD_S)?;
@@ -198,7 +201,7 @@ pub fn onset_row(
     }
     let got = if bracketed { 0.5 * (low + high) } else { f64::NAN };
     let claim = "simulated onset of instability at the predicted gain";
-    Ok(Row::relative(
+    Ok(CheckRow::relative(
         format!("{name}: onset of instability, {delay_samples} samples late"),
         claim,
         got,

@@ -3,8 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
-use feeler_analysis::{Channel, ContinuousLoop, ControlLoop, LinearMachine, View};
+use feeler_analysis::frf::{Excitation, FrfExperiment, NoiseMethod};
+use feeler_analysis::{ContinuousLoop, ControlLoop, LinearMachine, ResponseChannel, View};
 use feeler_control::ForceGains;
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_lti::{C64, root_locus, unwrapped_phase_rad};
@@ -12,8 +12,8 @@ use feeler_plant::description::{Engagement, Quantity, SignalName};
 
 use crate::error::ValidationError;
 use crate::landmarks;
-use crate::paper::{self, IDEAL, Model, SOURCE, gain_of};
-use crate::svg::{Axis, Curve, Figure, Mark, Panel};
+use crate::paper::{self, IDEAL, PaperModel, SOURCE, gain_of};
+use crate::svg::{Figure, FigureAxis, FigureCurve, Mark, Panel};
 
 const BLUE: &str = "#1f5fa8";
 const RED: &str = "#c0392b";
@@ -41,24 +41,24 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     let ideal = "driven by an ideal force";
     let pairs = [
         (
-            Model::Rigid,
+            PaperModel::Rigid,
             SOURCE,
             "fig04",
             "fig05",
             "rigid-body model coupled with the actuator (Fig. 3)",
             source,
         ),
-        (Model::Flexible, IDEAL, "fig07", "fig08", "flexible robot (Fig. 6)", ideal),
-        (Model::Base, IDEAL, "fig10", "fig11", "robot on a base that gives way (Fig. 9)", ideal),
-        (Model::Workpiece, IDEAL, "fig13", "fig14", "robot with workpiece dynamics (Fig. 12)", ideal),
+        (PaperModel::Flexible, IDEAL, "fig07", "fig08", "flexible robot (Fig. 6)", ideal),
+        (PaperModel::Base, IDEAL, "fig10", "fig11", "robot on a base that gives way (Fig. 9)", ideal),
+        (PaperModel::Workpiece, IDEAL, "fig13", "fig14", "robot with workpiece dynamics (Fig. 12)", ideal),
     ];
     let mut all = Vec::new();
     for (model, drive, bode, locus, name, how) in pairs {
-        let axis = paper::Axis::reference(model, drive);
+        let axis = paper::PaperAxis::reference(model, drive);
         let damped =
-            |factor: f64| paper::Axis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
+            |factor: f64| paper::PaperAxis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
         let mut axes = vec![(String::new(), axis)];
-        if model == Model::Base {
+        if model == PaperModel::Base {
             axes = vec![("base damping as given".into(), axis), ("base damping times 5".into(), damped(5.0))];
         }
         all.push(bode_figure(
@@ -69,7 +69,7 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
             ),
             &axes,
         )?);
-        let gap = if model == Model::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
+        let gap = if model == PaperModel::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
         all.push(locus_figure(
             locus,
             &format!(
@@ -81,8 +81,10 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         )?);
     }
     all.extend(measured_figures()?);
-    let (three, rigid) =
-        (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
+    let (three, rigid) = (
+        paper::PaperAxis::reference(PaperModel::AllThree, SOURCE),
+        paper::PaperAxis::reference(PaperModel::Rigid, SOURCE),
+    );
     let mut last = bode_figure(
         "fig18",
         "Fig. 18. Three dynamic problems: open-loop phase of the machine with base, transmission and \
@@ -102,7 +104,7 @@ fn number(name: &str) -> &str {
     name.trim_start_matches("fig").trim_start_matches('0')
 }
 
-fn channel_of(axis: &paper::Axis) -> Result<Channel, ValidationError> {
+fn channel_of(axis: &paper::PaperAxis) -> Result<ResponseChannel, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
     Ok(plant.channel(
         &SignalName::new("drive", Quantity::Command),
@@ -117,10 +119,10 @@ fn bode_curves(
     response: &[C64],
     mark: Mark,
     colour: &'static str,
-) -> [Curve; 2] {
+) -> [FigureCurve; 2] {
     let decibels = response.iter().map(|g| 20.0 * g.norm().log10());
     let degrees = unwrapped_phase_rad(response).into_iter().map(f64::to_degrees);
-    let curve = |values: Vec<f64>, name: &str| Curve {
+    let curve = |values: Vec<f64>, name: &str| FigureCurve {
         name: name.into(),
         points: frequencies.iter().copied().zip(values).collect(),
         mark,
@@ -130,22 +132,31 @@ fn bode_curves(
 }
 
 /// A panel that contains its curves, its range rounded outwards to whole steps.
-fn panel(x: Axis, label: &str, step: f64, curves: Vec<Curve>) -> Panel {
+fn panel(x: FigureAxis, label: &str, step: f64, curves: Vec<FigureCurve>) -> Panel {
     let values = || curves.iter().flat_map(|c| &c.points).map(|p| p.1).filter(|v| v.is_finite());
     let low = (values().fold(f64::INFINITY, f64::min) / step).floor() * step;
     let high = (values().fold(f64::NEG_INFINITY, f64::max) / step).ceil() * step;
-    Panel { x, y: Axis::linear(label, (low, high.max(low + step))), curves }
+    Panel { x, y: FigureAxis::linear(label, (low, high.max(low + step))), curves }
 }
 
-fn bode_panels(band: (f64, f64), unit: &str, magnitudes: Vec<Curve>, phases: Vec<Curve>) -> Vec<Panel> {
-    let x = || Axis::logarithmic("Frequency (Hz)", band);
+fn bode_panels(
+    band: (f64, f64),
+    unit: &str,
+    magnitudes: Vec<FigureCurve>,
+    phases: Vec<FigureCurve>,
+) -> Vec<Panel> {
+    let x = || FigureAxis::logarithmic("Frequency (Hz)", band);
     vec![
         panel(x(), &format!("Magnitude (dB re 1 {unit})"), 20.0, magnitudes),
         panel(x(), "Phase (\u{b0})", 90.0, phases),
     ]
 }
 
-fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Result<Figure, ValidationError> {
+fn bode_figure(
+    name: &str,
+    caption: &str,
+    axes: &[(String, paper::PaperAxis)],
+) -> Result<Figure, ValidationError> {
     let band = (1.0, 1000.0);
     let frequencies: Vec<f64> = (0..=1500).map(|i| 10_f64.powf(3.0 * f64::from(i) / 1500.0)).collect();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
@@ -163,7 +174,7 @@ fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Res
     })
 }
 
-fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure, ValidationError> {
+fn locus_figure(name: &str, caption: &str, axis: &paper::PaperAxis) -> Result<Figure, ValidationError> {
     let scenario = axis.force_loop(ForceGains { kp: 1.0, ..ForceGains::default() }, 1e-3, 0.0);
     let whole = ControlLoop::new(&scenario, &View::CLAMPED)?;
     let continuous = ContinuousLoop::new(&whole)?;
@@ -178,8 +189,8 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
         .collect();
     let locus = root_locus(|k| &one + (&two - &one) * (k - 1.0), &gains)?;
     let point = |s: &C64| (s.re, s.im / TAU);
-    let mut curves: Vec<Curve> = (locus.branches.iter())
-        .map(|branch| Curve {
+    let mut curves: Vec<FigureCurve> = (locus.branches.iter())
+        .map(|branch| FigureCurve {
             name: String::new(),
             points: branch.iter().map(point).collect(),
             mark: Mark::Line,
@@ -188,13 +199,13 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
         .collect();
     let channel = channel_of(axis)?;
     let (poles, zeros) = (channel.poles()?, channel.zeros()?);
-    curves.push(Curve {
+    curves.push(FigureCurve {
         name: String::new(),
         points: poles.iter().map(point).collect(),
         mark: Mark::Cross,
         colour: RED,
     });
-    curves.push(Curve {
+    curves.push(FigureCurve {
         name: String::new(),
         points: zeros.iter().map(point).collect(),
         mark: Mark::Circle,
@@ -214,7 +225,7 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let limit =
         curves.iter().flat_map(|c| &c.points).filter(|p| p.1.abs() <= high).map(|p| p.0).fold(0.0, f64::max);
     let right = (1.1 * limit).clamp(0.15 * left, left);
-    let axis_line = Curve {
+    let axis_line = FigureCurve {
         name: String::new(),
         points: vec![(0.0, -high), (0.0, high)],
         mark: Mark::Line,
@@ -223,15 +234,16 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     curves.insert(0, axis_line);
     let (re, im) = ("Real part (1/s)", "Imaginary part / 2\u{3c0} (Hz)");
     let closer = close_pair(&poles, &zeros, TAU * high).map(|(middle, reach)| Panel {
-        x: Axis::linear(
+        x: FigureAxis::linear(
             &format!("{re}, magnified"),
             (middle.re - PANEL_SHAPE * reach, middle.re + PANEL_SHAPE * reach),
         ),
-        y: Axis::linear(im, ((middle.im - reach) / TAU, (middle.im + reach) / TAU)),
+        y: FigureAxis::linear(im, ((middle.im - reach) / TAU, (middle.im + reach) / TAU)),
         curves: curves.clone(),
     });
     let more = if closer.is_some() { " Below, the pole and the zero that lie close together." } else { "" };
-    let whole = Panel { x: Axis::linear(re, (-left, right)), y: Axis::linear(im, (-high, high)), curves };
+    let whole =
+        Panel { x: FigureAxis::linear(re, (-left, right)), y: FigureAxis::linear(im, (-high, high)), curves };
     Ok(Figure {
         name: name.into(),
         caption: format!("{caption}{more}"),
@@ -294,7 +306,7 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
     ];
     let mut all = Vec::new();
     for (name, engagement, element, quantity, what, unit) in cases {
-        let experiment = Experiment {
+        let experiment = FrfExperiment {
             machine: landmarks::fitted(engagement)?,
             actuator: "drive".into(),
             output: SignalName::new(element, quantity),

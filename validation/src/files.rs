@@ -9,8 +9,8 @@ use feeler_lti::C64;
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, Model, SOURCE};
-use crate::table::Row;
+use crate::paper::{IDEAL, PaperAxis, PaperModel, SOURCE};
+use crate::table::CheckRow;
 use crate::truths::axis_response;
 
 /// The files give the base's damper to seven digits. Near its lightly damped zero the error is amplified by
@@ -21,9 +21,13 @@ const SEVEN_DIGITS: f64 = 1e-6;
 ///
 /// # Errors
 /// [`ValidationError::Reference`] if the file is absent or has mistakes.
-pub fn machine_of_file(folder: &Path, model: Model, drive: ActuatorKind) -> Result<Machine, ValidationError> {
+fn machine_of_file(
+    folder: &Path,
+    model: PaperModel,
+    drive: ActuatorKind,
+) -> Result<Machine, ValidationError> {
     let name = match (model, drive) {
-        (Model::Rigid, ActuatorKind::VelocitySource { .. }) => "rigid-source".to_owned(),
+        (PaperModel::Rigid, ActuatorKind::VelocitySource { .. }) => "rigid-source".to_owned(),
         _ => model.name().replace(' ', "-"),
     };
     let path = folder.join("paper/machines").join(name + ".toml");
@@ -31,7 +35,7 @@ pub fn machine_of_file(folder: &Path, model: Model, drive: ActuatorKind) -> Resu
         .map_err(|error| ValidationError::Reference { what: error.to_string() })?
         .scenario
         .machine;
-    if model != Model::Rigid {
+    if model != PaperModel::Rigid {
         machine.actuators.values_mut().for_each(|actuator| actuator.kind = drive);
     }
     Ok(machine)
@@ -42,15 +46,15 @@ pub fn machine_of_file(folder: &Path, model: Model, drive: ActuatorKind) -> Resu
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for the files; [`ValidationError::Analysis`].
-pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
+pub fn file_rows(folder: &Path) -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "three routes agree: equations of motion by hand, state space from the scenario file";
     let (input, output) =
         (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
     let frequencies: Vec<f64> = (0..400).map(|i| 0.1 * 10_f64.powf(f64::from(i) / 100.0)).collect();
     let mut rows = Vec::new();
-    for model in Model::ALL {
+    for model in PaperModel::ALL {
         for (drive_name, drive) in [("ideal", IDEAL), ("source", SOURCE)] {
-            let axis = Axis::reference(model, drive);
+            let axis = PaperAxis::reference(model, drive);
             let channel =
                 |machine: &Machine| LinearMachine::new(machine, &View::CLAMPED)?.channel(&input, &output);
             let (of_file, built) =
@@ -60,7 +64,7 @@ pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
                 (g - expected).norm() / expected.norm()
             });
             let name = format!("{}, {drive_name}", model.name());
-            rows.push(Row::at_most(
+            rows.push(CheckRow::at_most(
                 format!("{name}: response of the file, relative difference"),
                 claim,
                 worst.fold(0.0, f64::max),
@@ -68,7 +72,7 @@ pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
             ));
             let roots = [(of_file.poles()?, built.poles()?), (of_file.zeros()?, built.zeros()?)];
             let apart = roots.iter().map(|(a, b)| farthest(a, b)).fold(0.0, f64::max);
-            rows.push(Row::at_most(
+            rows.push(CheckRow::at_most(
                 format!("{name}: poles and zeros of the file, relative difference"),
                 claim,
                 apart,

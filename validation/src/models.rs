@@ -8,8 +8,8 @@ use feeler_control::ForceGains;
 use feeler_plant::description::{ActuatorKind, Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::paper::{Axis, IDEAL, MODEL_TABLE, ModelRow, gain_of};
-use crate::table::Row;
+use crate::paper::{IDEAL, MODEL_TABLE, ModelRow, PaperAxis, gain_of};
+use crate::table::CheckRow;
 
 /// The sample time of the table, s.
 const PERIOD_S: f64 = 1e-3;
@@ -32,7 +32,7 @@ fn largest(bands: &GainBands) -> f64 {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
-pub fn model_rows() -> Result<Vec<Row>, ValidationError> {
+pub fn model_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let mut rows = Vec::new();
     for row in &MODEL_TABLE {
         rows.extend(one_model(row)?);
@@ -49,7 +49,7 @@ fn unstable_before(bands: &GainBands) -> String {
     spans.collect()
 }
 
-fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
+fn one_model(row: &ModelRow) -> Result<Vec<CheckRow>, ValidationError> {
     const CLAIM: &str = "table of the paper's models (SciPy)";
     let name = row.name();
     let whole = row.axis().kp_loop(PERIOD_S, 0.0)?;
@@ -57,7 +57,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     let channel = whole.plant().channel(&input, &SignalName::new("tool", Quantity::SpringForce))?;
     let (poles, zeros) = (channel.poles()?, channel.zeros()?);
     let count = |what: &str, got: usize, expected: usize| {
-        Row::close(format!("{name}: number of {what}"), CLAIM, got as f64, expected as f64, 0.0)
+        CheckRow::close(format!("{name}: number of {what}"), CLAIM, got as f64, expected as f64, 0.0)
     };
     let mut rows = vec![count("poles", poles.len(), row.order.0), count("zeros", zeros.len(), row.order.1)];
     for (what, found, expected) in
@@ -65,7 +65,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     {
         rows.push(count(&format!("{what} frequencies"), found.len(), expected.len()));
         for (found, expected) in found.iter().zip(expected) {
-            rows.push(Row::close(
+            rows.push(CheckRow::close(
                 format!("{name}: {what} at {expected} Hz"),
                 CLAIM,
                 *found,
@@ -77,7 +77,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     let key = gain_of(&whole);
     let (expected, decimals) = row.continuous.unwrap_or((f64::INFINITY, 0));
     let bands = whole.continuous_bands(key)?;
-    rows.push(Row::close(
+    rows.push(CheckRow::close(
         format!("{name}: largest kp, continuous{}", unstable_before(&bands)),
         CLAIM,
         largest(&bands),
@@ -87,7 +87,7 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     for (samples, expected) in row.sampled.into_iter().flatten().enumerate() {
         let delayed = row.axis().kp_loop(PERIOD_S, samples as f64 * PERIOD_S)?;
         let got = largest(&delayed.sampled_bands(key)?);
-        rows.push(Row::close(
+        rows.push(CheckRow::close(
             format!("{name}: largest kp, 1 kHz, {samples} samples late"),
             CLAIM,
             got,
@@ -99,14 +99,14 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
 }
 
 /// The second axis of the independent critical gains, for a case such as `transmission/lag30Hz`.
-fn second_axis(params: &serde_json::Value, case: &str) -> Option<Axis> {
+fn second_axis(params: &serde_json::Value, case: &str) -> Option<PaperAxis> {
     let p = |name: &str| params[name].as_f64();
     let (structure, drive) = case.split_once('/')?;
     let (wb, ww) = (TAU * p("fb")?, TAU * p("fw")?);
     // The base's frequency and damping are those of base and robot moving as one, as in the reference's
     // zeros.
     let on_base = p("mb")? + p("mr")?;
-    Some(Axis {
+    Some(PaperAxis {
         masses_kg: (p("m1")?, p("m2")?),
         guide_n_s_per_m: p("br")?,
         contact: (p("ks")?, p("bs")?),
@@ -134,7 +134,7 @@ fn second_axis(params: &serde_json::Value, case: &str) -> Option<Axis> {
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for a text of another form; [`ValidationError::Analysis`].
-pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
+pub fn critical_gain_rows(json: &str) -> Result<Vec<CheckRow>, ValidationError> {
     const CLAIM: &str = "critical gains of a second axis (independent root search)";
     let bad = |what: &str| ValidationError::Reference { what: what.into() };
     let reference: serde_json::Value = serde_json::from_str(json).map_err(|e| bad(&e.to_string()))?;
@@ -158,7 +158,12 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
                     .fold(f64::INFINITY, f64::min);
                 worst = worst.max(nearest);
             }
-            rows.push(Row::at_most(format!("{case}: {what}, relative error"), CLAIM, worst, CRITICAL_POINT));
+            rows.push(CheckRow::at_most(
+                format!("{case}: {what}, relative error"),
+                CLAIM,
+                worst,
+                CRITICAL_POINT,
+            ));
         }
         let one = |kp, ki| ForceGains { kp, ki, ..ForceGains::default() };
         for (law, gains) in [("Kp", one(0.1, 0.0)), ("Ki", one(0.0, 0.1))] {
@@ -168,7 +173,7 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
             let key = gain_of(&whole);
             let mut check = |label: String, bands: GainBands| {
                 let value = expected[&label].as_f64().unwrap_or(f64::INFINITY);
-                rows.push(Row::relative(
+                rows.push(CheckRow::relative(
                     format!("{case}: {label}"),
                     CLAIM,
                     bands.first_upper(),

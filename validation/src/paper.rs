@@ -18,7 +18,7 @@ pub(crate) fn gain_of(whole: &ControlLoop) -> &'static str {
 
 /// Numbers of an axis in SI units; an absent part is rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub struct PaperAxis {
     /// Masses of motor and tip, which move as one without a transmission.
     pub masses_kg: (f64, f64),
     /// Damping of the guide under the motor.
@@ -39,7 +39,7 @@ pub struct Axis {
 
 /// The model of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Model {
+pub enum PaperModel {
     /// Fig. 1.
     Rigid,
     /// Fig. 6: a flexible transmission.
@@ -52,7 +52,7 @@ pub enum Model {
     AllThree,
 }
 
-impl Model {
+impl PaperModel {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Rigid, Self::Flexible, Self::Base, Self::Workpiece, Self::AllThree];
 
@@ -74,18 +74,18 @@ pub const SOURCE: ActuatorKind =
 /// A drive whose command is the force.
 pub const IDEAL: ActuatorKind = ActuatorKind::Force { bandwidth_hz: None };
 
-impl Axis {
+impl PaperAxis {
     /// A model of the paper with the reference axis' numbers.
-    pub fn reference(model: Model, drive: ActuatorKind) -> Self {
+    pub fn reference(model: PaperModel, drive: ActuatorKind) -> Self {
         let wb = TAU * 12.0;
-        let has = |one: Model| model == one || model == Model::AllThree;
+        let has = |one: PaperModel| model == one || model == PaperModel::AllThree;
         Self {
             masses_kg: (7.0, 5.0),
             guide_n_s_per_m: 60.0,
             contact: (2e5, 120.0),
-            transmission: has(Model::Flexible).then_some((1.2e6, 120.0)),
-            base: has(Model::Base).then_some((180.0, 180.0 * wb * wb, 2.0 * 0.03 * 180.0 * wb)),
-            workpiece: has(Model::Workpiece).then_some((3.0, 1.5e6, 150.0)),
+            transmission: has(PaperModel::Flexible).then_some((1.2e6, 120.0)),
+            base: has(PaperModel::Base).then_some((180.0, 180.0 * wb * wb, 2.0 * 0.03 * 180.0 * wb)),
+            workpiece: has(PaperModel::Workpiece).then_some((3.0, 1.5e6, 150.0)),
             drive,
             total_force: false,
         }
@@ -145,8 +145,7 @@ impl Axis {
 /// A row of the table of models, computed independently of this project with `SciPy`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelRow {
-    /// The model.
-    pub model: Model,
+    pub model: PaperModel,
     /// Whether a velocity source drives it.
     pub source: bool,
     /// Numbers of poles and zeros.
@@ -169,13 +168,13 @@ impl ModelRow {
     }
 
     /// Its axis.
-    pub fn axis(&self) -> Axis {
-        Axis::reference(self.model, if self.source { SOURCE } else { IDEAL })
+    pub fn axis(&self) -> PaperAxis {
+        PaperAxis::reference(self.model, if self.source { SOURCE } else { IDEAL })
     }
 }
 
 const RIGID: ModelRow = ModelRow {
-    model: Model::Rigid,
+    model: PaperModel::Rigid,
     source: false,
     order: (2, 0),
     poles_hz: &[20.547],
@@ -196,7 +195,7 @@ pub const MODEL_TABLE: [ModelRow; 6] = [
         ..RIGID
     },
     ModelRow {
-        model: Model::Flexible,
+        model: PaperModel::Flexible,
         order: (4, 1),
         poles_hz: &[19.967, 105.049],
         zeros_hz: &[1591.549],
@@ -205,7 +204,7 @@ pub const MODEL_TABLE: [ModelRow; 6] = [
         ..RIGID
     },
     ModelRow {
-        model: Model::Base,
+        model: PaperModel::Base,
         order: (4, 2),
         poles_hz: &[11.458, 21.518],
         zeros_hz: &[11.619],
@@ -213,7 +212,7 @@ pub const MODEL_TABLE: [ModelRow; 6] = [
         ..RIGID
     },
     ModelRow {
-        model: Model::Workpiece,
+        model: PaperModel::Workpiece,
         order: (4, 2),
         poles_hz: &[19.270, 119.995],
         zeros_hz: &[112.540],
@@ -221,7 +220,7 @@ pub const MODEL_TABLE: [ModelRow; 6] = [
         ..RIGID
     },
     ModelRow {
-        model: Model::AllThree,
+        model: PaperModel::AllThree,
         order: (8, 5),
         poles_hz: &[11.322, 19.788, 103.789, 121.826],
         zeros_hz: &[11.529, 112.661, 1591.549],

@@ -8,7 +8,7 @@ use feeler_plant::description::{Actuator, Body, GROUND, Machine, Quantity, Signa
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ValidationError;
-use crate::table::Row;
+use crate::table::CheckRow;
 
 /// Tolerance of impulse responses, relative to their largest value.
 const IMPULSE: f64 = 1e-8;
@@ -23,7 +23,7 @@ const SUBSTITUTION: f64 = 1e-9;
 
 /// A random tree: up to six bodies, each on a spring to an earlier one or to ground, masses and stiffnesses
 /// over four decades.
-pub fn random_machine(seed: u64) -> Machine {
+fn random_machine(seed: u64) -> Machine {
     let stream = Stream::new(seed, "random machine");
     let mut draws = 0;
     let mut uniform = || {
@@ -167,7 +167,7 @@ fn singularity(mut matrix: DMatrix<C64>) -> f64 {
 ///
 /// # Errors
 /// [`ValidationError`] if a computation fails.
-pub fn random_machine_rows(machines: u64) -> Result<Vec<Row>, ValidationError> {
+pub fn random_machine_rows(machines: u64) -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "random machines: linear theory and simulation agree";
     let mut worst = (0.0_f64, 0.0_f64);
     for seed in 0..machines {
@@ -179,8 +179,13 @@ pub fn random_machine_rows(machines: u64) -> Result<Vec<Row>, ValidationError> {
         );
     }
     Ok(vec![
-        Row::at_most(format!("{machines} impulse responses, relative difference"), claim, worst.0, IMPULSE),
-        Row::at_most(
+        CheckRow::at_most(
+            format!("{machines} impulse responses, relative difference"),
+            claim,
+            worst.0,
+            IMPULSE,
+        ),
+        CheckRow::at_most(
             format!("{machines} machines' poles and zeros by substitution"),
             claim,
             worst.1,

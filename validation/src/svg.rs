@@ -4,34 +4,27 @@ use std::fmt::Write as _;
 
 /// How an axis is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
-    /// Evenly.
+pub enum AxisScale {
     Linear,
-    /// By decades.
     Logarithmic,
 }
 
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct FigureAxis {
     /// Its quantity, with its unit.
     pub label: String,
-    /// Its scale.
-    pub scale: Scale,
-    /// Ends.
+    pub scale: AxisScale,
     pub range: (f64, f64),
 }
 
 /// How a curve is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// A line.
     Line,
-    /// A dashed line.
     Dashed,
     /// Crosses, as for poles.
     Cross,
-    /// Circles, as for zeros.
     Circle,
     /// Small dots, as for measurements.
     Dot,
@@ -39,26 +32,20 @@ pub enum Mark {
 
 /// Points and their style; parts outside the axes are clipped.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct FigureCurve {
     /// Name in the legend; empty for none.
     pub name: String,
-    /// Points.
     pub points: Vec<(f64, f64)>,
-    /// Mark.
     pub mark: Mark,
-    /// Colour.
     pub colour: &'static str,
 }
 
 /// Axes and the curves on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Horizontal axis.
-    pub x: Axis,
-    /// Vertical axis.
-    pub y: Axis,
-    /// Curves.
-    pub curves: Vec<Curve>,
+    pub x: FigureAxis,
+    pub y: FigureAxis,
+    pub curves: Vec<FigureCurve>,
 }
 
 /// A figure: panels one below the other, and a caption.
@@ -66,9 +53,7 @@ pub struct Panel {
 pub struct Figure {
     /// File name without extension, as `fig07`.
     pub name: String,
-    /// Caption.
     pub caption: String,
-    /// Panels.
     pub panels: Vec<Panel>,
 }
 
@@ -83,23 +68,23 @@ const LEGEND: f64 = 220.0;
 /// Characters of caption on a line.
 const CAPTION_CHARACTERS: usize = 92;
 
-impl Axis {
+impl FigureAxis {
     /// An evenly divided axis.
     pub fn linear(label: &str, range: (f64, f64)) -> Self {
-        Self { label: label.into(), scale: Scale::Linear, range }
+        Self { label: label.into(), scale: AxisScale::Linear, range }
     }
 
     /// An axis divided by decades.
     pub fn logarithmic(label: &str, range: (f64, f64)) -> Self {
-        Self { label: label.into(), scale: Scale::Logarithmic, range }
+        Self { label: label.into(), scale: AxisScale::Logarithmic, range }
     }
 
     /// Position of a value between the ends, 0 to 1.
     fn place(&self, value: f64) -> f64 {
         let (low, high) = self.range;
         match self.scale {
-            Scale::Linear => (value - low) / (high - low),
-            Scale::Logarithmic => (value / low).ln() / (high / low).ln(),
+            AxisScale::Linear => (value - low) / (high - low),
+            AxisScale::Logarithmic => (value / low).ln() / (high / low).ln(),
         }
     }
 
@@ -107,7 +92,7 @@ impl Axis {
     fn ticks(&self) -> Vec<(f64, bool)> {
         let (low, high) = self.range;
         match self.scale {
-            Scale::Linear => {
+            AxisScale::Linear => {
                 let rough = (high - low) / 6.0;
                 let power = 10_f64.powf(rough.log10().floor());
                 let step = [1.0, 2.0, 5.0, 10.0]
@@ -124,7 +109,7 @@ impl Axis {
                 let (first, last) = ((low / step).ceil() as i64, (high / step + 1e-9).floor() as i64);
                 (first..=last).map(|i| (i as f64 * step, true)).collect()
             }
-            Scale::Logarithmic => {
+            AxisScale::Logarithmic => {
                 let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
                 // With few decades there are numbers at 2 and 5 as well.
                 let few = high / low < 200.0;
@@ -273,7 +258,7 @@ impl Panel {
     }
 }
 
-impl Curve {
+impl FigureCurve {
     fn draw(&self, out: &mut String, x: &impl Fn(f64) -> f64, y: &impl Fn(f64) -> f64) {
         // Coordinates far outside the axes only increase a file's size.
         let place = |(a, b): &(f64, f64)| (x(*a).clamp(-1e4, 1e4), y(*b).clamp(-1e4, 1e4));

@@ -18,7 +18,7 @@ pub enum RowKind {
 
 /// One check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct CheckRow {
     /// Name of the checked quantity.
     pub name: String,
     /// Source of the expectation: a closed form, independent numbers, or a claim of the paper.
@@ -35,7 +35,7 @@ pub struct Row {
     pub pass: bool,
 }
 
-impl Row {
+impl CheckRow {
     /// Both values within an absolute tolerance, or both infinite.
     pub fn close(
         name: impl Into<String>,
@@ -67,7 +67,7 @@ impl Row {
     }
 
     /// A magnitude that must not exceed a bound.
-    pub fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
+    pub(crate) fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
         Self {
             name: name.into(),
             claim: claim.into(),
@@ -110,7 +110,7 @@ impl Row {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CheckTable {
     /// The rows, in the order in which they were checked.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CheckRow>,
 }
 
 impl CheckTable {
@@ -120,7 +120,7 @@ impl CheckTable {
     }
 
     /// The rows that did not pass.
-    pub fn failures(&self) -> impl Iterator<Item = &Row> {
+    pub fn failures(&self) -> impl Iterator<Item = &CheckRow> {
         self.rows.iter().filter(|row| !row.pass)
     }
 }

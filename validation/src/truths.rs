@@ -6,31 +6,31 @@ use feeler_lti::C64;
 use feeler_plant::description::{ActuatorKind, MotorInput};
 use nalgebra::{Matrix4, Vector4};
 
-use crate::paper::Axis;
+use crate::paper::PaperAxis;
 
 /// Largest proportional gain of a rigid axis with a force lag `tau` (no back-EMF), and the angular frequency
 /// of its oscillation. They are `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau
 /// m)`; `b` is the total damping.
-pub fn lagged_axis_largest_gain(m: f64, b: f64, k_s: f64, tau: f64) -> (f64, f64) {
+pub(crate) fn lagged_axis_largest_gain(m: f64, b: f64, k_s: f64, tau: f64) -> (f64, f64) {
     let gain = b / (tau * k_s) + tau * b / m + b * b / (m * k_s);
     (gain, ((b + tau * k_s) / (tau * m)).sqrt())
 }
 
 /// Largest proportional gain of an undamped two-mass axis:
 /// `1 + K = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`.
-pub fn two_mass_largest_gain(m1: f64, m2: f64, k: f64, k_s: f64) -> f64 {
+pub(crate) fn two_mass_largest_gain(m1: f64, m2: f64, k: f64, k_s: f64) -> f64 {
     let sum = m1 * (k + k_s) + m2 * k;
     sum * sum / (4.0 * m1 * m2 * k * k_s) - 1.0
 }
 
 /// Largest `T G k` of an integral force loop on a pure stiffness with `n` whole samples of delay:
 /// `2 sin(pi / (2 (2 n + 1)))`; n = 1 is Whitney's.
-pub fn integral_loop_largest_gain(n: u32) -> f64 {
+pub(crate) fn integral_loop_largest_gain(n: u32) -> f64 {
     2.0 * (PI / (2.0 * f64::from(2 * n + 1))).sin()
 }
 
 /// Restitution of a Kelvin-Voigt impact released at zero force (Schwager and Poeschel 2007).
-pub fn kelvin_voigt_restitution(zeta: f64) -> f64 {
+pub(crate) fn kelvin_voigt_restitution(zeta: f64) -> f64 {
     let root = (1.0 - zeta * zeta).sqrt();
     // omega_n t_c = atan2(2 zeta root, 2 zeta^2 - 1) / root.
     (-zeta * (2.0 * zeta * root).atan2(2.0 * zeta * zeta - 1.0) / root).exp()
@@ -38,7 +38,7 @@ pub fn kelvin_voigt_restitution(zeta: f64) -> f64 {
 
 /// Restitution of a Hunt-Crossley impact for `a v_i`: the root of
 /// `a v_i - ln(1 + a v_i) = -a v_o - ln(1 - a v_o)`, over `a v_i`.
-pub fn hunt_crossley_restitution(a_v: f64) -> f64 {
+pub(crate) fn hunt_crossley_restitution(a_v: f64) -> f64 {
     let left = a_v - a_v.ln_1p();
     let (mut low, mut high) = (0.0, a_v.min(1.0));
     for _ in 0..200 {
@@ -50,7 +50,7 @@ pub fn hunt_crossley_restitution(a_v: f64) -> f64 {
 
 /// Describing function of a one-sided spring, for motions with amplitude A about the free gap x0, as a share
 /// of its stiffness; `r = x0 / A`.
-pub fn one_sided_spring(r: f64) -> f64 {
+pub(crate) fn one_sided_spring(r: f64) -> f64 {
     if r.abs() >= 1.0 {
         if r > 0.0 { 1.0 } else { 0.0 }
     } else {
@@ -59,13 +59,13 @@ pub fn one_sided_spring(r: f64) -> f64 {
 }
 
 /// Smallest damping of a mechanism that keeps a virtual wall passive (Colgate and Schenkel): `K T / 2 + |B|`.
-pub fn virtual_wall_damping(k: f64, b: f64, period_s: f64) -> f64 {
+pub(crate) fn virtual_wall_damping(k: f64, b: f64, period_s: f64) -> f64 {
     0.5 * k * period_s + b.abs()
 }
 
 /// Transfer function of an axis from its command to the elastic force of the sensor. It follows the paper's
 /// equations of motion (Figs. 1, 2, 3, 6, 9, 12).
-pub fn axis_response(axis: &Axis, s: C64) -> C64 {
+pub(crate) fn axis_response(axis: &PaperAxis, s: C64) -> C64 {
     let (m1, m2) = axis.masses_kg;
     let m = m1 + m2;
     let (ks, bs) = axis.contact;
@@ -130,7 +130,7 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
 /// Motor, tip, workpiece and base as four equations. NaN unless all of them are present: the smaller models
 /// have their own forms.
 fn full_machine(
-    axis: &Axis,
+    axis: &PaperAxis,
     transmission: Option<(f64, f64)>,
     base: Option<(f64, f64, f64)>,
     workpiece: Option<(f64, f64, f64)>,

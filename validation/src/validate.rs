@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::ValidationError;
 use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
-use crate::table::{CheckTable, Row};
+use crate::table::{CheckRow, CheckTable};
 use crate::{claims, closed_forms, convergence, engines, files, landmarks, models, random_machines};
 
 /// Delays of the simulated onsets of instability, in samples.
@@ -12,7 +12,7 @@ pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
 
 /// Extent of a validation.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct ValidateOptions {
     /// Text of the independent critical gains (`critical-gains.json`), if available.
     pub critical_gains_json: Option<String>,
     /// Folder of the scenario files, if available: the state space of the paper's machines then also comes
@@ -26,14 +26,18 @@ pub struct Options {
 ///
 /// # Errors
 /// [`ValidationError`] if a check cannot be made.
-pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<CheckTable, ValidationError> {
+pub fn validate(
+    options: &ValidateOptions,
+    mut progress: impl FnMut(&str),
+) -> Result<CheckTable, ValidationError> {
     let mut table = CheckTable::default();
-    let mut group =
-        |name: &str, rows: &dyn Fn() -> Result<Vec<Row>, ValidationError>| -> Result<(), ValidationError> {
-            progress(name);
-            table.rows.extend(rows()?);
-            Ok(())
-        };
+    let mut group = |name: &str,
+                     rows: &dyn Fn() -> Result<Vec<CheckRow>, ValidationError>|
+     -> Result<(), ValidationError> {
+        progress(name);
+        table.rows.extend(rows()?);
+        Ok(())
+    };
     group("closed forms", &closed_forms::closed_form_rows)?;
     group("table of models", &models::model_rows)?;
     if let Some(json) = &options.critical_gains_json {

@@ -6,7 +6,7 @@ use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum, ValueHint};
 use feeler_lti::spectral::Estimator;
 use feeler_plant::description::Engagement;
-use feeler_studies::frf::{self, NoiseEstimator, Request};
+use feeler_studies::frf::{self, FrfRequest, NoiseEstimator};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
@@ -125,9 +125,9 @@ pub(crate) enum EstimatorKind {
 
 impl Frf {
     /// The requested response.
-    pub(crate) fn request(&self) -> Request {
+    pub(crate) fn request(&self) -> FrfRequest {
         let clamped = self.clamped.then_some(Engagement::Clamped);
-        Request {
+        FrfRequest {
             input: self.input.clone(),
             output: self.output.clone(),
             excitation: self.excitation.map(ExcitationKind::asked),

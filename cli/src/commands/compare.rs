@@ -71,7 +71,6 @@ fn is_dataset(path: &Path) -> bool {
     path.join("dataset.toml").exists() || path.file_name().is_some_and(|name| name == "dataset.toml")
 }
 
-/// The compared documents, each with its own name.
 fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
     let mut documents = Vec::new();
     for path in &arguments.what {

@@ -55,7 +55,7 @@ fn explain(effect: &Definition) -> String {
         effect.summary,
         effect.place.name(),
         effect.sits_under(),
-        effect.documentation.trim()
+        effect.documentation().trim()
     )
 }
 

@@ -6,7 +6,7 @@ use feeler_files::{Draft, machine_to_toml};
 use feeler_plant::description::Engagement;
 use feeler_problem::Remedy;
 use feeler_validation::ValidationError;
-use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, StartSearch, simulated_landmarks};
+use feeler_validation::landmarks::{Fit, LANDMARK_HZ, LandmarkChain, StartSearch, simulated_landmarks};
 
 use crate::arguments::FitLandmarks;
 use crate::numbers::{count, percent, plain};
@@ -28,7 +28,7 @@ const EXPERIMENT_S: f64 = 60.0;
 pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     let starts = match &arguments.start {
         Some(path) => vec![from_file(path)?],
-        None => (0..arguments.starts).map(Chain::start).collect(),
+        None => (0..arguments.starts).map(LandmarkChain::start).collect(),
     };
     let search = StartSearch::from_starts(&starts, arguments.iterations)?;
     let found = search.fit();
@@ -70,10 +70,9 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     ))
 }
 
-/// The chain of a machine file.
-fn from_file(path: &Path) -> crate::Result<Chain> {
+fn from_file(path: &Path) -> crate::Result<LandmarkChain> {
     let document = Draft::load_with(path, &[])?.build()?;
-    Chain::of_machine(&document.scenario.machine).map_err(|error| match error {
+    LandmarkChain::of_machine(&document.scenario.machine).map_err(|error| match error {
         ValidationError::Chain { .. } => {
             BadInput::error(format!("{}: {error}", path.display()), error.remedy())
         }
@@ -86,7 +85,6 @@ fn is_missed(found: f64, paper: f64) -> bool {
     (found - paper).abs() > LANDMARK_HZ || found.is_nan()
 }
 
-/// The result of each start.
 fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     let farthest = |fit: &Fit| {
         let off = fit.landmarks.against_paper().into_iter().map(|(_, got, paper)| (got - paper).abs());

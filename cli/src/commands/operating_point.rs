@@ -53,7 +53,7 @@ pub(super) fn contact_view(
             Ok((plain, Some(note)))
         }
         // Springs are at rest without a pressing force.
-        _ => Ok((plain, None)),
+        Dependence::Spring => Ok((plain, None)),
     }
 }
 
@@ -61,6 +61,8 @@ pub(super) fn contact_view(
 fn words(dependence: Dependence) -> &'static str {
     match dependence {
         Dependence::Spring => "the stiffness of a spring depends on its force",
-        _ => "the contact's stiffness or damping depends on its force",
+        Dependence::Contact | Dependence::Vanishing => {
+            "the contact's stiffness or damping depends on its force"
+        }
     }
 }

@@ -44,7 +44,6 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
     terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
 }
 
-/// Writes all results and returns their paths.
 fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use feeler_studies::sweep::{self, Options, SweepResult, Theory};
+use feeler_studies::sweep::{self, SweepOptions, SweepResult, Theory};
 
 use super::swept::Swept;
 use crate::arguments::Sweep;
@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let name = name(&sweep, &arguments.file);
     let folder = arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&name, OTHERWISE));
     let rate = Rate::new(name.clone());
-    let options = Options { threads: arguments.threads.map(usize::from), shard: arguments.shard };
+    let options = SweepOptions { threads: arguments.threads.map(usize::from), shard: arguments.shard };
     let started = Instant::now();
     let result = sweep.run(&folder, options, &|at| rate.at(at.done, at.found, at.total))?;
     rate.done();

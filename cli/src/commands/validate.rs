@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_problem::Remedy;
 use feeler_validation::convergence::{convergence, default_steps_s, markdown};
-use feeler_validation::{CheckTable, Options, Row, RowKind, ValidationError, validate};
+use feeler_validation::{CheckRow, CheckTable, RowKind, ValidateOptions, ValidationError, validate};
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::numbers::{count, plain, to_tolerance};
@@ -47,7 +47,8 @@ fn all(arguments: &Validate) -> crate::Result<()> {
         })
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
-    let options = Options { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
+    let options =
+        ValidateOptions { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
     let found =
         validate(&options, |group| terminal::complain(&format!("checking {group}"))).map_err(|error| {
             match error {
@@ -71,7 +72,7 @@ fn all(arguments: &Validate) -> crate::Result<()> {
 }
 
 fn text(found: &CheckTable) -> String {
-    let row = |row: &Row| {
+    let row = |row: &CheckRow| {
         let verdict = if row.pass { "pass" } else { "FAIL" };
         let [expected, got, difference, tolerance] = words(row);
         vec![verdict.to_owned(), row.name.clone(), expected, got, difference, tolerance, row.claim.clone()]
@@ -83,7 +84,7 @@ fn text(found: &CheckTable) -> String {
 }
 
 /// Expected and actual value with enough digits to separate them, their difference, and its tolerance.
-fn words(row: &Row) -> [String; 4] {
+fn words(row: &CheckRow) -> [String; 4] {
     let yes = |value: f64| if value > 0.5 { "yes".to_owned() } else { "no".to_owned() };
     let none = || "-".to_owned();
     match row.kind {
@@ -115,11 +116,11 @@ mod tests {
 
     #[test]
     fn regress_a_row_shows_the_digits_and_the_difference_that_it_is_about() {
-        let row = Row::relative("gain", "", 3.825_132_1, 3.825_131_9, 1e-6);
+        let row = CheckRow::relative("gain", "", 3.825_132_1, 3.825_131_9, 1e-6);
         let [expected, got, difference, tolerance] = words(&row);
         assert_eq!((expected.as_str(), got.as_str()), ("3.82513190", "3.82513210"));
         assert_eq!((difference.as_str(), tolerance.as_str()), ("+2.0e-7", "3.83e-6"));
-        let unbounded = words(&Row::close("gain", "", f64::INFINITY, f64::INFINITY, 1e-6));
+        let unbounded = words(&CheckRow::close("gain", "", f64::INFINITY, f64::INFINITY, 1e-6));
         assert_eq!((unbounded[1].as_str(), unbounded[2].as_str()), ("∞", "-"));
     }
 }

@@ -53,7 +53,6 @@ struct Needs {
     lines: usize,
     /// For cells in one line and a header between words.
     cells: usize,
-    /// For whole words.
     words: usize,
 }
 

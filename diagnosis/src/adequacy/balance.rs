@@ -118,7 +118,6 @@ pub(crate) fn further(
     said.into_iter().collect()
 }
 
-/// Describes rivals.
 pub(super) fn named(rivals: &[&Scored]) -> Vec<String> {
     let kinds = |rival: &Scored| {
         let name = |cause: &Candidate| format!("{} at the {}", cause.definition.kind, cause.place.name());

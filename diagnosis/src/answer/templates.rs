@@ -19,7 +19,6 @@ const LINES: usize = 24;
 /// within them.
 const ALLOWED: f64 = 0.8;
 
-/// Shape of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Multisine { low_hz: f64, high_hz: f64 },
@@ -47,7 +46,6 @@ pub(crate) struct Template {
 pub(crate) struct Reach {
     /// Farthest back and farthest ahead of the start, m.
     pub(crate) travel_m: [f64; 2],
-    /// Largest speed, m/s.
     pub(crate) top_speed_m_per_s: f64,
 }
 
@@ -55,7 +53,6 @@ impl Reach {
     /// At rest.
     pub(crate) const NONE: Self = Self { travel_m: [0.0; 2], top_speed_m_per_s: 0.0 };
 
-    /// That of a prediction.
     pub(crate) fn of(prediction: &Prediction) -> Self {
         let start = prediction.stroke.first().map_or(0.0, |stroke| stroke[0]);
         let reached = |reach: Self, [x, v, _]: &[f64; 3]| Self {
@@ -163,7 +160,6 @@ fn three_digits(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The engagement of a record.
 pub(crate) fn place_of(dataset: &Dataset, record: &Record) -> Engagement {
     let own = || dataset.machine.contacts.values().next().map(|contact| contact.engagement);
     record.engagement.or_else(own).unwrap_or(Engagement::Free)

@@ -49,7 +49,6 @@ pub struct Case {
     pub servo: Option<ServoConditions>,
 }
 
-/// The bench as designed.
 pub(super) fn ideal() -> Bench {
     Bench {
         base_kg: 150.0,

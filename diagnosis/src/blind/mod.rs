@@ -22,6 +22,6 @@ pub use score::{
     Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, ScoredValue, UNKNOWN, Unit,
     score,
 };
-pub use seal::{seal, unseal};
+pub use seal::unseal;
 pub use servo::{ServoConditions, make_servo};
 pub use wild::{Conditions, make_wild};

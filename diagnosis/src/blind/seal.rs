@@ -9,7 +9,7 @@ const START: u64 = 0x5EA1_ED00;
 
 /// Covers a text: hexadecimal digits of it under a stream of random bytes. It hides from eyes and from
 /// searches, not from an attacker.
-pub fn seal(text: &str) -> String {
+pub(super) fn seal(text: &str) -> String {
     covered(text.as_bytes()).iter().fold(String::new(), |mut digits, byte| {
         let _ = write!(digits, "{byte:02x}");
         digits

@@ -18,11 +18,8 @@ pub(super) const FIRST_LOST: f64 = 1.5;
 /// Missing rows of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lost {
-    /// Number of bridged rows.
     pub(super) rows: usize,
-    /// Number of stretches.
     pub(super) stretches: usize,
-    /// The longest stretch, s.
     pub(super) longest_s: f64,
     /// Index of the row after the longest gap.
     pub(super) longest_at: usize,

@@ -349,7 +349,6 @@ impl Body<'_> {
         });
     }
 
-    /// The column of a stick.
     fn column(&self, stick: &Stick) -> &str {
         &self.dataset.channels[stick.channel].column
     }

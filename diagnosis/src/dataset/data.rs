@@ -16,7 +16,6 @@ use super::quantum;
 pub struct Channel {
     /// Header of the column.
     pub column: String,
-    /// The signal.
     pub source: Source,
     /// Standard deviation of white noise, signal units: as stated, or that of the sensor, or else from the
     /// scatter of its own readings ([`Dataset::is_noise_stated`]).
@@ -82,7 +81,6 @@ pub struct Record {
     pub start_s: f64,
     /// Time stamps as read, s.
     pub times_s: Vec<f64>,
-    /// Spacing of rows, s.
     pub spacing_s: f64,
     /// Commands of every drive, one per row; N (or m/s). [`Dataset::is_sampled`] says whether they go on
     /// between rows.
@@ -182,7 +180,6 @@ impl Record {
 /// All measurements, with the believed machine.
 #[derive(Clone, Debug)]
 pub struct Dataset {
-    /// Short name.
     pub name: String,
     /// The believed machine.
     pub machine: Machine,

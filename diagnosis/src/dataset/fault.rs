@@ -6,7 +6,6 @@ use feeler_problem::Problem;
 
 /// The kind of a fault of a series.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum FaultKind {
     /// The file has no such column.
     MissingColumn {
@@ -18,10 +17,7 @@ pub enum FaultKind {
     /// No column of the dataset commands a drive.
     NoCommand,
     /// The file has fewer rows than a prediction needs.
-    TooShort {
-        /// Rows of the file.
-        rows: usize,
-    },
+    TooShort { rows: usize },
     /// A cell is empty or not a number.
     NotANumber {
         /// Number of such cells in the column.
@@ -42,22 +38,16 @@ pub enum FaultKind {
     /// The time stamp is not later than the previous one.
     TimeGoesBack,
     /// Rows are missing.
-    Gap {
-        /// Length, s.
-        seconds: f64,
-    },
+    Gap { seconds: f64 },
     /// The recorder lost a few rows; they are bridged, and count as unknown.
     LostRows {
         /// Number of lost rows.
         rows: usize,
-        /// Number of stretches.
         stretches: usize,
-        /// Longest stretch, s.
         longest_s: f64,
     },
     /// The only experiment was cut into pieces, so that some could be scored.
     Cut {
-        /// Number of pieces.
         pieces: usize,
         /// Number of scored pieces.
         checked: usize,
@@ -68,15 +58,9 @@ pub enum FaultKind {
         share: f64,
     },
     /// Rows are much farther apart than the hold time of commands.
-    SlowRows {
-        /// Spacing of the rows, s.
-        spacing_s: f64,
-        /// Hold time of a command, s.
-        hold_s: f64,
-    },
+    SlowRows { spacing_s: f64, hold_s: f64 },
     /// Row spacing differs slightly from that of other experiments, as with a fast or slow clock.
     OtherSpacing {
-        /// Spacing of the rows, s.
         spacing_s: f64,
         /// Spacing in most experiments, s.
         usual_s: f64,
@@ -97,7 +81,6 @@ pub enum FaultKind {
     },
     /// The largest or smallest value repeats in many consecutive rows, as in a saturated converter.
     Clipped {
-        /// The value.
         value: f64,
         /// Share of rows at this value.
         share: f64,
@@ -193,13 +176,11 @@ impl FaultKind {
 /// A fault with its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// The file.
     pub file: String,
     /// The column, if one is affected.
     pub column: Option<String>,
     /// The row in the file, if one is affected. The header is row 1.
     pub row: Option<usize>,
-    /// The kind of the fault.
     pub kind: FaultKind,
 }
 

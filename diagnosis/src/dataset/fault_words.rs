@@ -12,7 +12,6 @@ const NOT_PLACED: &str = "the position of the machine is unknown, so the experim
                           the encoder, and record again";
 
 impl FaultKind {
-    /// What is wrong.
     pub(super) fn message(&self) -> String {
         match self {
             Self::MissingColumn { known, .. } if known.is_empty() => "the column is missing".into(),

@@ -8,9 +8,7 @@ use feeler_plant::description::{Machine, Quantity};
 /// A controller at a drive, its names resolved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Looped {
-    /// Name of the controller.
     pub name: String,
-    /// The drive that it commands.
     pub drive: usize,
     /// Law, gains and timing.
     pub spec: ControllerSpec,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_files::{Column, DatasetFile};
+use feeler_files::{Column, DatasetFile, LogClock};
 use feeler_logs::{ClockUnit, LogError, Pick, Run, on_one_grid, read_file};
 use indexmap::IndexMap;
 
@@ -14,7 +14,7 @@ const TIME: &str = "t_s";
 
 /// Reads the columns of a dataset from a file; `held` names those that hold their value between readings.
 pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
-    let mut runs = read_file(path, dataset.clock.and_then(|clock| ClockUnit::named(clock.name())))?;
+    let mut runs = read_file(path, dataset.clock.map(unit_of))?;
     if runs.len() > 1 {
         return Err(DiagnosisError::Unreadable {
             file: path.to_owned(),
@@ -57,6 +57,15 @@ pub(super) fn table(dataset: &DatasetFile, path: &Path, held: &[&str]) -> Result
     table.unreadable.extend(others.iter().map(|_| None));
     table.header.extend(others);
     Ok(table)
+}
+
+fn unit_of(clock: LogClock) -> ClockUnit {
+    match clock {
+        LogClock::Seconds => ClockUnit::Seconds,
+        LogClock::Milliseconds => ClockUnit::Milliseconds,
+        LogClock::Microseconds => ClockUnit::Microseconds,
+        LogClock::Nanoseconds => ClockUnit::Nanoseconds,
+    }
 }
 
 /// Identification of a column in a file: its number if stated, else its name.

@@ -21,7 +21,6 @@ impl Candidate {
     }
 }
 
-/// All candidates of a machine.
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };
     let mut found = Vec::new();

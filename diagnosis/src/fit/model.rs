@@ -330,7 +330,6 @@ impl Model {
         Some((excess, excess > 0.0 && unknown.is_at_limit(*theta)))
     }
 
-    /// The parameters of effect `effect` at `theta`.
     pub(crate) fn parameters(&self, effect: usize, theta: &[f64]) -> Vec<f64> {
         let mut values = self.tried[effect].effect.values.clone();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {
@@ -341,7 +340,6 @@ impl Model {
         values
     }
 
-    /// The machine at `theta`.
     pub(crate) fn machine(&self, theta: &[f64]) -> Machine {
         let mut machine = self.believed.clone();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {

@@ -22,7 +22,6 @@ const DRAWS: usize = 400;
 /// A smaller gap counts as closed to the floor, so that no ratio of tiny numbers is printed.
 const TINY: f64 = 1e-4;
 
-/// Rows of a free window.
 fn window_rows(record: &Record) -> usize {
     rows_of(record, WINDOW_S)
 }

@@ -126,7 +126,6 @@ impl Base {
         self.sides.iter().filter(stays)
     }
 
-    /// Their terms at every row.
     pub(super) fn terms(&self, rows: &Rows, causes: &[Candidate]) -> Vec<Term> {
         let of = |side: &Side| match side {
             Side::Mass(mass) => Term {

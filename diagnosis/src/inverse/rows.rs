@@ -91,7 +91,6 @@ impl Rows {
         }
     }
 
-    /// Times of the rows, s.
     pub(super) fn times_s(&self) -> Vec<f64> {
         (0..self.position.len()).map(|k| self.start_s + k as f64 * self.spacing_s).collect()
     }

@@ -38,7 +38,6 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     Some(start.iter().zip(found.iter()).zip(&sizes).map(|((start, x), size)| start + x / size).collect())
 }
 
-/// The sum of the terms with these coefficients.
 pub(super) fn sum(terms: &[Term], coefficients: &[f64], rows: usize) -> Vec<f64> {
     let mut sum = vec![0.0; rows];
     for (term, coefficient) in terms.iter().zip(coefficients) {

@@ -41,19 +41,16 @@ impl<'a> Element<'a> {
         Element { key: self.key.clone(), tolerance: None, ..*self }
     }
 
-    /// The body that it is.
     pub(crate) fn body(&self) -> Option<&Body> {
         let Host::Body(node) = self.host else { return None };
         self.machine.bodies.get_index(node.checked_sub(1)?).map(|(_, body)| body)
     }
 
-    /// The spring that it is.
     pub(crate) fn spring(&self) -> Option<&Spring> {
         let Host::Spring(i) = self.host else { return None };
         self.machine.springs.get_index(i).map(|(_, spring)| spring)
     }
 
-    /// The contact that it is.
     pub(crate) fn contact(&self) -> Option<&Contact> {
         let Host::Contact(i) = self.host else { return None };
         self.machine.contacts.get_index(i).map(|(_, contact)| contact)

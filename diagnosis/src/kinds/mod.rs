@@ -122,7 +122,6 @@ pub(crate) struct Shown {
     pub(crate) coefficients: fn(&[f64]) -> (Vec<f64>, f64),
 }
 
-/// The balance of a kind, if it has one.
 fn shown<K: Known>() -> Option<Shown> {
     let of = |balance: &Balance<K>| (balance.form, balance.shapes);
     let (form, shapes) = K::BALANCE.as_ref().map(of)?;
@@ -171,7 +170,6 @@ macro_rules! dossiers {
     ($($file:ident $kind:ident,)*) => {
         $(mod $file;)*
 
-        /// Properties of a kind.
         pub(crate) fn dossier(kind: Kind) -> Dossier {
             match kind {
                 $(Kind::$kind => Dossier::of::<feeler_plant::effects::$kind>(),)*

@@ -286,7 +286,6 @@ impl Anchor {
     }
 }
 
-/// Moves coordinates by a distance and a speed.
 fn shift(machine: &Moving, xi: &mut [f64], coordinates: &[usize], [distance, speed]: [f64; 2]) {
     for &g in coordinates {
         xi[machine.motion.layout().q(g)] += distance;

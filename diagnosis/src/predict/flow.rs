@@ -86,7 +86,6 @@ impl IndexMut<usize> for Flows {
     }
 }
 
-/// One mode.
 #[derive(Clone, Debug)]
 pub(super) struct Flow {
     pub(super) equations: Equations,
@@ -284,7 +283,6 @@ impl Flow {
         ((self.bristles_per_s * span_s / BRISTLE_ANGLE).ceil() as usize).clamp(1, MOST_PARTS)
     }
 
-    /// Number of states.
     pub(super) fn states(&self) -> usize {
         self.states
     }

@@ -32,7 +32,6 @@ pub(super) struct PredictedLoop {
     start: LoopState,
 }
 
-/// The reading of a loop.
 #[derive(Clone, Debug)]
 enum Reads {
     /// The stroke of its drive, in steps, after a target.
@@ -72,9 +71,7 @@ pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
     loops.iter().map(|servo| servo.start.clone()).collect()
 }
 
-/// A row, on its way.
 pub(super) struct RowSpan {
-    /// Its time, s.
     pub(super) start_s: f64,
     /// Time until the next row, s.
     pub(super) span_s: f64,

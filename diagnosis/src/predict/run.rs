@@ -27,7 +27,6 @@ const STARTS: usize = 3;
 /// A command that arrives within this share of a row arrives with the row.
 const NEGLIGIBLE_PART: f64 = 1e-6;
 
-/// Start of a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
     /// At the measurements of the first row.

@@ -16,7 +16,6 @@ pub(super) struct State {
     pub(super) loops: Vec<LoopState>,
 }
 
-/// State of one loop.
 #[derive(Clone, Debug)]
 pub(super) struct LoopState {
     pub(super) controller: Controller<f64>,

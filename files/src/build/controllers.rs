@@ -10,11 +10,10 @@ use feeler_plant::effects::HostKind;
 use feeler_problem::Remedy;
 
 use super::{Builder, Item};
-use crate::keys::CONTROLLERS;
+use crate::keys::{CONTROLLERS, LAW};
 use crate::read::{Scope, join};
 
 impl Builder<'_> {
-    /// The controllers of a machine.
     pub(crate) fn controllers(&mut self, machine: &Machine) -> Elements<ControllerUse> {
         self.each(&CONTROLLERS, |builder, item| builder.controller(item, machine))
     }
@@ -23,7 +22,7 @@ impl Builder<'_> {
         let word = |key: &str| item.table.get(key).and_then(|entry| entry.node.as_text()).unwrap_or_default();
         let output = self.command_dim(word("drives"));
         let scope = Scope { output, ..self.scope() };
-        let reference = Law::named(word("law")).map_or(Dimension::UNKNOWN, |law| scope.dim(law.follows()));
+        let reference = Law::named(word(LAW)).map_or(Dimension::UNKNOWN, |law| scope.dim(law.follows()));
         let before = self.problems.count();
         let fields = self.fields(item, Scope { reference, ..scope });
         let effects = self.effects(item, HostKind::Controller);

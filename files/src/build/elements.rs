@@ -10,12 +10,11 @@ use feeler_plant::description::{
 use feeler_plant::effects::HostKind;
 
 use super::{Builder, Item};
-use crate::keys::{ACTUATORS, BODIES, CONTACTS, SENSORS, SPRINGS};
+use crate::keys::{ACTUATORS, BODIES, CONTACTS, KIND, LAW, SENSORS, SPRINGS};
 use crate::read::{Reader, Scope};
 use crate::tree::node_at;
 
 impl Builder<'_> {
-    /// The machine, unnamed.
     pub(crate) fn machine(&mut self) -> Machine {
         let contacts = self.each(&CONTACTS, Self::contact);
         let mut machine = Machine {
@@ -45,7 +44,7 @@ impl Builder<'_> {
         let host = if spring.rigid { HostKind::RigidSpring } else { HostKind::Spring };
         if spring.rigid {
             // `rigid` overrides values from another file or a setting; in the same place they contradict.
-            let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
+            let here = item.table.get(Spring::RIGID.key.name).map(|entry| entry.node.origin.source);
             for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
                 let key = field.key.name;
                 let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here);
@@ -62,23 +61,22 @@ impl Builder<'_> {
     }
 
     fn contact(&mut self, item: Item<'_>) -> Option<(Contact, Option<Arc<Profile>>)> {
-        let exponent = match item.table.get("law").and_then(|entry| entry.node.as_text()) {
-            Some("hertz") => 1.5,
-            Some("hunt-crossley") => {
-                item.table.get("exponent").map_or(1.0, |entry| self.quietly(&entry.node))
-            }
-            _ => 1.0,
-        };
+        let law = item.table.get(LAW).and_then(|entry| entry.node.as_text());
+        let mut unread: Contact = of_form(law);
+        if let Some(entry) = item.table.get(Contact::EXPONENT.key.name) {
+            Contact::EXPONENT.set_number(&mut unread, self.quietly(&entry.node));
+        }
         let before = self.problems.count();
-        let fields = self.fields(item, Scope { exponent, ..self.scope() });
+        let fields = self.fields(item, Scope { exponent: unread.law.exponent(), ..self.scope() });
         let sound = self.problems.count() == before;
         let mut contact = Contact::read(&fields)?;
+        let damping = Contact::DAMPING.key.name;
         if matches!(contact.law, ContactLaw::HuntCrossley { .. })
-            && item.table.contains_key("damping")
+            && item.table.contains_key(damping)
             && contact.damping_n_s_per_m != 0.0
         {
             let message = "the Hunt-Crossley law has no linear damping: its damping is alpha";
-            self.problems.add(item.place("damping"), item.key("damping"), message, "remove it");
+            self.problems.add(item.place(damping), item.key(damping), message, "remove it");
         }
         if let Some(stiffness) = self.stiffness_of_materials(item, &fields, contact.law) {
             contact.stiffness = stiffness;
@@ -101,7 +99,8 @@ impl Builder<'_> {
             let body = &actuator.on;
             let message =
                 format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
-            let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
+            let [on, reacts_on] = [Actuator::ON, Actuator::REACTS_ON].map(|field| field.key.name);
+            let key = if item.table.contains_key(reacts_on) { reacts_on } else { on };
             self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
         }
         let command = actuator.kind.command();
@@ -109,17 +108,18 @@ impl Builder<'_> {
     }
 
     fn sensor(&mut self, item: Item<'_>) -> Option<Sensor> {
-        let signal =
-            item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
+        let reads = item.table.get(Sensor::READS.key.name).and_then(|entry| entry.node.as_text());
+        let signal = reads.and_then(|text| text.parse().ok());
         let dim = signal.as_ref().map_or(Dimension::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
         let sensor = Sensor::read(&fields)?;
         let reads = &sensor.reads;
         let motion =
             matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
-        if !motion && item.table.contains_key("relative_to") {
+        let relative_to = Sensor::RELATIVE_TO.key.name;
+        if !motion && item.table.contains_key(relative_to) {
             let message = format!("`{reads}` is not relative to a body");
-            self.problems.add(item.place("relative_to"), item.key("relative_to"), message, "remove it");
+            self.problems.add(item.place(relative_to), item.key(relative_to), message, "remove it");
         }
         let host = match reads.quantity {
             quantity if quantity.is_force() => HostKind::ForceSensor,
@@ -134,7 +134,6 @@ impl Builder<'_> {
         Some(Sensor { effects: self.effects(item, host), ..sensor })
     }
 
-    /// Dimension of a signal of the plant.
     pub(super) fn signal_dim(&self, signal: &SignalName) -> Dimension {
         match signal.quantity {
             Quantity::Command => self.command_dim(&signal.element),
@@ -144,8 +143,8 @@ impl Builder<'_> {
 
     /// Dimension of a signal; for a reading, that of the signal that the sensor reads.
     pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dimension {
-        let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"])
-            .and_then(|node| node.as_text());
+        let path = [SENSORS.table, &signal.element, Sensor::READS.key.name];
+        let read = node_at(&self.draft.root, &path).and_then(|node| node.as_text());
         match read.and_then(|text| text.parse().ok()) {
             Some(read) if signal.quantity == Quantity::Reading => self.signal_dim(&read),
             _ => self.signal_dim(signal),
@@ -155,9 +154,8 @@ impl Builder<'_> {
     /// Dimension of an actuator's command.
     pub(super) fn command_dim(&self, actuator: &str) -> Dimension {
         let kind =
-            node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());
-        let form = Actuator::FORMS.iter().find(|form| Some(form.name) == kind);
-        let mut found = (form.unwrap_or(&Actuator::FORMS[0]).start)();
+            node_at(&self.draft.root, &[ACTUATORS.table, actuator, KIND]).and_then(|node| node.as_text());
+        let mut found: Actuator = of_form(kind);
         let input = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "input"]);
         if let ActuatorKind::DcMotor(motor) = &mut found.kind
             && let Some(word) = input.and_then(|node| node.as_text())
@@ -166,4 +164,10 @@ impl Builder<'_> {
         }
         found.kind.command()
     }
+}
+
+/// What a table of this form is before its keys are read; of the first form if it names none that there is.
+fn of_form<T: Record>(name: Option<&str>) -> T {
+    let named = T::FORMS.iter().find(|form| Some(form.name) == name);
+    (named.unwrap_or(&T::FORMS[0]).start)()
 }

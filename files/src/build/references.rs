@@ -16,7 +16,6 @@ const MOST_SAMPLES: usize = 20_000_000;
 const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {
-    /// The reference of a controller.
     pub(super) fn reference(&mut self, item: Item<'_>, fields: &Contents) -> Option<ReferenceSpec> {
         match fields.get(FOLLOWED.name)? {
             Content::Table(table) if table.variant == Some(SAMPLES_FILE.name) => self.samples(item, table),

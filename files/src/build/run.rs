@@ -3,18 +3,18 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
-use feeler_catalogue::{Record, compact};
+use feeler_catalogue::{Field, Record, compact};
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Axis, Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Axis, Contact, Elements, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
 use crate::keys::{CONTROLLERS, RUN};
-use crate::read::Reader;
+use crate::read::{Reader, join};
 use crate::source::Origin;
-use crate::tree::{Table, Value, locate, node_at};
+use crate::tree::{Entry, Table, Value, locate, node_at};
 
 /// Largest number of steps of a fixed-step integrator.
 const MOST_STEPS: f64 = 1e8;
@@ -32,6 +32,14 @@ const MOST_BODIES: usize = 256;
 const MOST_ROWS: f64 = 1e7;
 /// Largest number of values in a record: 0.8 GB.
 const MOST_VALUES: f64 = 1e8;
+
+fn written<'t>(table: &'t Table, field: &Field<RunSettings>) -> Option<&'t Entry> {
+    table.get(field.key.name)
+}
+
+fn path(field: &Field<RunSettings>) -> String {
+    join("run", field.key.name)
+}
 
 impl Builder<'_> {
     /// How to run the scenario.
@@ -55,18 +63,25 @@ impl Builder<'_> {
         let sound = self.problems.count() == before;
         let mut run = RunSettings::default();
         run.take(&fields);
-        if run.integrator != Integrator::External && !table.contains_key("integrator") {
+        if run.integrator != Integrator::External && written(table, &RunSettings::INTEGRATOR).is_none() {
             run.integrator = integrator::by_default(machine, run.step_s);
         }
-        if let (Integrator::External, Some(entry)) = (run.integrator, table.get("integrator")) {
+        if let (Integrator::External, Some(entry)) =
+            (run.integrator, written(table, &RunSettings::INTEGRATOR))
+        {
             let message =
                 "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
-            self.problems.add(&entry.node.origin, "run.integrator", message, "leave one of them out");
+            self.problems.add(
+                &entry.node.origin,
+                path(&RunSettings::INTEGRATOR),
+                message,
+                "leave one of them out",
+            );
         }
         if run.integrator == Integrator::External && machine.axis == Axis::Rotational {
             self.turns(machine, run.step_s);
         }
-        if !table.contains_key("record") {
+        if written(table, &RunSettings::RECORD).is_none() {
             run.record = default_record(machine);
         }
         self.signals(table, machine, controllers);
@@ -76,7 +91,7 @@ impl Builder<'_> {
                 &run,
                 machine,
                 controllers,
-                table.get("duration").map_or(at, |entry| &entry.node.origin),
+                written(table, &RunSettings::DURATION).map_or(at, |entry| &entry.node.origin),
             );
         }
         run
@@ -84,16 +99,13 @@ impl Builder<'_> {
 
     /// Whether each recorded signal exists.
     fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
-        let Some(Value::Array(items)) = table.get("record").map(|entry| &entry.node.value) else { return };
+        let Some(entry) = written(table, &RunSettings::RECORD) else { return };
+        let Value::Array(items) = &entry.node.value else { return };
+        let key = path(&RunSettings::RECORD);
         if items.is_empty() {
-            let (at, remedy) =
-                (&table["record"].node.origin, "name signals, as in \"tool.force\", or leave `record` out");
-            self.problems.add(
-                at,
-                "run.record",
-                "no signal is named: the record would hold times alone",
-                remedy,
-            );
+            let message = "no signal is named: the record would hold times alone";
+            let remedy = "name signals, as in \"tool.force\", or leave `record` out";
+            self.problems.add(&entry.node.origin, key.as_str(), message, remedy);
         }
         let mut seen = HashSet::new();
         for item in items {
@@ -101,7 +113,7 @@ impl Builder<'_> {
             if !seen.insert(signal.to_string()) {
                 self.problems.add(
                     &item.origin,
-                    "run.record",
+                    key.as_str(),
                     format!("`{signal}` is recorded twice"),
                     "write it once",
                 );
@@ -111,7 +123,7 @@ impl Builder<'_> {
                     let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
                     self.problems.add(
                         &item.origin,
-                        "run.record",
+                        key.as_str(),
                         format!("there is no controller `{}`", signal.element),
                         remedy,
                     );
@@ -119,7 +131,7 @@ impl Builder<'_> {
             } else if self.has_bad_surface(machine, &signal) {
                 // The surface is the mistake, and has been reported.
             } else if let Err(problem) = resolve(machine, &signal) {
-                self.problems.add(&item.origin, "run.record", problem.message, problem.remedy);
+                self.problems.add(&item.origin, key.as_str(), problem.message, problem.remedy);
             }
         }
     }
@@ -131,7 +143,7 @@ impl Builder<'_> {
     }
 
     fn size(&mut self, run: &RunSettings, table: &Table, at: &Origin) {
-        let place = |key: &str| table.get(key).map_or(at, |entry| &entry.node.origin);
+        let place = |field: &Field<RunSettings>| written(table, field).map_or(at, |entry| &entry.node.origin);
         let duration = run.duration_s;
         let steps = duration / run.step_s;
         if run.integrator != Integrator::Exact && steps > MOST_STEPS {
@@ -141,8 +153,8 @@ impl Builder<'_> {
                 compact(run.step_s)
             );
             self.problems.add(
-                place("step"),
-                "run.step",
+                place(&RunSettings::STEP),
+                path(&RunSettings::STEP),
                 message,
                 "lengthen the step, shorten the run, or use the exact integrator",
             );
@@ -151,7 +163,8 @@ impl Builder<'_> {
         let rows = duration * rate;
         let signals = run.record.len();
         let values = rows * signals as f64;
-        let key = if table.contains_key("record_rate") { "record_rate" } else { "duration" };
+        let is_stated = written(table, &RunSettings::RECORD_RATE).is_some();
+        let field = if is_stated { RunSettings::RECORD_RATE } else { RunSettings::DURATION };
         if rows > MOST_ROWS || values > MOST_VALUES {
             let message = format!(
                 "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), \
@@ -160,8 +173,8 @@ impl Builder<'_> {
                 values * 8e-9
             );
             self.problems.add(
-                place(key),
-                format!("run.{key}"),
+                place(&field),
+                path(&field),
                 message,
                 "lower `record_rate`, record fewer signals, or shorten the run",
             );
@@ -171,8 +184,8 @@ impl Builder<'_> {
                 "{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone"
             );
             self.problems.add(
-                place(key),
-                format!("run.{key}"),
+                place(&field),
+                path(&field),
                 message,
                 "raise `record_rate`, or lengthen the run",
             );
@@ -228,7 +241,7 @@ impl Builder<'_> {
             let (key, remedy) = if period < ORDINARY_S {
                 (format!("controllers.{name}.period"), "lengthen the period, or shorten the run")
             } else {
-                ("run.duration".to_owned(), "shorten the run, or lengthen the period")
+                (path(&RunSettings::DURATION), "shorten the run, or lengthen the period")
             };
             self.refuse_work(key, message, remedy, duration_at);
         }
@@ -244,7 +257,7 @@ impl Builder<'_> {
                 let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
                     (key, "make it less or the body heavier, join the bodies rigidly, or shorten the run")
                 } else {
-                    ("run.duration".to_owned(), "shorten the run")
+                    (path(&RunSettings::DURATION), "shorten the run")
                 };
                 self.refuse_work(key, message, remedy, duration_at);
             }
@@ -274,11 +287,7 @@ fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = springs.map(|(name, spring)| {
         (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
     });
-    let linear = |contact: &Contact| match contact.law {
-        ContactLaw::KelvinVoigt => true,
-        ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
-        ContactLaw::Hertz => false,
-    };
+    let linear = |contact: &Contact| contact.law.exponent().total_cmp(&1.0).is_eq();
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
     let contacts = contacts.map(|(name, contact)| {
         (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m)

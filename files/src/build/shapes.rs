@@ -39,13 +39,11 @@ impl Remedy for FileError {
 
 const MESH: &str = "an STL or OBJ file";
 
-/// The text of a file of the kind `wanted`.
 pub(crate) fn text_of(path: &Path, wanted: &'static str) -> Result<String, FileError> {
     read_text(path, LARGEST_SHAPE).map_err(|source| FileError::Read { wanted, source })
 }
 
 impl ShapeFile {
-    /// Reads it at its path.
     pub(crate) fn load(&self, path: &Path) -> Result<Shape, FileError> {
         Ok(match self {
             Self::Hull { scale_m, .. } => Shape::Hull { points_m: mesh(path, *scale_m)?.vertices_m },

@@ -58,7 +58,7 @@ impl Builder<'_> {
         fields: &Contents,
         law: ContactLaw,
     ) -> Option<f64> {
-        if item.table.contains_key("stiffness") {
+        if item.table.contains_key(Contact::STIFFNESS.key.name) {
             return None;
         }
         let parts =

@@ -9,10 +9,12 @@ use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects
 use feeler_plant::description::Axis;
 use feeler_plant::effects::{EffectUse, Kind, find};
 use feeler_plant::names::did_you_mean;
+use feeler_problem::{Problem, Remedy};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::arm::{self, ReadArm, mesh_path};
-use crate::build::{Builder, shapes};
+use crate::build::Builder;
+use crate::build::shapes::{self, FileError};
 use crate::draft::{Draft, lay_over, parse_toml, read_text};
 use crate::keys::EFFECTS;
 use crate::keys::cell::ARM_FILE;
@@ -154,9 +156,7 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
         for collision in collisions {
             shapes.push(
                 shape(collision, &read.folder)
-                    .map_err(|error| {
-                        problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ");
-                    })
+                    .map_err(|problem| problems.add(at, problem.key, problem.message, problem.remedy))
                     .ok()?,
             );
         }
@@ -166,7 +166,7 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
 }
 
 /// A collision shape; a mesh as the convex hull of its corners, as is usual.
-fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>), String> {
+fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>), Problem> {
     let place = collision.place;
     Ok(match &collision.shape {
         CollisionShape::Box { half_extents_m } => (Shape::Cuboid { half_extents_m: *half_extents_m }, place),
@@ -178,9 +178,14 @@ fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>)
         }
         CollisionShape::Mesh { file, scale_m } => {
             let path = mesh_path(folder, file).unwrap_or_else(|| folder.join(file));
-            let line = collision.line;
-            let mesh = shapes::mesh(&path, 1.0)
-                .map_err(|error| format!("line {line} of the URDF: {}: {error}", path.display()))?;
+            let mesh = shapes::mesh(&path, 1.0).map_err(|error| {
+                let message = format!("line {} of the URDF: {}: {error}", collision.line, path.display());
+                let remedy = match error {
+                    FileError::Read { .. } => "put the file beside the URDF as STL or OBJ".into(),
+                    FileError::Geometry(_) | FileError::Extension(_) => error.remedy(),
+                };
+                Problem::new("arm", message, remedy)
+            })?;
             let points_m = mesh
                 .vertices_m
                 .iter()
@@ -189,4 +194,24 @@ fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>)
             (Shape::Hull { points_m }, place)
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_damaged_mesh_of_a_urdf_has_its_own_remedy() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("link.stl"), "cut").unwrap();
+        let refused = |file: &str| {
+            let shape = CollisionShape::Mesh { file: file.into(), scale_m: [1.0; 3] };
+            super::shape(&Collision { shape, place: Isometry3::identity(), line: 7 }, folder.path())
+                .unwrap_err()
+        };
+        let [damaged, absent] = ["link.stl", "absent.stl"].map(refused);
+        assert!(damaged.message.contains("line 7 of the URDF") && damaged.message.contains("cut short"));
+        assert!(absent.remedy.contains("beside the URDF"), "{}", absent.remedy);
+        assert!(!damaged.remedy.contains("beside the URDF"), "{}", damaged.remedy);
+    }
 }

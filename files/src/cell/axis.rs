@@ -128,7 +128,6 @@ fn each_table(root: &mut Table, name: &str, mut change: impl FnMut(&mut Table)) 
         .for_each(&mut change);
 }
 
-/// The elements of a table of elements that are tables.
 fn elements<'t>(root: &'t Table, name: &str) -> impl Iterator<Item = (&'t String, &'t Table)> {
     let tables = root.get(name).and_then(|entry| entry.node.as_table());
     tables.into_iter().flatten().filter_map(|(name, entry)| Some((name, entry.node.as_table()?)))
@@ -218,6 +217,21 @@ fn refuse_sources(root: &Table, problems: &mut Problems) {
                 "joint encoders have no analogue filter",
                 remedy,
             );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::{ELEMENTS, RUN};
+
+    #[test]
+    fn truth_keys_that_an_arm_refuses_are_keys_of_an_axis() {
+        for (table, key, _) in NOT_HERE {
+            let element = ELEMENTS.iter().find(|element| element.table == table);
+            let shape = element.map_or(&RUN, |element| &element.shape);
+            assert!(shape.all_keys().any(|known| known.name == key), "{table}.{key}");
         }
     }
 }

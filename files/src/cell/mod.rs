@@ -37,13 +37,11 @@ const POINTING: usize = 5;
 /// A checked scenario of a whole arm.
 #[derive(Clone, Debug)]
 pub struct CellFile {
-    /// Short name.
     pub name: String,
     /// Purpose of the scenario.
     pub about: String,
     /// The described arm, with workpiece and controller.
     pub cell: Cell,
-    /// Rate of the record, Hz.
     pub record_rate_hz: f64,
     text: String,
 }
@@ -164,7 +162,6 @@ fn refuse(
     problems.add(&at, key, message, remedy);
 }
 
-/// Records an error at a key.
 fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn Remedy) {
     refuse(draft, problems, key, error.to_string(), error.remedy());
 }

@@ -7,6 +7,7 @@ use feeler_engine::ControllerUse;
 use feeler_plant::effects::HostKind;
 
 use super::Element;
+use super::machine::LAW;
 
 const LAWS: [Variant; Law::FORMS.len()] = variants(Law::FORMS);
 
@@ -18,7 +19,7 @@ pub(crate) static CONTROLLERS: Element = Element {
            output is applied and held. Outputs on the same actuator add up.",
     shape: Keys {
         keys: joined!(joined!(keys!(ControllerUse::FIELDS), keys!(ControllerSpec::FIELDS)), &[FOLLOWED]),
-        choice: Some(Choice { key: "law", default: None, text: "the control law", variants: &LAWS }),
+        choice: Some(Choice { key: LAW, default: None, text: "the control law", variants: &LAWS }),
     },
     hosts: &[HostKind::Controller],
 };

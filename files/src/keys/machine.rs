@@ -7,6 +7,11 @@ use feeler_plant::effects::HostKind;
 use super::Element;
 use super::surface::{PROFILE, SURFACE};
 
+/// The law of a contact or a controller.
+pub(crate) const LAW: &str = "law";
+/// The kind of an actuator.
+pub(crate) const KIND: &str = "kind";
+
 /// `[bodies.*]`
 pub(crate) static BODIES: Element = Element {
     table: "bodies",
@@ -38,7 +43,7 @@ pub(crate) static CONTACTS: Element = Element {
     shape: Keys {
         keys: joined!(keys!(Contact::FIELDS), &[SURFACE, PROFILE]),
         choice: Some(Choice {
-            key: "law",
+            key: LAW,
             default: Some(Contact::FORMS[0].name),
             text: "force against compression d and its rate d', for d > 0",
             variants: &CONTACT_LAWS,
@@ -57,7 +62,7 @@ pub(crate) static ACTUATORS: Element = Element {
     shape: Keys {
         keys: keys!(Actuator::FIELDS),
         choice: Some(Choice {
-            key: "kind",
+            key: KIND,
             default: Some(Actuator::FORMS[0].name),
             text: "how a command becomes a force",
             variants: &AMPLIFIERS,

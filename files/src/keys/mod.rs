@@ -16,13 +16,12 @@ pub(crate) use arm::{ARM, JOINT};
 pub(crate) use cell::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
 pub(crate) use controllers::CONTROLLERS;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
-pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, SENSORS, SPRINGS};
+pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, KIND, LAW, SENSORS, SPRINGS};
 pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
 /// A table of named elements, as `[bodies.NAME]`.
 #[derive(Debug)]
 pub(crate) struct Element {
-    /// Name of the table.
     pub(crate) table: &'static str,
     /// One of them.
     pub(crate) singular: &'static str,

@@ -27,7 +27,6 @@ pub(crate) static SWEEP: Keys =
 
 /// The sampling method of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Sampling {
     /// Every combination of the axes.
     #[default]

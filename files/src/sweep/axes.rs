@@ -13,8 +13,7 @@ use super::super::units;
 
 /// Values of an axis, in SI.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Axis {
+pub enum SweepAxis {
     /// Evenly spaced, both ends included.
     Linear {
         /// First value.
@@ -51,7 +50,7 @@ pub enum Axis {
     },
 }
 
-impl Axis {
+impl SweepAxis {
     /// Number of values; `None` for a distribution.
     pub fn count(&self) -> Option<u64> {
         match self {
@@ -75,8 +74,8 @@ impl Axis {
         }
     }
 
-    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are exactly
-    /// those in the file.
+    /// The value of a grid at `index`, which is below [`SweepAxis::count`]. The first and the last are
+    /// exactly those in the file.
     pub fn point(&self, index: u64) -> Setting {
         match self {
             Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),
@@ -100,7 +99,7 @@ impl Axis {
 /// An axis as read, with its data for refinement.
 #[derive(Clone, Debug)]
 pub(super) struct ReadAxis {
-    pub(super) axis: Axis,
+    pub(super) axis: SweepAxis,
     /// Tolerance of an edge as a share of the axis, and its place in the file.
     pub(super) tolerance: Option<(f64, Origin)>,
 }
@@ -175,10 +174,10 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
     // If they are missing or wrong, that has been recorded, and the ends are still tried.
     let points = fields.value(&POINTS).unwrap_or(1);
     let axis = match variant {
-        "linear" => Axis::Linear { from, to, points },
-        "log" => Axis::Log { from, to, points },
-        "uniform" => Axis::Uniform { from, to },
-        _ => Axis::LogUniform { from, to },
+        "linear" => SweepAxis::Linear { from, to, points },
+        "log" => SweepAxis::Log { from, to, points },
+        "uniform" => SweepAxis::Uniform { from, to },
+        _ => SweepAxis::LogUniform { from, to },
     };
     Some(ReadAxis { axis, tolerance })
 }
@@ -260,7 +259,7 @@ fn alike(one: &Node, other: Option<&Node>) -> bool {
     units::are_alike(&text(Some(one)), &text(other))
 }
 
-fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -> Option<Axis> {
+fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -> Option<SweepAxis> {
     if items.is_empty() {
         reader.problems.add(&node.origin, path, "the list is empty", "give at least one value");
         return None;
@@ -275,7 +274,7 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
         value
     });
     let values: Vec<Setting> = values.collect();
-    (!values.is_empty()).then_some(Axis::List(values))
+    (!values.is_empty()).then_some(SweepAxis::List(values))
 }
 
 /// Records that a node must be a table.
@@ -306,7 +305,7 @@ mod tests {
 
     #[test]
     fn regress_whole_steps_between_whole_ends_are_whole() {
-        let seeds = Axis::Linear { from: 1.0, to: 300.0, points: 300 };
+        let seeds = SweepAxis::Linear { from: 1.0, to: 300.0, points: 300 };
         assert!((0..300).all(|i| seeds.point(i) == Setting::Number((i + 1) as f64)));
     }
 }

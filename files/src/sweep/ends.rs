@@ -19,7 +19,7 @@ use super::super::problem::Problems;
 use super::super::read::join;
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
-use super::axes::{Axis, ReadAxis, setting};
+use super::axes::{ReadAxis, SweepAxis, setting};
 use super::unit::unit_of_key;
 
 /// Largest number of combinations of values that are tried for one axis.
@@ -251,9 +251,9 @@ fn shown(setting: &Setting) -> String {
 }
 
 /// First and last value of an axis as written, with their units; every value of a list.
-fn ends(axis: &Axis, node: &Node) -> Vec<(Setting, Origin)> {
+fn ends(axis: &SweepAxis, node: &Node) -> Vec<(Setting, Origin)> {
     let written = |item: &Node| setting(item).map(|setting| (setting, item.origin.clone()));
-    if let (Axis::List(_), Value::Array(items)) = (axis, &node.value) {
+    if let (SweepAxis::List(_), Value::Array(items)) = (axis, &node.value) {
         return items.iter().filter_map(written).collect();
     }
     let range =

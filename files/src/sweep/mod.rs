@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use feeler_catalogue::{Contents, Record};
 use indexmap::IndexMap;
 
-pub use axes::Axis;
+pub use axes::SweepAxis;
 pub use refine::Refine;
 pub(crate) use unit::unit_of_key;
 
@@ -43,14 +43,13 @@ pub struct SweepFile {
     /// The scenario, relative to the sweep file.
     pub scenario: PathBuf,
     /// Key paths and their values.
-    pub axes: IndexMap<String, Axis>,
+    pub axes: IndexMap<String, SweepAxis>,
     /// The SI unit of each key; empty for a pure number.
     pub units: IndexMap<String, String>,
     /// Choice of the points.
     pub sampling: Sampling,
     /// Number of drawn points; for a grid the product of the axes' counts.
     pub samples: u64,
-    /// Seed of the draws.
     pub seed: u64,
     /// Data kept of each run.
     pub keep: Keep,
@@ -102,13 +101,14 @@ impl SweepFile {
             .as_ref()
             .and_then(|scenario| try_ends(&read, scenario, root, problems))
             .unwrap_or_default();
-        let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
+        let axes: IndexMap<String, SweepAxis> =
+            read.into_iter().map(|(key, read)| (key, read.axis)).collect();
         let drawn = axes.values().any(|axis| axis.count().is_none());
         let by_axes = if drawn { Sampling::Random } else { Sampling::Grid };
         let sampling = fields.value(&SAMPLING).unwrap_or(by_axes);
-        let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
+        let runs: f64 = axes.values().filter_map(SweepAxis::count).map(|count| count as f64).product();
         // A list is no axis of a diagram: each of its values has its own diagrams.
-        let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
+        let drawn_over_one = axes.values().filter(|axis| !matches!(axis, SweepAxis::List(_))).count() == 1;
         let tail = if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 };
         let mut kept = Keep { outcome: true, traces: false, tail };
         kept.take(&keep);
@@ -146,9 +146,9 @@ impl SweepFile {
                 );
             }
             // Draws can choose from a list, but not from values with a fixed spacing.
-            let spaced = |axis: &Axis| matches!(axis, Axis::Linear { .. } | Axis::Log { .. });
+            let spaced = |axis: &SweepAxis| matches!(axis, SweepAxis::Linear { .. } | SweepAxis::Log { .. });
             for (key, axis) in self.axes.iter().filter(|(_, axis)| spaced(axis)) {
-                let way = if matches!(axis, Axis::Log { .. }) { "log_uniform" } else { "uniform" };
+                let way = if matches!(axis, SweepAxis::Log { .. }) { "log_uniform" } else { "uniform" };
                 let message =
                     format!("points are drawn at random, but the values of \"{key}\" have a fixed spacing");
                 add(
@@ -185,7 +185,7 @@ impl SweepFile {
         }
         if runs > MOST_RUNS {
             let counts: Vec<String> =
-                self.axes.values().filter_map(Axis::count).map(|count| count.to_string()).collect();
+                self.axes.values().filter_map(SweepAxis::count).map(|count| count.to_string()).collect();
             let message =
                 format!("{} = {runs:.3e} runs, and at most {MOST_RUNS:.0e} are taken", counts.join(" * "));
             add("axes", &message, "use fewer points, or another sampling with `samples`");
@@ -196,8 +196,8 @@ impl SweepFile {
         if self.refine.is_none() {
             return;
         }
-        let divides = |axis: &Axis| match axis {
-            Axis::Linear { points, .. } | Axis::Log { points, .. } => *points >= 2,
+        let divides = |axis: &SweepAxis| match axis {
+            SweepAxis::Linear { points, .. } | SweepAxis::Log { points, .. } => *points >= 2,
             _ => false,
         };
         if self.axes.len() > 2 || self.sampling != Sampling::Grid || !self.axes.values().all(divides) {

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use super::super::keys::sweep::{BY, BY_OUTCOME, LEVELS, TOLERANCE};
 use super::super::problem::Problems;
 use super::super::tree::Table;
-use super::axes::{Axis, ReadAxis};
+use super::axes::{ReadAxis, SweepAxis};
 
 /// Default number of bisections of the spacing, without a tolerance.
 const USUAL_LEVELS: u32 = 4;
@@ -94,7 +94,7 @@ impl Refine {
     }
 
     /// The finest spacing of the axis at an index as a share of its length: the accuracy of an edge.
-    pub fn share(&self, index: usize, axis: &Axis) -> f64 {
+    pub fn share(&self, index: usize, axis: &SweepAxis) -> f64 {
         let spacings = axis.count().unwrap_or(2).saturating_sub(1).max(1);
         1.0 / (spacings * self.stride(index)) as f64
     }

@@ -68,7 +68,6 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     }
 }
 
-/// The dimension of a unit of the element of this name.
 fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dimension> {
     let machine = &scenario.machine;
     let output = || {

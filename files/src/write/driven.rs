@@ -9,7 +9,6 @@ use super::machine_to_toml;
 /// Commands that were recorded.
 #[derive(Clone, Debug)]
 pub struct Commands<'a> {
-    /// The experiment of the commands.
     pub experiment: &'a str,
     /// Time between rows.
     pub spacing_s: f64,

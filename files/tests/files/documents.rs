@@ -6,7 +6,7 @@ use std::path::Path;
 
 use feeler_control::ReferenceSpec;
 use feeler_files::{
-    Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile, followed_by,
+    DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepAxis, SweepFile, followed_by,
 };
 
 use crate::COMPLETE;
@@ -92,7 +92,7 @@ fn truth_a_sweep_is_read() {
     let sweep = SweepFile::load(&folder.path().join("sweep.toml")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(sweep.sampling, Sampling::Grid);
     assert_eq!(sweep.samples, 64 * 64 * 2);
-    assert_eq!(sweep.axes["contacts.tool.stiffness"], Axis::Log { from: 1e4, to: 1e7, points: 64 });
+    assert_eq!(sweep.axes["contacts.tool.stiffness"], SweepAxis::Log { from: 1e4, to: 1e7, points: 64 });
     assert_eq!(sweep.axes["contacts.tool.stiffness"].point(0), Setting::Number(1e4));
     assert_eq!(sweep.axes["contacts.tool.stiffness"].point(63), Setting::Number(1e7));
     assert_eq!(sweep.axes["run.integrator"].point(1), Setting::Text("rk4".into()));

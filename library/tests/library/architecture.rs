@@ -15,7 +15,8 @@ use serde_json::Value;
 type Names = BTreeSet<String>;
 
 /// Folders of the computing crates: all except the command line, the benchmarks and the examples.
-const LIBRARIES: [&str; 7] = ["sim", "logs", "files", "studies", "validation", "diagnosis", "library"];
+pub(crate) const LIBRARIES: [&str; 7] =
+    ["sim", "logs", "files", "studies", "validation", "diagnosis", "library"];
 
 /// What a crate of `sim` must not touch.
 const OUTSIDE_WORLD: [&str; 8] = [
@@ -132,7 +133,7 @@ fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
 }
 
 /// Product code of the crates in a folder: every `src` below it.
-fn product(folder: &str) -> Vec<(PathBuf, String)> {
+pub(crate) fn product(folder: &str) -> Vec<(PathBuf, String)> {
     let is_product = |path: &Path| path.components().any(|part| part.as_os_str() == "src");
     sources(&root().join(folder)).into_iter().filter(|(path, _)| is_product(path)).collect()
 }

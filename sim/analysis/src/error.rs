@@ -11,43 +11,24 @@ use thiserror::Error;
 /// The reason why an analysis has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum AnalysisError {
-    /// The machine or its wiring has mistakes.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// A computation of linear theory failed.
     #[error(transparent)]
     Lti(#[from] LtiError),
-    /// A controller's numbers are out of range.
     #[error(transparent)]
     Control(#[from] ControlError),
-    /// A signal does not exist.
     #[error("{}", problem.headline())]
-    Signal {
-        /// The problem with the name.
-        problem: Problem,
-    },
+    Signal { problem: Problem },
     /// The signal is not a linear function of the state: for example, whether a contact touches.
     #[error("`{name}` is not a linear function of the machine's state")]
     NotLinear { name: String },
-    /// The input of a linear analysis must be the command of an actuator or the force on a body.
     #[error("`{name}` is not an input")]
     NotAnInput { name: String },
-    /// No state of rest was found about which to linearise.
     #[error("no equilibrium was found: the remaining forces give {residual_m_per_s2:.3e} m/s²")]
-    NoEquilibrium {
-        /// Largest remaining acceleration.
-        residual_m_per_s2: f64,
-    },
-    /// No controller has this name.
+    NoEquilibrium { residual_m_per_s2: f64 },
     #[error("there is no controller `{name}`")]
-    NoController {
-        /// The requested name.
-        name: String,
-        /// The existing controllers.
-        known: Vec<String>,
-    },
+    NoController { name: String, known: Vec<String> },
     /// A controller closes a loop around the loop of a sampled servo, or drives an input besides its target.
     #[error("`{name}` acts through the sampled servo `{servo}`, which linear theory does not follow")]
     Cascade {
@@ -55,22 +36,11 @@ pub enum AnalysisError {
         name: String,
         servo: String,
     },
-    /// The control law has no such gain.
     #[error("a controller of law `{law}` has no gain `{key}`")]
-    NoGain {
-        law: &'static str,
-        /// The requested gain.
-        key: String,
-        /// The gains of the law.
-        known: String,
-    },
+    NoGain { law: &'static str, key: String, known: String },
     /// The common period of the controllers is too long for a lifted model.
     #[error("the controllers' periods repeat together only after more than {limit} samples of the fastest")]
-    Rates {
-        /// Largest number of samples in a common period.
-        limit: usize,
-    },
-    /// The delays are so long that the sampled loop has too many states.
+    Rates { limit: usize },
     #[error(
         "the delays of this loop hold {stored} samples, more than the limit of {most} (it repeats every \
          {common_s} s)"
@@ -78,37 +48,21 @@ pub enum AnalysisError {
     LongDelay {
         /// Samples in transit when a common period begins. Each is a state.
         stored: usize,
-        /// Largest number of stored samples.
         most: usize,
-        /// The common period of all controllers.
         common_s: f64,
     },
     /// A loop broken at one controller is time-invariant only if no other controller repeats more slowly.
     #[error("`{name}` samples every {period_s} s, but the loop repeats only every {common_s} s")]
-    SlowerThanLoop {
-        name: String,
-        period_s: f64,
-        /// The common period of all controllers.
-        common_s: f64,
-    },
-    /// The continuous form of a law differentiates a signal that jumps with the command.
+    SlowerThanLoop { name: String, period_s: f64, common_s: f64 },
     #[error("the continuous form of `{name}` differentiates a signal that follows the command at once")]
     Improper { name: String },
-    /// An output follows derivatives of an imposed position.
     #[error("this output follows derivatives of the position that `{name}` imposes")]
     ImposedOutput { name: String },
     /// Describing functions do not cover this machine.
     #[error("limit cycles cannot be predicted: {reason}")]
-    NoLimitCycle {
-        /// Why the prediction is impossible.
-        reason: &'static str,
-    },
-    /// A measured response needs a record.
+    NoLimitCycle { reason: &'static str },
     #[error("the run ended at {t_s} s, before its record was complete")]
-    RunEnded {
-        /// End of the run.
-        t_s: f64,
-    },
+    RunEnded { t_s: f64 },
 }
 
 impl Remedy for AnalysisError {

@@ -40,7 +40,7 @@ pub use loops::loop_pair::LoopPair;
 pub use loops::sampled_loop::SampledLoop;
 pub use loops::step_response::StepResponse;
 pub use machine::assumptions::Assumption;
-pub use machine::channel::Channel;
+pub use machine::channel::ResponseChannel;
 pub use machine::equilibrium::OperatingPoint;
 pub use machine::linearise::{LinearMachine, OutputRow};
 pub use machine::modes::{BodyMotion, ModeClass, ModeInPair, VibrationMode, classify, modes};

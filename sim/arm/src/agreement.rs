@@ -106,7 +106,6 @@ impl Agreement {
         over
     }
 
-    /// The largest of these.
     pub(crate) fn farthest(&self) -> f64 {
         self.over_close().into_iter().fold(0.0, f64::max)
     }
@@ -280,7 +279,6 @@ impl WholeArm {
         loops.into_iter().filter(|(_, edge)| edge.gain > 0.0 && edge.gain.is_finite()).collect()
     }
 
-    /// An axis with its agreement.
     pub(crate) fn judged(&self, axis: Reduction) -> (Reduction, Agreement) {
         let agreement = self.agreement(&axis);
         (axis, agreement)

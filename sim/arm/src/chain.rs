@@ -18,7 +18,6 @@ pub enum JointKind {
 /// Mass, centre and inertia of the bodies that a joint moves as one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inertial {
-    /// Mass.
     pub mass_kg: f64,
     /// Centre of mass in the joint's frame, m.
     pub centre_m: Vector3<f64>,
@@ -58,7 +57,6 @@ fn steiner(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
 /// A joint, and the bodies that it moves up to the next one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its name.
     pub name: String,
     /// The name of the link that it moves.
     pub link: String,
@@ -83,7 +81,6 @@ pub struct Joint {
 /// A serial arm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Its name.
     pub name: String,
     /// Joints from the base on; at least one.
     pub joints: Vec<Joint>,

@@ -9,7 +9,6 @@ use crate::xml::{attribute, child, line_of, number, origin, vector, wrong};
 /// A shape of a link, for detecting collisions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
-    /// The shape.
     pub shape: CollisionShape,
     /// Its pose in the frame of the body that carries it.
     pub place: Isometry3<f64>,
@@ -20,21 +19,16 @@ pub struct Collision {
 /// Shapes of a URDF, centred on their origin.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
-    /// A box.
     Box {
-        /// Half its extents.
         half_extents_m: [f64; 3],
     },
     /// A cylinder along z.
     Cylinder {
-        /// Radius.
         radius_m: f64,
-        /// Half its length.
         half_length_m: f64,
     },
     /// A ball.
     Sphere {
-        /// Radius.
         radius_m: f64,
     },
     /// The triangles of a file.

@@ -8,15 +8,12 @@ use thiserror::Error;
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ArmError {
-    /// The text is no XML.
     #[error("the URDF is not XML: {what}")]
     Xml {
         /// The parser's message, with line and column.
         what: String,
     },
-    /// An element of the URDF is missing or wrong.
     #[error("line {line}: {what}")]
     Urdf {
         /// The line, from 1.
@@ -24,50 +21,32 @@ pub enum ArmError {
         what: String,
         remedy: Cow<'static, str>,
     },
-    /// A link or joint that does not exist.
     #[error("there is no {kind} `{name}` in the URDF")]
     Unknown {
         /// `link` or `joint`.
         kind: &'static str,
-        /// The name that was given.
         name: String,
-        /// The names that exist.
         known: String,
     },
-    /// A moving link that can turn about an axis without any inertia.
     #[error(
         "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is \
          massless about its axis"
     )]
-    Massless {
-        joint: String,
-        /// The link it moves.
-        link: String,
-    },
-    /// A chain without joints that move.
+    Massless { joint: String, link: String },
     #[error("nothing moves between the base and link `{tip}`")]
-    NoJoints {
-        /// The last link.
-        tip: String,
-    },
-    /// The number of joint positions.
+    NoJoints { tip: String },
     #[error("{given} joint positions for {needed} joints ({names})")]
     Pose { given: usize, needed: usize, names: String },
-    /// A joint beyond its limits.
     #[error("joint `{joint}` at {position} is outside its limits, {lower} to {upper}")]
     Limit {
         joint: String,
         /// The requested position, rad or m.
         position: f64,
-        /// Lower limit.
         lower: f64,
-        /// Upper limit.
         upper: f64,
     },
-    /// A direction that is none.
     #[error("the normal [{}, {}, {}] has no direction", .normal[0], .normal[1], .normal[2])]
     Normal { normal: [f64; 3] },
-    /// The arm cannot move along the normal at a pose.
     #[error(
         "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit \
          per unit of joint motion"
@@ -78,27 +57,13 @@ pub enum ArmError {
         /// Smallest singular value of the task over the largest.
         share: f64,
     },
-    /// A joint lacks data for the reduction.
     #[error("joint `{joint}`: {what} is {value}")]
-    Drive {
-        joint: String,
-        /// Which number.
-        what: &'static str,
-        value: f64,
-        /// The rule that it breaks.
-        rule: &'static str,
-    },
-    /// Numbers left all bounds.
+    Drive { joint: String, what: &'static str, value: f64, rule: &'static str },
     #[error("the motion diverged at {t_s} s")]
-    Diverged {
-        /// Time of the failure, s.
-        t_s: f64,
-    },
-    /// No pose was found that brings the tool to the target.
+    Diverged { t_s: f64 },
     #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are \
              left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
-        /// The place that was asked for.
         target_m: [f64; 3],
         /// Distance of the best pose.
         left_m: f64,

@@ -23,7 +23,6 @@ pub struct JointDrive {
     pub viscous_friction_n_m_s_per_rad: f64,
     /// Dry friction of the motor's side, N m.
     pub dry_friction_n_m: f64,
-    /// Largest effort, N m.
     pub effort_limit_n_m: Option<f64>,
     /// First-order bandwidth of the torque loop, Hz.
     pub bandwidth_hz: Option<f64>,

@@ -38,7 +38,6 @@ pub struct MeasuredArm {
     pub contact_mode_hz: [f64; 2],
     /// Frequency at which it falls through -180 degrees: simulated arm, axis; Hz.
     pub phase_crossover_hz: [f64; 2],
-    /// Time that was simulated, s.
     pub simulated_s: f64,
 }
 

@@ -26,7 +26,6 @@ pub struct Mjcf {
 /// The author's parameters of a joint and of the loop that drives it; SI.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointBelief {
-    /// Name of the joint.
     pub name: String,
     /// The link that it moves.
     pub link: String,
@@ -40,7 +39,6 @@ pub struct JointBelief {
     pub kp: Option<f64>,
     /// Effort per speed of the same.
     pub kd: f64,
-    /// Largest effort.
     pub effort_limit: Option<f64>,
     /// Delay of a command, s.
     pub delay_s: f64,

@@ -22,7 +22,6 @@ pub struct Reduction {
     pub branches: Vec<Branch>,
     /// The spring between the two; without branches the equivalent spring of all joints.
     pub stiffness_n_per_m: f64,
-    /// Its damping.
     pub damping_n_s_per_m: f64,
     /// Stiffness of all joints in series with locked motors: the stiffness against a slow force on the tool.
     pub static_stiffness_n_per_m: f64,

@@ -23,9 +23,7 @@ fn rk4<F: FnMut(&DVector<f64>) -> Option<DVector<f64>>>(
 pub struct Wall {
     /// Its distance from the tool at the start, along the normal.
     pub gap_m: f64,
-    /// Stiffness.
     pub stiffness_n_per_m: f64,
-    /// Damping.
     pub damping_n_s_per_m: f64,
 }
 

@@ -11,7 +11,6 @@ pub enum Content {
     Flag(bool),
     /// A text, the name of an element or of a signal.
     Text(String),
-    /// Texts.
     Texts(Vec<String>),
     /// One of the key's words.
     Word(&'static str),
@@ -23,7 +22,6 @@ pub enum Content {
     Numbers(Vec<f64>),
     /// Times (s) and values.
     Points(Vec<(f64, f64)>),
-    /// A table.
     Table(Contents),
 }
 

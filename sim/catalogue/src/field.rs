@@ -114,7 +114,6 @@ pub trait Record: Sized + 'static {
         self.fields().find_map(|field| out_of_range(&field.key, &(field.get)(self)?))
     }
 
-    /// The form of this value.
     fn form(&self) -> Option<&'static Form<Self>> {
         Self::FORMS.iter().find(|form| (form.is)(self))
     }

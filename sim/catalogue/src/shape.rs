@@ -37,11 +37,9 @@ pub enum Kind {
     Signals,
     /// One of several words.
     Word(&'static [Word]),
-    /// A table.
     Table(&'static Keys),
     /// A table, or a quantity that is short for the key of this name.
     QuantityOrTable(&'static str, Unit, &'static Keys),
-    /// A word, or a table.
     WordOrTable(&'static [Word], &'static Keys),
     /// Two quantities, low and high.
     Range(Unit),

@@ -25,7 +25,6 @@ pub struct Inputs<L> {
     pub motion_is_velocity: bool,
 }
 
-/// Law and gains of all lanes.
 #[derive(Clone)]
 enum LawConfig<L: Lane> {
     OpenLoop,

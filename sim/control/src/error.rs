@@ -8,99 +8,33 @@ use feeler_problem::{Remedy, short};
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ControlError {
-    /// The number of specs is not the number of lanes.
     #[error("{lanes} lanes need {lanes} controllers, not {given}")]
-    LaneCount {
-        /// Lanes of the lane type.
-        lanes: usize,
-        /// Specs given.
-        given: usize,
-    },
-    /// A number out of range.
+    LaneCount { lanes: usize, given: usize },
     #[error("`{key}` {}, not {value}", bound.words())]
-    OutOfRange {
-        /// Key in the machine file.
-        key: String,
-        /// The value given, SI.
-        value: f64,
-        /// The bound that it breaks.
-        bound: Bound,
-    },
-    /// A number that must be smaller than another.
+    OutOfRange { key: String, value: f64, bound: Bound },
     #[error("`{key}` is {value}, and must be below {bound} ({why})")]
-    TooLarge {
-        /// Key in the machine file.
-        key: &'static str,
-        /// The value given, SI.
-        value: f64,
-        /// The bound it breaks, SI.
-        bound: f64,
-        /// Where the bound comes from.
-        why: &'static str,
-    },
+    TooLarge { key: &'static str, value: f64, bound: f64, why: &'static str },
     /// Variants that run side by side must have the same law.
     #[error("lane {lane} has a different control law from lane 0")]
-    LawsDiffer {
-        /// The first lane that differs.
-        lane: usize,
-    },
+    LawsDiffer { lane: usize },
     /// Variants that run side by side must be sampled at the same instants.
     #[error("lane {lane} is sampled at different instants from lane 0")]
-    TimingDiffers {
-        /// The first lane that differs.
-        lane: usize,
-    },
-    /// The approach ends at a force, and the position law reads none.
+    TimingDiffers { lane: usize },
     #[error("`approach` waits for a force, and the position law reads a position")]
     ApproachNeedsForce,
-    /// A virtual body without mass and damping has no target position.
     #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
     AdmittanceWithoutMassOrDamping,
-    /// A reference without points.
     #[error("a reference of kind `{kind}` needs at least one point")]
-    EmptyReference {
-        /// Kind of the reference.
-        kind: &'static str,
-    },
-    /// Points of a reference whose times do not increase.
+    EmptyReference { kind: &'static str },
     #[error("the times of a reference must increase: point {index} is at {time_s} s, after {previous_s} s")]
-    TimesNotIncreasing {
-        /// Index of the first point out of order.
-        index: usize,
-        time_s: f64,
-        /// The time of the previous point.
-        previous_s: f64,
-    },
-    /// Times and values of a table that differ in number.
+    TimesNotIncreasing { index: usize, time_s: f64, previous_s: f64 },
     #[error("a table has {times} times and {values} values")]
-    TableLengths {
-        /// Number of times.
-        times: usize,
-        /// Number of values.
-        values: usize,
-    },
-    /// A band without any line of the multisine.
+    TableLengths { times: usize, values: usize },
     #[error("no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz")]
-    NoLines {
-        /// Period.
-        period_s: f64,
-        /// Lower edge of the band.
-        low_hz: f64,
-        /// Upper edge of the band.
-        high_hz: f64,
-    },
-    /// A register length without a known maximum-length sequence.
+    NoLines { period_s: f64, low_hz: f64, high_hz: f64 },
     #[error("a PRBS of order {order} is not available")]
-    PrbsOrder {
-        /// Order given.
-        order: u32,
-        /// Smallest order.
-        min: u32,
-        /// Largest order.
-        max: u32,
-    },
+    PrbsOrder { order: u32, min: u32, max: u32 },
 }
 
 impl Remedy for ControlError {

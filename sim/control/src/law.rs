@@ -7,7 +7,6 @@ use feeler_catalogue::{
 
 /// A control law with its gains.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Law {
     /// The output is the reference.
     OpenLoop,
@@ -146,7 +145,6 @@ pub struct AdmittanceGains {
 /// frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadSpec {
-    /// Frequency of the zero, Hz.
     pub zero_hz: f64,
     /// Frequency of the pole, Hz; below that of the zero it is a lag.
     pub pole_hz: f64,
@@ -161,10 +159,7 @@ pub enum AntiWindup {
     #[default]
     Conditional,
     /// Is reset at the rate (limited output - unlimited output) / `tracking_time_s`.
-    BackCalculation {
-        /// Tracking time constant, s.
-        tracking_time_s: f64,
-    },
+    BackCalculation { tracking_time_s: f64 },
     /// Winds up.
     Off,
 }

@@ -134,7 +134,6 @@ pub struct Approach {
     pub bandwidth_hz: f64,
     /// The mass that the approach's position loop assumes, kg. The caller fills it in from the machine.
     pub effective_mass: f64,
-    /// Whether the drive is a velocity source.
     pub velocity_drive: bool,
 }
 

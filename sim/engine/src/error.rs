@@ -10,49 +10,25 @@ use thiserror::Error;
 /// Why a scenario cannot be prepared.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EngineError {
-    /// The machine or its wiring has mistakes.
     #[error("{}", in_lines(.problems))]
-    Problems {
-        /// Every mistake, by key.
-        problems: Vec<Problem>,
-    },
-    /// A controller's numbers are out of range.
+    Problems { problems: Vec<Problem> },
     #[error("controllers.{name}: {source}")]
     Control { name: String, source: ControlError },
-    /// The matrix exponential of a mode failed.
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
-    /// A motion is too fast to follow.
     #[error(
         "a part of the machine oscillates at {frequency_hz:.3e} Hz: \
          one second takes {looks_per_s:.1e} guard evaluations"
     )]
-    TooFast {
-        /// Its frequency.
-        frequency_hz: f64,
-        /// Guard evaluations in one second.
-        looks_per_s: f64,
-    },
-    /// Variants that run side by side differ in more than numbers.
+    TooFast { frequency_hz: f64, looks_per_s: f64 },
     #[error("variant {variant} differs from variant 0 in {what}")]
-    Structure {
-        /// Index of the variant.
-        variant: usize,
-        /// The difference.
-        what: &'static str,
-    },
+    Structure { variant: usize, what: &'static str },
     /// A run with an external body engine needs one engine per lane; any other run needs none.
     #[error("{given} engines that move bodies for {needed} variants that need one")]
     BodyEngines { given: usize, needed: usize },
-    /// A batch needs one scenario per lane.
     #[error("{given} scenarios for {lanes} lanes")]
-    Lanes {
-        given: usize,
-        /// How many lanes there are.
-        lanes: usize,
-    },
+    Lanes { given: usize, lanes: usize },
 }
 
 impl Remedy for EngineError {
@@ -111,26 +87,16 @@ impl Remedy for EngineError {
 
 /// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum RunEnd {
     /// It reached its duration.
     Completed,
     /// The motion left all bounds; the stored state is the last finite one.
-    Diverged {
-        /// Time of the end.
-        t_s: f64,
-    },
+    Diverged { t_s: f64 },
     /// More events than the limit at practically one instant, or endlessly short steps: the motion of the
     /// machine cannot be followed past this point.
-    EventStorm {
-        /// Time of the end.
-        t_s: f64,
-    },
+    EventStorm { t_s: f64 },
     /// Removed from the run by [`crate::Simulation::stop`].
-    Stopped {
-        /// Time of the end.
-        t_s: f64,
-    },
+    Stopped { t_s: f64 },
 }
 
 impl RunEnd {

@@ -8,18 +8,14 @@ use thiserror::Error;
 /// Why a contact's geometry cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum GeometryError {
-    /// A length, radius or other number of a shape is out of range.
     #[error("{what} is {value}")]
     Size { what: &'static str, value: f64 },
-    /// Points that span no body.
     #[error("{points} points have no convex hull with a volume")]
     Hull { points: usize },
     /// A mesh without triangles, or with corners that do not exist; a height field without a surface.
     #[error("{what}")]
     Mesh { what: String, remedy: &'static str },
-    /// A line of a file with a syntax error.
     #[error("line {line}: {what}")]
     Line {
         /// The line, from 1.
@@ -27,74 +23,40 @@ pub enum GeometryError {
         what: String,
         remedy: &'static str,
     },
-    /// Invalid times of a feed's path.
     #[error("point {index} of the path is at {t_s} s, which is not after the one before")]
     Path {
         /// Which point, from 0.
         index: usize,
-        /// Its time, s.
         t_s: f64,
     },
-    /// A path without points.
     #[error("the path has no points")]
     EmptyPath,
-    /// Two shapes whose distance Parry cannot compute.
     #[error("distances between a {tip} and a {workpiece} cannot be measured")]
-    Unsupported {
-        /// The tip's shape.
-        tip: &'static str,
-        /// The workpiece's shape.
-        workpiece: &'static str,
-    },
-    /// The tip never meets the workpiece on its path along the axis.
+    Unsupported { tip: &'static str, workpiece: &'static str },
     #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the \
              workpiece", at(*.t_s))]
     Unreachable {
-        /// Place of the fault, m.
         y_m: f64,
-        /// Place of the fault, m.
         z_m: f64,
         /// Time on the feed, s, if known.
         t_s: Option<f64>,
     },
-    /// The tip's path along the axis grazes a wall parallel to it, so the gap jumps.
     #[error(
         "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could \
          touch", short(*.t_s), short(*.jump_m)
     )]
-    Jump {
-        /// Time of the fault, s.
-        t_s: f64,
-        /// Size of the jump, m.
-        jump_m: f64,
-    },
+    Jump { t_s: f64, jump_m: f64 },
     /// An edge of the gap at which the requested error is exceeded even within 0.1 us.
     #[error(
         "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to \
          {} m",
         short(*.t_s), short(*.apart_m)
     )]
-    Unresolved {
-        /// Time of the fault, s.
-        t_s: f64,
-        /// Error of the gap there, m.
-        apart_m: f64,
-        /// The error asked for, m.
-        error_m: f64,
-    },
-    /// The tip starts inside the workpiece.
+    Unresolved { t_s: f64, apart_m: f64, error_m: f64 },
     #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
-    Overlap {
-        /// Penetration of the tip, m.
-        depth_m: f64,
-    },
-    /// More knots than the limit of a run.
+    Overlap { depth_m: f64 },
     #[error("more than {most} knots are needed for an error of {error_m} m")]
-    Knots {
-        most: usize,
-        /// The error asked for, m.
-        error_m: f64,
-    },
+    Knots { most: usize, error_m: f64 },
 }
 
 impl Remedy for GeometryError {

@@ -11,16 +11,13 @@ use crate::mesh::Mesh;
 /// them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A ball.
     Ball {
-        /// Radius.
         radius_m: f64,
     },
     /// All points within `radius_m` of a line.
     Capsule {
         /// Half the length of the line.
         half_length_m: f64,
-        /// Radius.
         radius_m: f64,
     },
     /// A box.
@@ -28,11 +25,8 @@ pub enum Shape {
         /// Half its extents in x, y and z.
         half_extents_m: [f64; 3],
     },
-    /// A cylinder.
     Cylinder {
-        /// Half its length.
         half_length_m: f64,
-        /// Radius.
         radius_m: f64,
     },
     /// The convex hull of points.

@@ -7,38 +7,24 @@ use feeler_problem::Remedy;
 /// The error of every fallible function of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum LtiError {
-    /// A matrix has the wrong number of rows or columns.
     #[error("{matrix} is {found_rows} x {found_columns}, but {expected_rows} x {expected_columns} is needed")]
     Shape {
-        /// Name of the matrix.
         matrix: &'static str,
-        /// Rows that are needed.
         expected_rows: usize,
-        /// Columns that are needed.
         expected_columns: usize,
-        /// Rows that were given.
         found_rows: usize,
-        /// Columns that were given.
         found_columns: usize,
     },
-    /// An input holds an infinity or a NaN.
     #[error("{quantity} is not finite")]
-    NotFinite {
-        /// Name of the input.
-        quantity: &'static str,
-    },
-    /// A number is outside its valid range.
+    NotFinite { quantity: &'static str },
     #[error("{quantity} is {value}, which is outside {range}")]
     OutOfRange {
         /// Name of the number, with its unit.
         quantity: &'static str,
         value: f64,
-        /// The permitted range in words.
         range: &'static str,
     },
-    /// An input or output index does not exist.
     #[error("{kind} {index} does not exist: there are {count}")]
     NoSuchChannel {
         /// "input" or "output".
@@ -47,18 +33,11 @@ pub enum LtiError {
         index: usize,
         count: usize,
     },
-    /// Two discrete systems with different sample times were connected.
     #[error("sample times {left_s} s and {right_s} s differ")]
-    SampleTimes {
-        /// Sample time of the first system, s.
-        left_s: f64,
-        /// Sample time of the second system, s.
-        right_s: f64,
-    },
+    SampleTimes { left_s: f64, right_s: f64 },
     /// A feedback connection has no unique solution: I + D1 D2 is singular.
     #[error("the algebraic loop of the feedback connection has no unique solution")]
     AlgebraicLoop,
-    /// The response was evaluated at a pole.
     #[error("the response at {re} + {im}j is infinite: a pole lies there")]
     AtPole {
         /// Real part of the point (s or z).
@@ -66,38 +45,16 @@ pub enum LtiError {
         /// Imaginary part of the point (s or z).
         im: f64,
     },
-    /// The eigenvalue iteration did not converge.
     #[error("the eigenvalues of a matrix of order {order} did not converge")]
-    EigenvaluesNotConverged {
-        /// Order of the matrix.
-        order: usize,
-    },
-    /// The transfer function is identically zero, or its rank is deficient at every frequency: every point is
-    /// a zero.
+    EigenvaluesNotConverged { order: usize },
     #[error("the transfer function has deficient rank at every frequency, so its zeros are not isolated")]
     Degenerate,
-    /// A record is too short for the estimate.
     #[error("{needed} samples are needed, but the record has {found}")]
-    RecordTooShort {
-        /// Samples needed.
-        needed: usize,
-        /// Samples present.
-        found: usize,
-    },
-    /// Two records that belong together have different lengths.
+    RecordTooShort { needed: usize, found: usize },
     #[error("the records have {left} and {right} samples, which must be equal")]
-    RecordLengths {
-        /// Samples of the first record.
-        left: usize,
-        /// Samples of the second record.
-        right: usize,
-    },
-    /// The input has no power at a requested frequency.
+    RecordLengths { left: usize, right: usize },
     #[error("the input has no power at {frequency_hz} Hz")]
-    NotExcited {
-        /// The frequency, Hz.
-        frequency_hz: f64,
-    },
+    NotExcited { frequency_hz: f64 },
 }
 
 impl Remedy for LtiError {

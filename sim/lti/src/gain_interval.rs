@@ -165,9 +165,7 @@ pub struct GainEdge {
 /// An interval of stable gains; an edge is `None` at the end of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StableInterval {
-    /// Lower edge.
     pub lower: Option<GainEdge>,
-    /// Upper edge.
     pub upper: Option<GainEdge>,
 }
 

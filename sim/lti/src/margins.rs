@@ -20,7 +20,6 @@ const REAL: f64 = 1e-9;
 pub struct GainMargin {
     /// The factor: above 1 the possible rise of the gain, below 1 the possible fall.
     pub factor: f64,
-    /// The frequency, Hz.
     pub frequency_hz: f64,
 }
 
@@ -29,7 +28,6 @@ pub struct GainMargin {
 pub struct PhaseMargin {
     /// Phase above -180 degrees, in (-pi, pi].
     pub margin_rad: f64,
-    /// The frequency, Hz.
     pub frequency_hz: f64,
     /// Additional delay (s) that would move the loop to -1 at this frequency.
     pub delay_s: f64,
@@ -45,9 +43,7 @@ impl PhaseMargin {
 /// Largest value of a sensitivity function, and its frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensitivityPeak {
-    /// The value.
     pub value: f64,
-    /// The frequency, Hz.
     pub frequency_hz: f64,
 }
 
@@ -73,7 +69,6 @@ pub struct Margins {
     pub sensitivity: SensitivityPeak,
     /// Largest |T| = |L / (1 + L)|.
     pub complementary_sensitivity: SensitivityPeak,
-    /// Disk margin.
     pub disk: DiskMargin,
 }
 
@@ -183,7 +178,6 @@ impl<T: TimeDomain> LoopTransfer<T> {
 pub struct LoopGainInterval {
     /// Lower end; 0 if the interval begins there.
     pub lower: f64,
-    /// Upper end.
     pub upper: f64,
     /// Frequency of the motion at the lower end, Hz.
     pub lower_frequency_hz: f64,

@@ -20,7 +20,6 @@ const MULTIPLE: f64 = 1e-7;
 /// Poles over a gain, each branch continuous.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RootLocus {
-    /// The gains.
     pub gains: Vec<f64>,
     /// One branch for each pole; `branches[i][j]` is pole i at gain j.
     pub branches: Vec<Vec<C64>>,

@@ -45,7 +45,6 @@ pub struct Start {
 pub struct Hold {
     /// Natural frequency, Hz; zero without position control.
     pub bandwidth_hz: f64,
-    /// Damping ratio.
     pub damping_ratio: f64,
 }
 
@@ -72,7 +71,6 @@ pub struct Cell {
     pub joints: Vec<JointPart>,
     /// Shapes of base and links, the base first.
     pub bodies: Vec<BodyShapes>,
-    /// State at the start.
     pub start: Start,
     /// The part that touches the workpiece.
     pub tip: Part,

@@ -12,66 +12,42 @@ use thiserror::Error;
 /// Why a cell cannot be simulated.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum ManipulatorError {
-    /// The arm or its pose.
     #[error(transparent)]
     Arm(#[from] ArmError),
-    /// The shapes.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// Contact, sensors or controller.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The controller.
     #[error(transparent)]
     Control(#[from] ControlError),
     /// An element that the axis along the normal must have exactly once.
     #[error("there must be one {what}, not {count}")]
     Count { what: &'static str, count: usize },
-    /// The tip starts inside the workpiece.
     #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
-    Penetrates {
-        /// Depth of the overlap.
-        depth_m: f64,
-    },
-    /// The tip passes the workpiece on its path along the normal.
+    Penetrates { depth_m: f64 },
     #[error("along the normal from its start the tip never meets the workpiece")]
     NeverMeets,
-    /// The place of contact is beyond the arm's reach.
     #[error(
         "the tip would touch after {} m along the normal, at [{}, {}, {}] m, where the arm does not reach \
          ({} m are left)",
         short(*.travel_m), short(.place_m[0]), short(.place_m[1]), short(.place_m[2]), short(*.left_m)
     )]
     OutOfReach {
-        /// Required path, m.
         travel_m: f64,
-        /// Where the tool would be.
         place_m: [f64; 3],
         /// Distance of the best pose, m.
         left_m: f64,
     },
-    /// Two bodies of the arm overlap at the start.
     #[error("at the start the links `{a}` and `{b}` overlap by {} m", short(*.depth_m))]
     SelfIntersects {
         /// The first link, or `base`.
         a: String,
         b: String,
-        /// Depth of the overlap.
         depth_m: f64,
     },
-    /// A step with which the stiffest mode grows.
     #[error("steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s")]
-    Step {
-        /// The step that was asked for.
-        step_s: f64,
-        /// Rate of the fastest mode.
-        rate_per_s: f64,
-        /// The longest possible step, s.
-        most_s: f64,
-    },
-    /// A run with too many steps to wait for.
+    Step { step_s: f64, rate_per_s: f64, most_s: f64 },
     #[error(
         "{what} asks for steps of {step_s:.3e} s, and {duration_s} s are {steps:.3e} of them, while at most \
          {most:.0e} are taken"
@@ -79,14 +55,10 @@ pub enum ManipulatorError {
     Work {
         /// The fastest part.
         what: String,
-        /// Its key in the file.
         key: String,
-        /// The step it asks for.
         step_s: f64,
         duration_s: f64,
-        /// Number of steps that the run takes.
         steps: f64,
-        /// Largest number allowed.
         most: f64,
     },
 }

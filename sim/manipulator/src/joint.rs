@@ -65,7 +65,6 @@ pub fn joint_effect_host(kind: Kind) -> Option<HostKind> {
 /// joint's side of the gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPart {
-    /// Name of the joint.
     pub name: String,
     /// Inertia of the rotor at the joint, kg m² (kg for a prismatic joint).
     pub inertia: f64,

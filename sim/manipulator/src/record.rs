@@ -18,9 +18,7 @@ pub const LOWER: &str = "lower limit";
 /// A joint that stuck or broke loose, met or left a flank of its play, or reached the end of its travel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEvent {
-    /// Its time, s.
     pub t_s: f64,
-    /// Which joint.
     pub joint: usize,
     /// `stick`, `slip`, `touch`, `lift`, or [`UPPER`] or [`LOWER`].
     pub what: &'static str,
@@ -34,11 +32,9 @@ pub struct CellRecord {
     pub measures: Trace,
     /// The same, with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
-    /// What happened in the joints.
     pub joint_events: Vec<JointEvent>,
 }
 
-/// Adds a row to a trace.
 pub(crate) fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
     Observer::record(trace, t_s, row);
 }

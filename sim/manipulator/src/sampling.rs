@@ -59,12 +59,10 @@ impl Control {
         })
     }
 
-    /// Whether it has sampled and is still in its approach.
     pub(crate) fn is_approaching(&self) -> bool {
         self.sampler.is_approaching(0)
     }
 
-    /// Time of the next sample.
     pub(crate) fn next_s(&self) -> f64 {
         self.sampler.next_sample_s
     }
@@ -117,7 +115,6 @@ impl Control {
     }
 }
 
-/// The drives of all joints.
 #[derive(Clone, Debug)]
 pub(crate) struct Drives {
     chains: Vec<DriveChain<f64>>,

@@ -33,7 +33,6 @@ pub struct Finished {
     pub end: Option<RunEnd>,
     /// Simulated time reached, s.
     pub end_s: f64,
-    /// Steps taken.
     pub steps: u64,
 }
 

@@ -111,7 +111,6 @@ impl Tracked {
     }
 }
 
-/// The error for a body that rotates too fast.
 fn too_fast(speed: f64, step_s: f64) -> EngineError {
     let message = format!(
         "a body turns at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier \

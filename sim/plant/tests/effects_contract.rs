@@ -107,14 +107,12 @@ fn outcomes(definition: &Definition, values: &[f64]) -> Vec<(Host, Assembly)> {
     outcomes
 }
 
-fn section<'a>(definition: &'a Definition, title: &str) -> &'a str {
-    let heading = format!("## {title}\n");
-    let start = definition
-        .documentation
-        .find(&heading)
+fn section(definition: &Definition, title: &str) -> String {
+    let page = definition.documentation();
+    let (_, text) = page
+        .split_once(&format!("## {title}\n"))
         .unwrap_or_else(|| panic!("{} has no section {title}", definition.kind));
-    let text = &definition.documentation[start + heading.len()..];
-    text.split("\n## ").next().unwrap_or(text).trim()
+    text.split("\n## ").next().unwrap_or(text).trim().to_owned()
 }
 
 /// Every kind that a text names in backticks.
@@ -138,8 +136,8 @@ const SECTIONS: [&str; 7] = [
 #[test]
 fn prop_documentation_has_its_sections_in_order() {
     for definition in LIBRARY {
-        let titles: Vec<&str> =
-            definition.documentation.lines().filter_map(|line| line.strip_prefix("## ")).collect();
+        let page = definition.documentation();
+        let titles: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("## ")).collect();
         assert_eq!(titles, SECTIONS, "{}", definition.kind);
         for title in titles {
             assert!(section(definition, title).ends_with('.'), "{}: {title} is no sentence", definition.kind);
@@ -158,11 +156,11 @@ fn prop_documentation_has_its_sections_in_order() {
 #[test]
 fn prop_documentation_names_look_alikes_that_exist() {
     for definition in LIBRARY {
-        for kind in kinds_named(definition.documentation) {
+        for kind in kinds_named(definition.sections) {
             assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is no effect", definition.kind);
         }
         let others =
-            kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.name).count();
+            kinds_named(&section(definition, "How it shows")).filter(|kind| *kind != definition.name).count();
         assert!(others > 0, "{} names nothing that it is confused with", definition.kind);
     }
 }

@@ -22,9 +22,7 @@ const SHARES: f64 = 0.1;
 /// The contact at the tool: the force sensor in series with the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolContact {
-    /// Stiffness.
     pub stiffness_n_per_m: f64,
-    /// Damping.
     pub damping_n_s_per_m: f64,
 }
 

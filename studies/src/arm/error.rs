@@ -13,19 +13,12 @@ use feeler_files::FormatError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ArmFileError {
-    /// The arm or its pose.
     #[error(transparent)]
     Arm(#[from] ArmError),
-    /// The arm file.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// Numbers of the resulting machine are outside the range of machine files.
     #[error("the axis of this arm on this contact cannot be simulated: {why}")]
-    Extreme {
-        /// The mistake in its numbers.
-        why: String,
-    },
-    /// Its linear theory.
+    Extreme { why: String },
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
 }

@@ -1,6 +1,6 @@
 //! The linear response beside a measured one.
 
-use feeler_analysis::frf::Experiment;
+use feeler_analysis::frf::FrfExperiment;
 use feeler_plant::description::{Machine, Quantity, SignalName};
 
 use super::error::{FrfError, require};
@@ -34,7 +34,7 @@ pub fn sensed(machine: &Machine, signal: &SignalName) -> Option<String> {
 /// # Errors
 /// The refusal, or a machine outside linear theory.
 pub fn require_path(
-    experiment: &Experiment,
+    experiment: &FrfExperiment,
     (low_hz, high_hz): (f64, f64),
     input: &str,
 ) -> Result<(), FrfError> {

@@ -16,7 +16,6 @@ pub struct Separated {
     pub noise: Vec<f64>,
     /// The same by nonlinear distortion; without distortion negative by chance.
     pub distortion: Vec<f64>,
-    /// Whether there is distortion at all.
     pub evidence: Evidence,
 }
 

@@ -11,13 +11,11 @@ use crate::refusal::Refusal;
 /// Why there is no frequency response.
 #[derive(Debug, Error)]
 pub enum FrfError {
-    /// The request is at fault.
     #[error(transparent)]
     Request(#[from] Refusal),
     /// The scenario or the dataset has the mistake; the caller knows its name.
     #[error("{0}")]
     Source(Refusal),
-    /// Simulation or estimation failed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
 }

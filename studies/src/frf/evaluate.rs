@@ -9,7 +9,7 @@ use feeler_lti::spectral::{
 };
 
 use super::distortion::Separated;
-use super::recognise::{Choice, Method, Pair};
+use super::recognise::{Method, MethodChoice, RecordPair};
 use crate::numbers::with_unit;
 
 /// Lines on each side over which the spectra of a chirp are averaged.
@@ -18,7 +18,6 @@ const HALF_WIDTH: usize = 1;
 /// Result of evaluated records.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
-    /// The response.
     pub estimate: ResponseEstimate,
     /// Noise and distortion, if the excitation separates them.
     pub separated: Option<Separated>,
@@ -33,8 +32,8 @@ pub struct Evaluated {
 /// # Errors
 /// If the records are too short for the method.
 pub fn evaluate(
-    choice: &Choice,
-    pairs: &[Pair],
+    choice: &MethodChoice,
+    pairs: &[RecordPair],
     spacing_s: f64,
     band_hz: (f64, f64),
 ) -> Result<Evaluated, feeler_analysis::AnalysisError> {
@@ -76,7 +75,7 @@ pub fn evaluate(
 }
 
 fn periodic(
-    pairs: &[Pair],
+    pairs: &[RecordPair],
     spacing_s: f64,
     samples_per_period: usize,
     band_hz: (f64, f64),
@@ -86,8 +85,8 @@ fn periodic(
     // If there are others, the first period contains the transient.
     let transient_periods = usize::from(periods > 2);
     let whole = periods * samples_per_period;
-    let realisation = |(u, y): &'_ Pair| (u[..whole].to_vec(), y[..whole].to_vec());
-    let cut: Vec<Pair> = pairs.iter().map(realisation).collect();
+    let realisation = |(u, y): &'_ RecordPair| (u[..whole].to_vec(), y[..whole].to_vec());
+    let cut: Vec<RecordPair> = pairs.iter().map(realisation).collect();
     let realisations: Vec<Realisation<'_>> = (cut.iter())
         .map(|(input, output)| Realisation {
             input,
@@ -127,7 +126,7 @@ fn periodic(
 }
 
 fn sines(
-    pairs: &[Pair],
+    pairs: &[RecordPair],
     spacing_s: f64,
     frequencies_hz: &[f64],
     (low_hz, high_hz): (f64, f64),

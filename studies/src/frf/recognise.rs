@@ -5,7 +5,7 @@ use feeler_lti::LtiError;
 use feeler_lti::spectral::{Estimator, RecordedExcitation, SineSum, find_sines, recognise_excitation};
 
 use super::error::{FrfError, require};
-use super::request::{ExcitationKind, NoiseEstimator, Request};
+use super::request::{ExcitationKind, FrfRequest, NoiseEstimator};
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
 
@@ -19,16 +19,13 @@ const SAME_LINE: f64 = 0.25;
 const NEARLY_ALL: f64 = 0.9;
 
 /// Command and output of one experiment, with their means subtracted.
-pub type Pair = (Vec<f64>, Vec<f64>);
+pub type RecordPair = (Vec<f64>, Vec<f64>);
 
 /// Method of evaluating records.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// Spectral lines of whole periods.
-    Periodic {
-        /// Samples of a period.
-        samples_per_period: usize,
-    },
+    Periodic { samples_per_period: usize },
     /// Sines fitted together, Hz.
     Sines(Vec<f64>),
     /// Polynomials through neighbouring lines.
@@ -46,8 +43,7 @@ pub enum Method {
 
 /// A method, and the reason for it if it was not requested.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
-    /// The method.
+pub struct MethodChoice {
     pub method: Method,
     /// The reason, in words.
     pub why: Option<String>,
@@ -64,7 +60,12 @@ impl Method {
 ///
 /// # Errors
 /// A request that the records cannot meet.
-pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, FrfError> {
+pub fn choose(
+    request: &FrfRequest,
+    pairs: &[RecordPair],
+    spacing_s: f64,
+    length_s: f64,
+) -> Result<MethodChoice, FrfError> {
     let averaged =
         |kind| Method::Averaged { kind, segment_s: request.segment_s.unwrap_or(length_s / SEGMENTS) };
     let kind = request.estimator.map(NoiseEstimator::averaged);
@@ -129,13 +130,13 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
         },
     };
     request.require_segments(matches!(method, Method::Averaged { .. }))?;
-    Ok(Choice { method, why: None })
+    Ok(MethodChoice { method, why: None })
 }
 
 /// The method for the excitation of the first command, if all commands have the same excitation.
-fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, LtiError> {
+fn recognise(pairs: &[RecordPair], spacing_s: f64, length_s: f64) -> Result<MethodChoice, LtiError> {
     let averaged = || Method::Averaged { kind: Estimator::H1, segment_s: length_s / SEGMENTS };
-    let chosen = |method, why: String| Ok(Choice { method, why: Some(why) });
+    let chosen = |method, why: String| Ok(MethodChoice { method, why: Some(why) });
     let all = pairs
         .iter()
         .map(|(command, _)| recognise_excitation(command, spacing_s))

@@ -8,14 +8,12 @@ use crate::refusal::Refusal;
 
 /// A requested frequency response; absent options follow from the machine or the records.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Request {
+pub struct FrfRequest {
     /// The actuator's command, or a dataset's column.
     pub input: Option<String>,
     /// The signal, or a dataset's column.
     pub output: Option<String>,
-    /// The excitation of the machine.
     pub excitation: Option<ExcitationKind>,
-    /// The estimator for records of noise.
     pub estimator: Option<NoiseEstimator>,
     /// Lowest frequency, Hz.
     pub from_hz: Option<f64>,
@@ -49,7 +47,7 @@ pub struct Request {
     pub experiments: Vec<String>,
 }
 
-impl Default for Request {
+impl Default for FrfRequest {
     fn default() -> Self {
         Self {
             input: None,
@@ -107,7 +105,7 @@ impl NoiseEstimator {
     }
 }
 
-impl Request {
+impl FrfRequest {
     /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors

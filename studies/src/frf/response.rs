@@ -12,9 +12,7 @@ pub struct Response {
     pub title: String,
     /// Description from its file.
     pub about: String,
-    /// Name of the input.
     pub input: String,
-    /// Name of the output.
     pub output: String,
     /// The signal that a sensor reads, if its reading is the output.
     pub reads: Option<String>,
@@ -45,9 +43,7 @@ pub struct Levels {
     pub noise: f64,
     /// Smallest detectable distortion.
     pub shows_from: f64,
-    /// Whether there is distortion beyond the noise.
     pub is_beyond_noise: bool,
-    /// Bands in which it lies.
     pub bands: Vec<DistortionBand>,
 }
 

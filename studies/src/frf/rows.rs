@@ -9,8 +9,7 @@ use super::response::Response;
 
 /// The values at one frequency; unknown values are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// Frequency, Hz.
+pub struct FrfRow {
     pub frequency_hz: f64,
     /// Magnitude of the measured response, dB.
     pub magnitude_db: f64,
@@ -35,7 +34,7 @@ pub struct Row {
 }
 
 /// Row `i` of a response.
-pub fn row(response: &Response, i: usize) -> Row {
+pub fn row(response: &Response, i: usize) -> FrfRow {
     let estimate = &response.estimate;
     let one = feeler_lti::spectral::ResponseEstimate {
         response: vec![estimate.response[i]],
@@ -49,7 +48,7 @@ pub fn row(response: &Response, i: usize) -> Row {
         response.separated.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]))
     };
     let magnitude_db = decibels(estimate.response[i].norm());
-    Row {
+    FrfRow {
         frequency_hz: estimate.frequencies_hz[i],
         magnitude_db,
         low_db: decibels(band.magnitude_low),

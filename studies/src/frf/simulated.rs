@@ -1,6 +1,6 @@
 //! Experiments on the simulated machine.
 
-use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
+use feeler_analysis::frf::{Excitation, FrfExperiment, NoiseMethod};
 use feeler_analysis::{AnalysisError, LinearMachine};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_lti::eigenvalues;
@@ -13,7 +13,7 @@ use feeler_plant::description::{
 use super::between::{between, require_path, sensed};
 use super::distortion::Separated;
 use super::error::{FrfError, require};
-use super::request::{ExcitationKind, NoiseEstimator, Request};
+use super::request::{ExcitationKind, FrfRequest, NoiseEstimator};
 use super::response::Response;
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
@@ -51,7 +51,7 @@ const POINTS: usize = 40;
 ///
 /// # Errors
 /// A request that the machine cannot meet, or a simulation that ends early.
-pub fn simulate(scenario: &Scenario, request: &Request) -> Result<Response, FrfError> {
+pub fn simulate(scenario: &Scenario, request: &FrfRequest) -> Result<Response, FrfError> {
     let kind = request.excitation.unwrap_or(ExcitationKind::WhiteNoise);
     let averages = matches!(request.estimator, Some(NoiseEstimator::Averaged(_)));
     request.require_segments(averages && kind == ExcitationKind::WhiteNoise)?;
@@ -124,10 +124,10 @@ pub fn simulate(scenario: &Scenario, request: &Request) -> Result<Response, FrfE
 }
 
 fn experiment(
-    request: &Request,
+    request: &FrfRequest,
     scenario: &Scenario,
     notes: &mut Vec<String>,
-) -> Result<Experiment, FrfError> {
+) -> Result<FrfExperiment, FrfError> {
     let mut machine = scenario.machine.clone();
     let engage = |machine: &mut Machine, engagement| {
         machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement);
@@ -184,7 +184,7 @@ fn experiment(
              {rest}"
         ));
     }
-    Ok(Experiment {
+    Ok(FrfExperiment {
         machine,
         actuator,
         output,
@@ -219,7 +219,7 @@ fn whole_samples(machine: &Machine, actuator: &str, hold_s: f64, is_stated: bool
 /// The requested output. The default is the reading of the controller, else the contact force, else any
 /// reading.
 fn output(
-    request: &Request,
+    request: &FrfRequest,
     controller: Option<&ControllerUse>,
     machine: &Machine,
 ) -> Result<SignalName, FrfError> {
@@ -274,7 +274,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 }
 
 /// Time in which transients decay, s; zero if no motion decays.
-fn dies_in_s(experiment: &Experiment) -> Result<f64, AnalysisError> {
+fn dies_in_s(experiment: &FrfExperiment) -> Result<f64, AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command);
     let poles = match plant.channel(&input, &experiment.output) {
@@ -287,9 +287,9 @@ fn dies_in_s(experiment: &Experiment) -> Result<f64, AnalysisError> {
 }
 
 fn excitation(
-    request: &Request,
+    request: &FrfRequest,
     kind: ExcitationKind,
-    experiment: &Experiment,
+    experiment: &FrfExperiment,
     wait_s: f64,
     low_hz: f64,
 ) -> Result<Excitation, FrfError> {
@@ -365,7 +365,6 @@ fn length_s(excitation: &Excitation) -> f64 {
         Excitation::Chirp { sweep_s, rest_s, .. } => sweep_s + rest_s,
         Excitation::SteppedSine { points, settle_s, measure_s } => points as f64 * (settle_s + measure_s),
         Excitation::WhiteNoise { duration_s, .. } => duration_s,
-        _ => 0.0,
     }
 }
 
@@ -389,6 +388,5 @@ fn words(excitation: &Excitation) -> String {
         }
         Excitation::Chirp { sweep_s, .. } => format!("linear chirp over {}, H1", with_unit(sweep_s, "s")),
         Excitation::SteppedSine { points, .. } => format!("stepped sine, {points} frequencies"),
-        _ => String::new(),
     }
 }

@@ -37,7 +37,6 @@ pub struct CellRun {
     pub force_loop: Option<ForceLoop>,
     /// Whether a joint or the controller was at its limit, for each row of the record.
     pub saturated: Vec<bool>,
-    /// Figures of the run.
     pub summary: CellSummary,
 }
 

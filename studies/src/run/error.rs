@@ -14,21 +14,15 @@ use crate::unwritable::unwritable;
 /// Why a run, or writing it, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum RunError {
-    /// The scenario cannot be run.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The arm, its tool and its workpiece cannot be run.
     #[error(transparent)]
     Manipulator(#[from] ManipulatorError),
-    /// A file cannot be written.
     #[error("{}", unwritable(path, source).message)]
     Write { path: PathBuf, source: std::io::Error },
-    /// A trace cannot be written as Parquet.
     #[error("{}: {source}", path.display())]
     Parquet { path: PathBuf, source: ParquetError },
-    /// A trace cannot be written as CSV.
     #[error("{}: {source}", path.display())]
     Csv { path: PathBuf, source: csv::Error },
 }

@@ -68,7 +68,7 @@ pub use record::event::EventRecord;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub use variants::{Candidate, LANES, Measured, measure};
-pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};
+pub use verdict::{MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 
 use measure::saturation::Limits;
 use measure::standing::Standing;
@@ -223,7 +223,7 @@ impl Ended {
         let end = simulation.end(lane);
         let end_s = match end {
             Some(RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s }) => t_s,
-            _ => simulation.time_s(),
+            Some(RunEnd::Completed | RunEnd::Stopped { .. }) | None => simulation.time_s(),
         };
         Self {
             end,

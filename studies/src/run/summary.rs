@@ -17,7 +17,7 @@ use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLI
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
-use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, Verdict};
+use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, RunVerdict};
 
 /// Number of last rows of the tail for its spectrum; enough for any frequency of a run, and fast.
 pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
@@ -54,7 +54,7 @@ pub struct Summary {
     #[serde(skip)]
     pub main_contact: Option<usize>,
     /// How the outcome was judged.
-    pub verdict: Verdict,
+    pub verdict: RunVerdict,
     /// The motion that decided the outcome; absent if a force did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controlled: Option<String>,
@@ -160,7 +160,6 @@ impl<'a> Finished<'a> {
         }
     }
 
-    /// A time as a share of the run.
     fn share(&self, time_s: f64) -> f64 {
         if self.end_s > 0.0 { time_s / self.end_s } else { 0.0 }
     }
@@ -227,7 +226,7 @@ impl<'a> Finished<'a> {
         references.map(|reference_n| Ending::of(&self.record.t_s, reference_n)).collect()
     }
 
-    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> Verdict {
+    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> RunVerdict {
         let still = vec![0.0; self.record.t_s.len()];
         let (controlled, wanted) = self.controlled().map(|(found, _, wanted)| (found, wanted)).unzip();
         let force_n = self.judged_force_n(contact);
@@ -363,7 +362,7 @@ impl<'a> Finished<'a> {
         drives.filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
     }
 
-    fn oscillation(&self, contact: Option<&ContactRun>, verdict: &Verdict) -> Oscillation {
+    fn oscillation(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Oscillation {
         let t_s = &self.record.t_s;
         let first =
             t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(SPECTRUM_ROWS));

@@ -45,4 +45,4 @@ mod rendered;
 mod tail;
 
 pub(super) use evidence::Evidence;
-pub use outcome::{MOST_EXTENSION, Outcome, Undecided, Verdict};
+pub use outcome::{MOST_EXTENSION, Outcome, RunVerdict, Undecided};

@@ -1,11 +1,10 @@
 //! The axes of a sweep, for maps and diagrams.
 
-use feeler_files::{Axis, Sampling, Setting, SweepFile};
+use feeler_files::{Sampling, Setting, SweepAxis, SweepFile};
 
 /// An axis that can be drawn: its numbers rise evenly or by a ratio, or are a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnAxis {
-    /// Key path.
     pub key: String,
     /// SI unit; empty for a number without one.
     pub unit: String,
@@ -21,13 +20,13 @@ impl DrawnAxis {
     /// Every axis of a sweep over numbers, in the order of the file. Lists are excluded, since their values
     /// need not be in order.
     pub fn of(sweep: &SweepFile) -> Vec<Self> {
-        let drawn = |(key, axis): (&String, &Axis)| {
+        let drawn = |(key, axis): (&String, &SweepAxis)| {
             let (range, points, log) = match *axis {
-                Axis::Linear { from, to, points } if points > 1 => ([from, to], Some(points), false),
-                Axis::Log { from, to, points } if points > 1 => ([from, to], Some(points), true),
-                Axis::Uniform { from, to } => ([from, to], None, false),
-                Axis::LogUniform { from, to } => ([from, to], None, true),
-                _ => return None,
+                SweepAxis::Linear { from, to, points } if points > 1 => ([from, to], Some(points), false),
+                SweepAxis::Log { from, to, points } if points > 1 => ([from, to], Some(points), true),
+                SweepAxis::Uniform { from, to } => ([from, to], None, false),
+                SweepAxis::LogUniform { from, to } => ([from, to], None, true),
+                SweepAxis::Linear { .. } | SweepAxis::Log { .. } | SweepAxis::List(_) => return None,
             };
             Some(Self {
                 key: key.clone(),
@@ -87,7 +86,7 @@ pub fn share_between([from, to]: [f64; 2], log: bool, value: f64) -> f64 {
 /// numeric axes of a grid.
 #[derive(Clone, Debug)]
 pub struct Panels<'a> {
-    axes: Vec<(&'a String, &'a Axis)>,
+    axes: Vec<(&'a String, &'a SweepAxis)>,
 }
 
 impl<'a> Panels<'a> {
@@ -95,8 +94,8 @@ impl<'a> Panels<'a> {
     pub fn of(sweep: &'a SweepFile) -> Self {
         let drawn: Vec<String> = DrawnAxis::of(sweep).into_iter().take(2).map(|axis| axis.key).collect();
         let is_grid = sweep.sampling == Sampling::Grid;
-        let apart = |(key, axis): &(&String, &Axis)| {
-            matches!(axis, Axis::List(_)) || (is_grid && !drawn.contains(key))
+        let apart = |(key, axis): &(&String, &SweepAxis)| {
+            matches!(axis, SweepAxis::List(_)) || (is_grid && !drawn.contains(key))
         };
         Self { axes: sweep.axes.iter().filter(apart).collect() }
     }

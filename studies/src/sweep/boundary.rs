@@ -19,15 +19,15 @@ const SECTIONS: usize = 65;
 const GRID: usize = 33;
 
 /// A line on a map, in values of the two axes.
-pub type Line = Vec<[f64; 2]>;
+pub type BoundaryLine = Vec<[f64; 2]>;
 
 /// The limits that linear theory gives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinearLimits {
     /// Of the sampled loop, with its delays, filters and hold.
-    pub sampled: Vec<Line>,
+    pub sampled: Vec<BoundaryLine>,
     /// Of the loop in continuous time.
-    pub continuous: Vec<Line>,
+    pub continuous: Vec<BoundaryLine>,
 }
 
 /// The limits on the map of two axes, with `fixed` settings. Parts without an answer of theory are omitted.
@@ -260,7 +260,7 @@ mod tests {
         let (kp, wall) =
             (axis("controllers.force.kp", [0.1, 10.0]), axis("contacts.tool.stiffness", [2e4, 2e6]));
         let limits = linear_limits(&flexible(), [&wall, &kp], &[]);
-        let middle = |lines: &[Line]| {
+        let middle = |lines: &[BoundaryLine]| {
             lines.iter().flatten().find(|point| (point[0] / 2e5 - 1.0).abs() < 1e-9).unwrap()[1]
         };
         assert!((middle(&limits.sampled) - 1.5068).abs() < 1e-3, "{}", middle(&limits.sampled));

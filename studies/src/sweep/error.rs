@@ -14,45 +14,25 @@ use feeler_files::FormatError;
 /// Why a sweep, or the assembly of its results, failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum SweepError {
-    /// The sweep file or its scenario has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// A file cannot be read or written.
     #[error("{}", unwritable(path, source).message)]
     Io { path: PathBuf, source: std::io::Error },
-    /// A Parquet file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Parquet { path: PathBuf, source: parquet::errors::ParquetError },
-    /// A file of results does not match its sweep's files.
     #[error("{}: there is no column `{column}` of the expected kind", path.display())]
     Column { path: PathBuf, column: String },
-    /// The folder holds results of another sweep.
     #[error("{} holds results of another sweep, or of this one before its files changed", folder.display())]
     OtherSweep { folder: PathBuf },
-    /// A folder to be merged holds no sweep.
     #[error("{} holds no sweep", folder.display())]
     NoSweep { folder: PathBuf },
-    /// Not all shards are there.
     #[error("{missing} of {chunks} chunks are missing, the first of them chunk {first}")]
-    Incomplete {
-        /// How many chunks are missing.
-        missing: usize,
-        /// Their total number.
-        chunks: usize,
-        /// The first that is missing.
-        first: usize,
-    },
-    /// An adaptive sweep cannot be cut into shards.
+    Incomplete { missing: usize, chunks: usize, first: usize },
     #[error("a sweep with [refine] cannot be cut into shards, since each pass follows from the one before")]
     RefineShard,
-    /// No threads to be had.
     #[error("threads cannot be started: {source}")]
-    Threads {
-        /// What the thread pool says.
-        source: rayon::ThreadPoolBuildError,
-    },
+    Threads { source: rayon::ThreadPoolBuildError },
 }
 
 impl Remedy for SweepError {

@@ -28,11 +28,11 @@ use serde_json::json;
 
 pub use axes::{DrawnAxis, Panels, share_between, shown};
 pub(crate) use boundary::sampled_growth_per_s;
-pub use boundary::{Line, LinearLimits};
+pub use boundary::{BoundaryLine, LinearLimits};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub(crate) use sobol::sobol;
-pub use table::{Column, SweepTable};
+pub use table::{SweepColumn, SweepTable};
 pub use theory::{CyclesAt, MapTheory, Theory};
 
 use feeler_files::{Document, SweepFile};
@@ -49,9 +49,7 @@ const RESULTS_VERSION: u32 = 10;
 /// A sweep ready to run.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    /// The sweep file.
     pub file: SweepFile,
-    /// Its scenario.
     pub document: Document,
     /// The files' texts, which identify the results.
     plan: String,
@@ -59,7 +57,7 @@ pub struct Sweep {
 
 /// Settings of a call.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Options {
+pub struct SweepOptions {
     /// Number of threads; `None` for one per processor.
     pub threads: Option<usize>,
     /// The part of the sweep to run; `None` for all of it.
@@ -123,7 +121,7 @@ impl Sweep {
     pub fn run(
         &self,
         folder: &Path,
-        options: Options,
+        options: SweepOptions,
         progress: &(dyn Fn(SweepProgress) + Sync),
     ) -> Result<SweepResult, SweepError> {
         if options.shard.is_some() && self.file.refine.is_some() {
@@ -187,7 +185,6 @@ fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
     (0..count).map(move |i| (i as u64 * size, size.min(variants - i as u64 * size)))
 }
 
-/// The identities of the chunks of a pass.
 fn chunk_ids(pass: usize, variants: u64) -> Vec<ChunkId> {
     (0..chunks(variants).len()).map(|number| ChunkId { pass, number }).collect()
 }

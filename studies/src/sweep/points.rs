@@ -4,7 +4,7 @@ use feeler_control::Stream;
 
 use super::permutation::Permutation;
 use super::sobol::sobol;
-use feeler_files::{Axis, Sampling, Setting, SweepFile};
+use feeler_files::{Sampling, Setting, SweepAxis, SweepFile};
 
 /// A point on the lattice of an adaptive sweep: one index per axis.
 pub(super) type Node = Vec<u64>;
@@ -12,7 +12,6 @@ pub(super) type Node = Vec<u64>;
 /// Some variants, by number.
 #[derive(Debug)]
 pub(super) enum Points<'a> {
-    /// All variants of the file.
     Plan(&'a SweepFile),
     /// These points of a lattice with these numbers of values per axis.
     Nodes(&'a SweepFile, Vec<Node>, Vec<u64>),
@@ -31,7 +30,7 @@ impl Points<'_> {
         match self {
             Self::Plan(sweep) => planned(sweep, index),
             Self::Nodes(sweep, nodes, counts) => {
-                let value = |((axis, &i), &count): ((&Axis, &u64), &u64)| on_lattice(axis, i, count);
+                let value = |((axis, &i), &count): ((&SweepAxis, &u64), &u64)| on_lattice(axis, i, count);
                 sweep.axes.values().zip(&nodes[index as usize]).zip(counts).map(value).collect()
             }
         }
@@ -52,7 +51,7 @@ fn planned(sweep: &SweepFile, index: u64) -> Vec<Setting> {
             Sampling::Sobol => {
                 f64::from(sobol(dimension, index as u32) ^ (shift(&stream) >> 32) as u32) * 0.5_f64.powi(32)
             }
-            _ => stream.uniform_at(index),
+            Sampling::Grid | Sampling::Random => stream.uniform_at(index),
         }
     };
     sweep
@@ -85,7 +84,7 @@ fn on_grid(sweep: &SweepFile, index: u64) -> Vec<Setting> {
     settings
 }
 
-fn on_lattice(axis: &Axis, index: u64, count: u64) -> Setting {
+fn on_lattice(axis: &SweepAxis, index: u64, count: u64) -> Setting {
     match index {
         0 => axis.point(0),
         last if last + 1 == count => axis.point(axis.count().unwrap_or(1) - 1),
@@ -99,8 +98,10 @@ mod tests {
     use feeler_files::Keep;
 
     fn sweep(sampling: Sampling, samples: u64) -> SweepFile {
-        let axes =
-            [("a", Axis::Uniform { from: 0.0, to: 1.0 }), ("b", Axis::LogUniform { from: 1.0, to: 100.0 })];
+        let axes = [
+            ("a", SweepAxis::Uniform { from: 0.0, to: 1.0 }),
+            ("b", SweepAxis::LogUniform { from: 1.0, to: 100.0 }),
+        ];
         SweepFile {
             name: String::new(),
             about: String::new(),
@@ -123,8 +124,8 @@ mod tests {
     #[test]
     fn truth_a_grid_runs_through_every_combination() {
         let mut grid = sweep(Sampling::Grid, 6);
-        grid.axes["a"] = Axis::Linear { from: 0.0, to: 1.0, points: 2 };
-        grid.axes["b"] = Axis::Log { from: 1.0, to: 100.0, points: 3 };
+        grid.axes["a"] = SweepAxis::Linear { from: 0.0, to: 1.0, points: 2 };
+        grid.axes["b"] = SweepAxis::Log { from: 1.0, to: 100.0, points: 3 };
         let expected = [[0.0, 1.0], [0.0, 10.0], [0.0, 100.0], [1.0, 1.0], [1.0, 10.0], [1.0, 100.0]];
         for (found, expected) in numbers(&grid).iter().zip(expected) {
             assert!(

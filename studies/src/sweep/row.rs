@@ -2,16 +2,15 @@
 
 use indexmap::IndexMap;
 
-use super::table::{Column, SweepTable};
+use super::table::{SweepColumn, SweepTable};
 use crate::run::{Measured, Summary};
-use feeler_files::{Axis, Setting, SweepFile};
+use feeler_files::{Setting, SweepAxis, SweepFile};
 
 /// The result of a variant with its settings.
 #[derive(Clone, Debug)]
 pub(super) struct VariantRow {
     pub(super) variant: u64,
     pub(super) settings: Vec<Setting>,
-    /// Its measures, or its error.
     pub(super) result: Result<Measured, String>,
 }
 
@@ -43,12 +42,11 @@ const MEASURES: &[Measure] = &[
     ("simulated_s", |s| Some(s.simulated_s)),
 ];
 
-/// The rows as a table.
 pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     let mut columns = IndexMap::new();
     columns.insert(
         "variant".to_owned(),
-        Column::Whole(rows.iter().map(|row| row.variant.cast_signed()).collect()),
+        SweepColumn::Whole(rows.iter().map(|row| row.variant.cast_signed()).collect()),
     );
     for (i, (key, axis)) in sweep.axes.iter().enumerate() {
         columns.insert(key.clone(), axis_column(axis, rows.iter().map(|row| &row.settings[i])));
@@ -57,18 +55,18 @@ pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     let summaries: Vec<Option<Summary>> = rows.iter().map(summary).collect();
     if sweep.keep.outcome {
         let outcome = summaries.iter().map(|s| s.as_ref().map(|s| s.outcome.name().to_owned()));
-        columns.insert("outcome".to_owned(), Column::Text(outcome.collect()));
+        columns.insert("outcome".to_owned(), SweepColumn::Text(outcome.collect()));
         let undecided =
             summaries.iter().map(|s| s.as_ref()?.verdict.undecided.map(|why| why.name().to_owned()));
-        columns.insert("undecided".to_owned(), Column::Text(undecided.collect()));
+        columns.insert("undecided".to_owned(), SweepColumn::Text(undecided.collect()));
         for (name, of) in MEASURES {
             let values = summaries.iter().map(|s| s.as_ref().and_then(of).filter(|value| value.is_finite()));
-            columns.insert((*name).to_owned(), Column::Real(values.collect()));
+            columns.insert((*name).to_owned(), SweepColumn::Real(values.collect()));
         }
     }
     if sweep.keep.tail > 0 {
         let lists = |of: fn(&Measured) -> &Vec<f64>| {
-            Column::List(
+            SweepColumn::List(
                 rows.iter()
                     .map(|row| {
                         row.result.as_ref().map_or_else(|_| Vec::new(), |measured| of(measured).clone())
@@ -81,25 +79,25 @@ pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> SweepTable {
     }
     columns.insert(
         "error".to_owned(),
-        Column::Text(rows.iter().map(|row| row.result.as_ref().err().cloned()).collect()),
+        SweepColumn::Text(rows.iter().map(|row| row.result.as_ref().err().cloned()).collect()),
     );
     SweepTable { columns, rows: rows.len() }
 }
 
-fn axis_column<'a>(axis: &Axis, settings: impl Iterator<Item = &'a Setting>) -> Column {
+fn axis_column<'a>(axis: &SweepAxis, settings: impl Iterator<Item = &'a Setting>) -> SweepColumn {
     let numeric = match axis {
-        Axis::List(values) => values.iter().all(|value| matches!(value, Setting::Number(_))),
+        SweepAxis::List(values) => values.iter().all(|value| matches!(value, Setting::Number(_))),
         _ => true,
     };
     if numeric {
         let number =
             |setting: &Setting| if let Setting::Number(value) = setting { Some(*value) } else { None };
-        return Column::Real(settings.map(number).collect());
+        return SweepColumn::Real(settings.map(number).collect());
     }
     let text = |setting: &Setting| match setting {
         Setting::Number(value) => value.to_string(),
         Setting::Text(text) => text.clone(),
         Setting::Flag(flag) => flag.to_string(),
     };
-    Column::Text(settings.map(|setting| Some(text(setting))).collect())
+    SweepColumn::Text(settings.map(|setting| Some(text(setting))).collect())
 }

@@ -24,7 +24,6 @@ pub struct Shard {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("`{text}` is not a shard K/N with K from 1 to N, as in 2/8")]
 pub struct ParseShardError {
-    /// The text that was given.
     pub text: String,
 }
 

@@ -61,7 +61,6 @@ impl Store {
         self.folder.join(TABLE)
     }
 
-    /// Whether the results are complete.
     pub(super) fn is_complete(&self) -> bool {
         self.table().exists()
     }

@@ -25,18 +25,16 @@ const ENTRIES_PER_GROUP: usize = 1 << 20;
 
 /// One column.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Column {
-    /// Whole numbers.
+pub enum SweepColumn {
     Whole(Vec<i64>),
     /// Numbers, some absent.
     Real(Vec<Option<f64>>),
     /// Texts, some absent.
     Text(Vec<Option<String>>),
-    /// Lists of numbers.
     List(Vec<Vec<f64>>),
 }
 
-impl Column {
+impl SweepColumn {
     fn empty_like(&self) -> Self {
         match self {
             Self::Whole(_) => Self::Whole(Vec::new()),
@@ -92,9 +90,7 @@ impl Column {
 /// Columns of equal length under their names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SweepTable {
-    /// The columns.
-    pub columns: IndexMap<String, Column>,
-    /// Number of rows.
+    pub columns: IndexMap<String, SweepColumn>,
     pub rows: usize,
 }
 
@@ -102,27 +98,27 @@ impl SweepTable {
     /// The numbers of a column; `None` if there is no such column of numbers.
     pub fn reals(&self, name: &str) -> Option<Vec<Option<f64>>> {
         match self.columns.get(name)? {
-            Column::Real(values) => Some(values.clone()),
-            Column::Whole(values) => Some(values.iter().map(|&value| Some(value as f64)).collect()),
+            SweepColumn::Real(values) => Some(values.clone()),
+            SweepColumn::Whole(values) => Some(values.iter().map(|&value| Some(value as f64)).collect()),
             _ => None,
         }
     }
 
     /// The texts of a column; `None` if there is no such column of texts.
     pub fn texts(&self, name: &str) -> Option<&[Option<String>]> {
-        if let Column::Text(values) = self.columns.get(name)? { Some(values) } else { None }
+        if let SweepColumn::Text(values) = self.columns.get(name)? { Some(values) } else { None }
     }
 
     /// The lists of a column; `None` if there is no such column of lists.
     pub fn lists(&self, name: &str) -> Option<&[Vec<f64>]> {
-        if let Column::List(values) = self.columns.get(name)? { Some(values) } else { None }
+        if let SweepColumn::List(values) = self.columns.get(name)? { Some(values) } else { None }
     }
 
     /// The rows with all of some settings.
     pub fn rows_with(&self, settings: &[(String, Setting)]) -> Vec<usize> {
         let has = |row: usize, key: &str, setting: &Setting| match self.columns.get(key) {
-            Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown(setting)),
-            Some(Column::Real(values)) => {
+            Some(SweepColumn::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown(setting)),
+            Some(SweepColumn::Real(values)) => {
                 let bits = values[row].map(f64::to_bits);
                 matches!(setting, Setting::Number(number) if bits == Some(number.to_bits()))
             }
@@ -224,7 +220,7 @@ impl TableWriter {
     }
 
     pub(super) fn add(&mut self, table: SweepTable) -> Result<(), ParquetError> {
-        self.entries += table.columns.values().map(Column::entries).sum::<usize>();
+        self.entries += table.columns.values().map(SweepColumn::entries).sum::<usize>();
         self.waiting.append(table);
         if self.waiting.rows >= ROWS_PER_GROUP || self.entries >= ENTRIES_PER_GROUP {
             self.flush()
@@ -246,19 +242,19 @@ impl TableWriter {
         for column in self.waiting.columns.values_mut() {
             let Some(mut writer) = group.next_column()? else { break };
             match column {
-                Column::Whole(values) => {
+                SweepColumn::Whole(values) => {
                     writer.typed::<Int64Type>().write_batch(values, None, None)?;
                 }
-                Column::Real(values) => {
+                SweepColumn::Real(values) => {
                     let present: Vec<f64> = values.iter().flatten().copied().collect();
                     writer.typed::<DoubleType>().write_batch(&present, Some(&definition(values)), None)?;
                 }
-                Column::Text(values) => {
+                SweepColumn::Text(values) => {
                     let present: Vec<ByteArray> =
                         values.iter().flatten().map(|text| ByteArray::from(text.as_str())).collect();
                     writer.typed::<ByteArrayType>().write_batch(&present, Some(&definition(values)), None)?;
                 }
-                Column::List(lists) => {
+                SweepColumn::List(lists) => {
                     let values: Vec<f64> = lists.iter().flatten().copied().collect();
                     // An empty list is one undefined entry; a list begins at repetition 0.
                     let levels = lists.iter().flat_map(|list| {
@@ -319,13 +315,13 @@ fn scan(
     visit_all().map_err(SweepError::parquet(path))
 }
 
-fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, ParquetError> {
+fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<SweepColumn, ParquetError> {
     let (mut definition, mut repetition) = (Vec::new(), Vec::new());
     match reader {
         ColumnReader::Int64ColumnReader(mut reader) => {
             let mut values = Vec::new();
             reader.read_records(rows, None, None, &mut values)?;
-            Ok(Column::Whole(values))
+            Ok(SweepColumn::Whole(values))
         }
         ColumnReader::DoubleColumnReader(mut reader) => {
             let mut values = Vec::new();
@@ -336,7 +332,7 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
                 &mut values,
             )?;
             if !repeated {
-                return Ok(Column::Real(spread(&definition, values)));
+                return Ok(SweepColumn::Real(spread(&definition, values)));
             }
             let mut lists: Vec<Vec<f64>> = Vec::new();
             let mut values = values.into_iter();
@@ -348,7 +344,7 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
                     list.extend(values.next());
                 }
             }
-            Ok(Column::List(lists))
+            Ok(SweepColumn::List(lists))
         }
         ColumnReader::ByteArrayColumnReader(mut reader) => {
             let mut values = Vec::new();
@@ -357,7 +353,7 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
                 .iter()
                 .map(|value| Ok(value.as_utf8()?.to_owned()))
                 .collect::<Result<Vec<_>, ParquetError>>()?;
-            Ok(Column::Text(spread(&definition, texts)))
+            Ok(SweepColumn::Text(spread(&definition, texts)))
         }
         _ => Err(ParquetError::General("a sweep has no columns of this kind".into())),
     }
@@ -376,10 +372,10 @@ mod tests {
     #[test]
     fn prop_what_is_written_is_read() {
         let columns = [
-            ("variant", Column::Whole(vec![3, 4, 5])),
-            ("kp", Column::Real(vec![Some(0.1), None, Some(-3.0)])),
-            ("outcome", Column::Text(vec![Some("settled".into()), Some(String::new()), None])),
-            ("peaks", Column::List(vec![vec![1.0, 2.0], vec![], vec![3.0]])),
+            ("variant", SweepColumn::Whole(vec![3, 4, 5])),
+            ("kp", SweepColumn::Real(vec![Some(0.1), None, Some(-3.0)])),
+            ("outcome", SweepColumn::Text(vec![Some("settled".into()), Some(String::new()), None])),
+            ("peaks", SweepColumn::List(vec![vec![1.0, 2.0], vec![], vec![3.0]])),
         ];
         let table = SweepTable {
             columns: columns.into_iter().map(|(name, column)| (name.to_owned(), column)).collect(),
@@ -396,13 +392,13 @@ mod tests {
         assert_eq!(read.lists("peaks").unwrap()[3..], table.lists("peaks").unwrap()[..]);
         assert_eq!(read.texts("outcome").unwrap()[..3], table.texts("outcome").unwrap()[..]);
         assert_eq!(read.reals("kp").unwrap()[3..], table.reals("kp").unwrap()[..]);
-        assert_eq!(read.columns["variant"], Column::Whole(vec![3, 4, 5, 3, 4, 5]));
+        assert_eq!(read.columns["variant"], SweepColumn::Whole(vec![3, 4, 5, 3, 4, 5]));
         assert_eq!(SweepTable::count_rows(&path).unwrap(), 6);
         let part =
             SweepTable::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1)
                 .unwrap();
         assert_eq!((part.rows, part.columns.len()), (3, 2));
-        assert_eq!(part.columns["variant"], Column::Whole(vec![4, 3, 5]));
+        assert_eq!(part.columns["variant"], SweepColumn::Whole(vec![4, 3, 5]));
         assert_eq!(part.lists("peaks").unwrap(), [vec![], vec![1.0, 2.0], vec![3.0]]);
     }
 }

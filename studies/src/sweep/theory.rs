@@ -38,11 +38,8 @@ pub struct MapTheory {
 /// Cycles that describing functions predict for a variant.
 #[derive(Clone, Debug)]
 pub struct CyclesAt {
-    /// Value of the axis.
     pub value: f64,
-    /// Row of the table.
     pub row: usize,
-    /// The cycles there.
     pub cycles: Vec<LimitCycle>,
 }
 

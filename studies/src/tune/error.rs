@@ -14,16 +14,12 @@ use crate::run::RunError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TuneError {
-    /// The request cannot be met.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The file, or what is set in it, has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// The machine cannot be run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Linear theory has no answer.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
 }
@@ -49,7 +45,6 @@ impl Remedy for TuneError {
     }
 }
 
-/// A refusal as an error.
 pub(super) fn refused(message: impl Into<String>, remedy: impl Into<String>) -> TuneError {
     Refusal::new(message, remedy).into()
 }

@@ -6,7 +6,7 @@ use feeler_engine::Scenario;
 use feeler_files::rounded;
 
 use super::error::{TuneError, refused};
-use super::spec::{Limit, Part, Spec};
+use super::spec::{Spec, TuneLimit, TunedPart};
 use crate::why::scale_errors;
 
 /// How far the gains on errors may be scaled, either way.
@@ -24,7 +24,6 @@ const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
 
-/// The setting of a knob.
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     /// A factor on all gains on errors.
@@ -32,11 +31,9 @@ enum What {
     Gain(String),
     /// The corner of the low-pass.
     Filter,
-    /// The zero of the lead.
     Lead,
     /// Its pole over its zero.
     LeadRatio,
-    /// The frequency of the notch.
     Notch,
 }
 
@@ -56,12 +53,12 @@ pub(super) struct Knob {
 
 impl Knob {
     /// Size of a limit, and whether it is the smallest.
-    fn size_of(&self, limit: &Limit<String>) -> (f64, bool) {
+    fn size_of(&self, limit: &TuneLimit<String>) -> (f64, bool) {
         (if self.is_negative { -limit.bound } else { limit.bound }, limit.at_least != self.is_negative)
     }
 
     /// Widens the range so that a limit lies within it.
-    fn reach(&mut self, limit: &Limit<String>) {
+    fn reach(&mut self, limit: &TuneLimit<String>) {
         match self.size_of(limit) {
             (size, true) if size > 0.0 => self.range[1] = self.range[1].max(ABOVE * size),
             (size, false) if size > 0.0 => self.range[0] = self.range[0].min(BELOW * size),
@@ -70,7 +67,7 @@ impl Knob {
     }
 
     /// Cuts the range at a limit; whether any value is left.
-    fn keep(&mut self, limit: &Limit<String>) -> bool {
+    fn keep(&mut self, limit: &TuneLimit<String>) -> bool {
         match self.size_of(limit) {
             (size, true) => {
                 self.range[0] = self.range[0].max(size);
@@ -91,7 +88,6 @@ impl Knob {
     }
 }
 
-/// The knobs of a controller.
 #[derive(Clone, Debug)]
 pub(super) struct Knobs {
     base: ControllerSpec,
@@ -291,19 +287,19 @@ fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64
     })
 }
 
-fn part_knobs(base: &ControllerSpec, part: Part) -> Result<Vec<Knob>, TuneError> {
+fn part_knobs(base: &ControllerSpec, part: TunedPart) -> Result<Vec<Knob>, TuneError> {
     let range = [SLOWEST / base.period_s, FASTEST / base.period_s];
     let knob = |what, range, may_be_zero, now| Knob { what, range, may_be_zero, is_negative: false, now };
     Ok(match part {
-        Part::Filter => {
+        TunedPart::Filter => {
             let now = base.reading_low_pass.map_or(0.0, |filter| filter.cutoff_hz);
             vec![knob(What::Filter, range, base.reading_low_pass.is_none(), now)]
         }
-        Part::Notch => {
+        TunedPart::Notch => {
             let now = base.reading_notch.map_or(0.0, |notch| notch.frequency_hz);
             vec![knob(What::Notch, range, base.reading_notch.is_none(), now)]
         }
-        Part::Lead => {
+        TunedPart::Lead => {
             let Law::ExplicitForce(gains) = &base.law else {
                 return Err(refused(
                     format!("--spec: the law {} has no lead", base.law.name()),

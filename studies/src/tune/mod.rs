@@ -32,7 +32,7 @@ pub use equation::{Equation, Linear};
 pub use error::TuneError;
 pub use order::Step;
 pub use simulated::Runs;
-pub use spec::{Limit, Measure, Part, Spec};
+pub use spec::{Spec, TuneLimit, TuneMeasure, TunedPart};
 pub use theory::Figures;
 
 use crate::run::{ForceLoop, Outcome};
@@ -96,7 +96,7 @@ pub fn tune(
     let base = &scenario.controllers[name.as_str()].spec;
     let knobs = Knobs::new(scenario, base, spec)?;
     let at_work = knobs.all_at_work();
-    let with_step = spec.limits.iter().any(|limit| limit.of == Measure::StepOvershoot);
+    let with_step = spec.limits.iter().any(|limit| limit.of == TuneMeasure::StepOvershoot);
     let plants: Vec<_> =
         machines.par_iter().map(|machine| LinearPlant::new(machine, &name, &at_work, with_step)).collect();
     let plants = plants.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -136,7 +136,6 @@ pub fn tune(
     })
 }
 
-/// The name of the controller that is tuned.
 fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
     let known: Vec<&str> = scenario.controllers.keys().map(String::as_str).collect();
     let add = || refused("the file has no controller that closes a loop", "add one, as `feeler new` shows");
@@ -199,7 +198,7 @@ impl Tuning<'_> {
             let failing = self.failing(&found.point, &active, known, &mut simulated);
             match failing {
                 Ok(runs) => {
-                    let asks = self.spec.limits.iter().any(|limit| limit.of == Measure::Overshoot);
+                    let asks = self.spec.limits.iter().any(|limit| limit.of == TuneMeasure::Overshoot);
                     if asks && runs.last().is_none_or(|runs| runs.overshoot.is_none()) {
                         return Err(refused(
                             "--spec: there is no overshoot: no force has a reference above zero that rests",
@@ -262,7 +261,6 @@ impl Tuning<'_> {
         Err(nothing_settles(first_trouble))
     }
 
-    /// The controller at a point.
     fn at(&self, point: &[f64]) -> ControllerSpec {
         self.knobs.spec(&Search::sizes(point))
     }

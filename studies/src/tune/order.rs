@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::knobs::Knobs;
 use super::simulated::Runs;
-use super::spec::{Measure, Spec};
+use super::spec::{Spec, TuneMeasure};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, then smaller steps. A loop
@@ -59,7 +59,7 @@ pub(super) fn steps(
     spec: &Spec,
     settings: &dyn Fn(&[ControllerSpec]) -> Vec<Vec<String>>,
 ) -> Vec<Step> {
-    let forces = spec.limits.iter().filter(|limit| limit.of == Measure::PeakForce);
+    let forces = spec.limits.iter().filter(|limit| limit.of == TuneMeasure::PeakForce);
     let most_n = forces.map(|limit| limit.bound).fold(f64::INFINITY, f64::min);
     let mut specs: Vec<ControllerSpec> = on_the_way(tuned).into_iter().map(|(_, spec)| spec).collect();
     specs.push(tuned.clone());

@@ -49,7 +49,6 @@ impl<'a> Search<'a> {
         Self { spec, knobs, plants, known: Mutex::default(), evaluations: AtomicUsize::new(0) }
     }
 
-    /// The sizes of the knobs at a point.
     pub(super) fn sizes(point: &[f64]) -> Vec<f64> {
         point.iter().map(|x| 10.0_f64.powf(*x)).collect()
     }

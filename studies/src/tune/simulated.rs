@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::knobs::installed;
-use super::spec::{Limit, Measure, Spec};
+use super::spec::{Spec, TuneLimit, TuneMeasure};
 use crate::run::{Candidate, LANES, Measured, Outcome, RunError, measure, nothing_can_touch};
 
 /// What runs came to, the worst of each figure.
@@ -32,9 +32,7 @@ pub struct Runs {
 pub(super) enum Trouble {
     /// The run does not end at rest.
     Ends(Outcome),
-    /// A limit is missed.
-    Misses(Limit<Measure>, Option<f64>),
-    /// The run failed.
+    Misses(TuneLimit<TuneMeasure>, Option<f64>),
     Fails(String),
     /// This of a controller near it, or on the way to it, which is named.
     Near(String, Box<Self>),
@@ -87,15 +85,15 @@ fn troubles(measured: &Measured, scenario: &Scenario, asked: &Spec) -> Option<Tr
         return Some(Trouble::Ends(summary.outcome));
     }
     let value = |measure| match measure {
-        Measure::Overshoot => summary.overshoot,
-        Measure::PeakForce => Some(summary.peak_force_n),
-        Measure::SettlingTime => summary.settling_time_s,
+        TuneMeasure::Overshoot => summary.overshoot,
+        TuneMeasure::PeakForce => Some(summary.peak_force_n),
+        TuneMeasure::SettlingTime => summary.settling_time_s,
         _ => None,
     };
     // A force that never settles misses any limit on the time for it.
-    let misses = |limit: &&Limit<Measure>| match value(limit.of) {
+    let misses = |limit: &&TuneLimit<TuneMeasure>| match value(limit.of) {
         Some(value) => limit.missed_by(value) > 0.0,
-        None => limit.of == Measure::SettlingTime,
+        None => limit.of == TuneMeasure::SettlingTime,
     };
     let missed = asked.limits_of(false).find(misses)?;
     Some(Trouble::Misses(*missed, value(missed.of)))

@@ -6,7 +6,7 @@ use crate::Refusal;
 
 /// What may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
+pub enum TuneMeasure {
     /// Smallest phase margin of the sampled loop, degrees.
     PhaseMargin,
     /// Factor by which the gain may rise or fall.
@@ -32,7 +32,7 @@ const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("", |x| x)];
 const ANGLE: &[Unit] = &[("deg", |x| x), ("rad", f64::to_degrees), ("", |x| x)];
 const RATIO: &[Unit] = &[("dB", |x| 10.0_f64.powf(x / 20.0)), ("", |x| x)];
 
-impl Measure {
+impl TuneMeasure {
     /// Every measure: its name, its units, and whether it is to be at least the limit.
     const ALL: [(Self, &'static str, &'static [Unit], bool); 7] = [
         (Self::PhaseMargin, "phase margin", ANGLE, true),
@@ -55,7 +55,7 @@ impl Measure {
     }
 }
 
-impl Serialize for Measure {
+impl Serialize for TuneMeasure {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
@@ -63,7 +63,7 @@ impl Serialize for Measure {
 
 /// A bound on a measure or a gain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Limit<T> {
+pub struct TuneLimit<T> {
     /// Name of the bounded measure or gain.
     pub of: T,
     /// Whether the bound is the smallest value allowed; otherwise it is the largest.
@@ -72,7 +72,7 @@ pub struct Limit<T> {
     pub bound: f64,
 }
 
-impl<T> Limit<T> {
+impl<T> TuneLimit<T> {
     /// By what share of the bound a value misses it; zero where it does not.
     pub(super) fn missed_by(&self, value: f64) -> f64 {
         let missed = if self.at_least { self.bound - value } else { value - self.bound };
@@ -84,7 +84,7 @@ impl<T> Limit<T> {
 /// What is tuned beside the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Part {
+pub enum TunedPart {
     /// A low-pass on the reading.
     Filter,
     /// A lead in series with the law.
@@ -93,17 +93,18 @@ pub enum Part {
     Notch,
 }
 
-const PARTS: [(Part, &str); 3] = [(Part::Filter, "filter"), (Part::Lead, "lead"), (Part::Notch, "notch")];
+const PARTS: [(TunedPart, &str); 3] =
+    [(TunedPart::Filter, "filter"), (TunedPart::Lead, "lead"), (TunedPart::Notch, "notch")];
 
 /// What is asked of a tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spec {
     /// Limits on margins, overshoot and the like.
-    pub limits: Vec<Limit<Measure>>,
+    pub limits: Vec<TuneLimit<TuneMeasure>>,
     /// Limits on gains, by their names.
-    pub gain_limits: Vec<Limit<String>>,
+    pub gain_limits: Vec<TuneLimit<String>>,
     /// The filters that are tuned beside the gains.
-    pub parts: Vec<Part>,
+    pub parts: Vec<TunedPart>,
     /// The gains that are tuned each by itself; `None` scales those on errors together, and damping where
     /// there is some.
     pub gains: Option<Vec<String>>,
@@ -113,9 +114,9 @@ pub struct Spec {
 
 /// Margins that hold unless a specification states others. They are those that textbooks ask for (Astrom and
 /// Murray, Feedback Systems, section 10.3: 6 dB, 30 to 60 degrees).
-const DEFAULT_LIMITS: [Limit<Measure>; 2] = [
-    Limit { of: Measure::PhaseMargin, at_least: true, bound: 45.0 },
-    Limit { of: Measure::GainMargin, at_least: true, bound: 2.0 },
+const DEFAULT_LIMITS: [TuneLimit<TuneMeasure>; 2] = [
+    TuneLimit { of: TuneMeasure::PhaseMargin, at_least: true, bound: 45.0 },
+    TuneLimit { of: TuneMeasure::GainMargin, at_least: true, bound: 2.0 },
 ];
 
 impl Default for Spec {
@@ -190,14 +191,15 @@ impl Spec {
                 "write a number, then its unit",
             ));
         };
-        let Some((of, _, units, rises)) = Measure::ALL.iter().find(|(_, known, ..)| *known == name) else {
+        let Some((of, _, units, rises)) = TuneMeasure::ALL.iter().find(|(_, known, ..)| *known == name)
+        else {
             let is_gain = !name.is_empty() && !name.contains(' ') && unit.is_empty();
             if !is_gain {
-                let known: Vec<&str> = Measure::ALL.iter().map(|(_, name, ..)| *name).collect();
+                let known: Vec<&str> = TuneMeasure::ALL.iter().map(|(_, name, ..)| *name).collect();
                 let remedy = format!("limit {}, or a gain by its name, in SI units", known.join(", "));
                 return Err(refused(clause, &format!("`{name}` cannot be limited to `{value}`"), &remedy));
             }
-            self.gain_limits.push(Limit { of: name.into(), at_least, bound: number });
+            self.gain_limits.push(TuneLimit { of: name.into(), at_least, bound: number });
             return Ok(());
         };
         if at_least != *rises {
@@ -214,12 +216,12 @@ impl Spec {
             return Err(refused(clause, &format!("`{value}` is beyond all numbers"), "write a smaller one"));
         }
         self.limits.retain(|limit| limit.of != *of);
-        self.limits.push(Limit { of: *of, at_least, bound });
+        self.limits.push(TuneLimit { of: *of, at_least, bound });
         Ok(())
     }
 
     /// The limits that linear theory decides, or those that a run does.
-    pub(super) fn limits_of(&self, theory: bool) -> impl Iterator<Item = &Limit<Measure>> {
+    pub(super) fn limits_of(&self, theory: bool) -> impl Iterator<Item = &TuneLimit<TuneMeasure>> {
         self.limits.iter().filter(move |limit| limit.of.is_of_theory() == theory)
     }
 }
@@ -243,12 +245,15 @@ mod tests {
                     structure = gains + notch, gains = kp+ki, settling time <= 80 ms";
         let spec = Spec::parse(text).unwrap();
         let bound = |of| spec.limits.iter().find(|limit| limit.of == of).unwrap().bound;
-        let found = [Measure::PhaseMargin, Measure::Overshoot, Measure::SettlingTime].map(bound);
+        let found = [TuneMeasure::PhaseMargin, TuneMeasure::Overshoot, TuneMeasure::SettlingTime].map(bound);
         assert_eq!(found.map(f64::to_bits), [50.0, 0.1, 0.08].map(f64::to_bits));
         // 6.0206 dB are a factor of two within its last digit.
-        assert!((bound(Measure::GainMargin) - 2.0).abs() < 1e-5);
-        assert_eq!(spec.gain_limits, [Limit { of: "ki".to_owned(), at_least: true, bound: 5.0 }]);
-        assert_eq!((spec.parts, spec.gains.unwrap()), (vec![Part::Notch], vec!["kp".into(), "ki".into()]));
+        assert!((bound(TuneMeasure::GainMargin) - 2.0).abs() < 1e-5);
+        assert_eq!(spec.gain_limits, [TuneLimit { of: "ki".to_owned(), at_least: true, bound: 5.0 }]);
+        assert_eq!(
+            (spec.parts, spec.gains.unwrap()),
+            (vec![TunedPart::Notch], vec!["kp".into(), "ki".into()])
+        );
         assert_eq!(Spec::parse("").unwrap(), Spec::default());
     }
 

@@ -6,7 +6,7 @@ use feeler_engine::Scenario;
 use serde::Serialize;
 
 use super::knobs::installed;
-use super::spec::{Limit, Measure};
+use super::spec::{TuneLimit, TuneMeasure};
 use crate::operating_point::contact_view;
 
 /// The step response is evaluated over this number of periods of the bandwidth. By then the slowest pole that
@@ -45,18 +45,18 @@ pub struct Figures {
 }
 
 impl Figures {
-    fn value(&self, measure: Measure) -> Option<f64> {
+    fn value(&self, measure: TuneMeasure) -> Option<f64> {
         Some(match measure {
-            Measure::PhaseMargin => self.phase_margin_deg.unwrap_or(f64::INFINITY),
-            Measure::GainMargin => self.gain_margin.unwrap_or(f64::INFINITY),
-            Measure::Sensitivity => self.sensitivity,
-            Measure::StepOvershoot => self.step_overshoot?,
-            Measure::Overshoot | Measure::PeakForce | Measure::SettlingTime => return None,
+            TuneMeasure::PhaseMargin => self.phase_margin_deg.unwrap_or(f64::INFINITY),
+            TuneMeasure::GainMargin => self.gain_margin.unwrap_or(f64::INFINITY),
+            TuneMeasure::Sensitivity => self.sensitivity,
+            TuneMeasure::StepOvershoot => self.step_overshoot?,
+            TuneMeasure::Overshoot | TuneMeasure::PeakForce | TuneMeasure::SettlingTime => return None,
         })
     }
 
     /// By what shares of their bounds limits are missed, in all.
-    pub(super) fn missed_by<'a>(&self, limits: impl Iterator<Item = &'a Limit<Measure>>) -> f64 {
+    pub(super) fn missed_by<'a>(&self, limits: impl Iterator<Item = &'a TuneLimit<TuneMeasure>>) -> f64 {
         limits.map(|limit| self.value(limit.of).map_or(0.0, |value| limit.missed_by(value))).sum()
     }
 }

@@ -21,7 +21,6 @@ const QUICK_DRIVE: f64 = 1e-3;
 /// A counterfactual: the scenario without one of its nonideal properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Counterfactual {
     /// Half the fixed step.
     HalveStep,
@@ -58,8 +57,7 @@ pub enum Counterfactual {
 /// What a cause is called.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Cause {
+pub enum ChatterCause {
     /// The integrator's step.
     NumericalArtefact,
     /// Hold, delay and filters.
@@ -82,7 +80,7 @@ pub enum Cause {
     SensorNoise,
 }
 
-impl Cause {
+impl ChatterCause {
     /// The change or cause in words.
     pub fn words(self) -> &'static str {
         match self {
@@ -121,18 +119,18 @@ impl Counterfactual {
     ];
 
     /// The cause that it removes.
-    pub fn cause(self) -> Cause {
+    pub fn cause(self) -> ChatterCause {
         match self {
-            Self::HalveStep | Self::FineStep => Cause::NumericalArtefact,
-            Self::ContinuousController | Self::NoDelay => Cause::SamplingAndDelay,
-            Self::RigidTransmission => Cause::NoncolocatedMode,
-            Self::FrozenBase | Self::FrozenWorkpiece => Cause::ColocatedMode,
-            Self::IdealActuator => Cause::ActuatorLag,
-            Self::BilateralContact | Self::SlowerApproach => Cause::LossOfContact,
-            Self::NoSaturation => Cause::Saturation,
-            Self::NoQuantiser | Self::NoFriction => Cause::StictionOrQuantiser,
-            Self::NoFreePlay => Cause::FreePlay,
-            Self::NoNoise => Cause::SensorNoise,
+            Self::HalveStep | Self::FineStep => ChatterCause::NumericalArtefact,
+            Self::ContinuousController | Self::NoDelay => ChatterCause::SamplingAndDelay,
+            Self::RigidTransmission => ChatterCause::NoncolocatedMode,
+            Self::FrozenBase | Self::FrozenWorkpiece => ChatterCause::ColocatedMode,
+            Self::IdealActuator => ChatterCause::ActuatorLag,
+            Self::BilateralContact | Self::SlowerApproach => ChatterCause::LossOfContact,
+            Self::NoSaturation => ChatterCause::Saturation,
+            Self::NoQuantiser | Self::NoFriction => ChatterCause::StictionOrQuantiser,
+            Self::NoFreePlay => ChatterCause::FreePlay,
+            Self::NoNoise => ChatterCause::SensorNoise,
         }
     }
 

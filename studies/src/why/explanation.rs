@@ -3,7 +3,7 @@
 use feeler_engine::Scenario;
 use serde::Serialize;
 
-use super::change::{Cause, Counterfactual};
+use super::change::{ChatterCause, Counterfactual};
 use crate::run::{Measured, Outcome, Undecided, nothing_can_touch};
 
 /// The findings.
@@ -30,7 +30,7 @@ pub struct Explanation {
     /// Outcomes without the chosen set, and with each of its members omitted: the contribution of each.
     pub contributions: Vec<Trial>,
     /// The causes, in order of weight; two or more act together.
-    pub causes: Vec<Cause>,
+    pub causes: Vec<ChatterCause>,
     /// The verdict in one sentence.
     pub verdict: String,
     /// The change that raises the largest stable gain most, if by much and not the chosen one.

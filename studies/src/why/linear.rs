@@ -78,7 +78,7 @@ fn only_gain(scenario: &Scenario) -> Option<(&'static str, f64)> {
     let damping = match &spec.law {
         Law::ExplicitForce(gains) => gains.damping,
         Law::Position(gains) => gains.damping,
-        _ => return None,
+        Law::OpenLoop | Law::Impedance(_) | Law::Admittance(_) => return None,
     };
     let leading = leading_gain(spec)?;
     let value = gain(spec, leading).ok().filter(|value| *value != 0.0)?;

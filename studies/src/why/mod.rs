@@ -33,7 +33,7 @@ mod size;
 
 use feeler_engine::Scenario;
 
-pub use change::{Cause, Counterfactual};
+pub use change::{ChatterCause, Counterfactual};
 pub use explanation::{CheckedRemedy, Explanation, Lift, Size, Trial};
 pub(crate) use linear::scale_errors;
 

@@ -5,7 +5,7 @@ use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, LowPass, MotorInput};
 use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Kind, Trait};
 
-use super::change::{Cause, Counterfactual, arriving_later, sample_faster, servos, slow_down};
+use super::change::{ChatterCause, Counterfactual, arriving_later, sample_faster, servos, slow_down};
 use super::explanation::{CheckedRemedy, Explanation, Size};
 use super::linear::{bandwidth_hz, gain_margin, scale_errors};
 use super::roles::Roles;
@@ -143,7 +143,7 @@ impl<'a> Way<'a> {
 }
 
 impl Explanation {
-    fn has(&self, cause: Cause) -> bool {
+    fn has(&self, cause: ChatterCause) -> bool {
         self.causes.contains(&cause)
     }
 
@@ -159,11 +159,11 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         let what = |_: f64| String::from("the gains with the other sign");
         ways.push(Way::new(None, &[1.0], what, |s, _| *s = with_gain(s, -1.0)));
     }
-    if found.has(Cause::NumericalArtefact) {
+    if found.has(ChatterCause::NumericalArtefact) {
         let what = |_: f64| String::from("integrate exactly");
         ways.push(Way::new(None, &[1.0], what, |s, _| s.run.integrator = feeler_engine::Integrator::Exact));
     }
-    if found.has(Cause::SamplingAndDelay)
+    if found.has(ChatterCause::SamplingAndDelay)
         || found.lifts_by(Counterfactual::NoDelay)
         || found.lifts_by(Counterfactual::ContinuousController)
     {
@@ -180,7 +180,7 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
 fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
     let roles = Roles::of(&scenario.machine);
     let mut ways = Vec::new();
-    if found.has(Cause::NoncolocatedMode) {
+    if found.has(ChatterCause::NoncolocatedMode) {
         let springs = roles.transmissions.clone();
         let same = springs.clone();
         ways.push(Way::new(
@@ -196,7 +196,7 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
             move |s, times| scale_springs(s, &same, 1.0, times),
         ));
     }
-    if found.has(Cause::ColocatedMode) {
+    if found.has(ChatterCause::ColocatedMode) {
         let springs = [roles.mounts, roles.fixtures].concat();
         let same = springs.clone();
         ways.push(Way::new(
@@ -218,15 +218,15 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
 /// Against limits of drives, sensors and guides, and against the loss of contact.
 fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = Vec::new();
-    if found.has(Cause::ActuatorLag) || found.lifts_by(Counterfactual::IdealActuator) {
+    if found.has(ChatterCause::ActuatorLag) || found.lifts_by(Counterfactual::IdealActuator) {
         let what = |times: f64| format!("a drive {} times as fast", plain(times));
         ways.push(Way::new(Some(Counterfactual::IdealActuator), &TIMES, what, quicken_drives));
     }
-    if found.has(Cause::Saturation) {
+    if found.has(ChatterCause::Saturation) {
         let what = |times: f64| format!("limits {} times as high", plain(times));
         ways.push(Way::new(Some(Counterfactual::NoSaturation), &TIMES, what, raise_limits));
     }
-    if found.has(Cause::StictionOrQuantiser) {
+    if found.has(ChatterCause::StictionOrQuantiser) {
         ways.push(Way::new(
             Some(Counterfactual::NoFriction),
             &MANY_TIMES,
@@ -236,12 +236,12 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
         let what = |times: f64| format!("sensors and outputs {} times as fine", plain(times));
         ways.push(Way::new(Some(Counterfactual::NoQuantiser), &MANY_TIMES, what, refine_steps));
     }
-    if found.has(Cause::FreePlay) {
+    if found.has(ChatterCause::FreePlay) {
         let what = |times: f64| format!("free play {} times as small", plain(times));
         let apply = |s: &mut Scenario, times| fade(s, times, |effect| effect.kind == Kind::Backlash);
         ways.push(Way::new(Some(Counterfactual::NoFreePlay), &MANY_TIMES, what, apply));
     }
-    if found.has(Cause::SensorNoise) {
+    if found.has(ChatterCause::SensorNoise) {
         ways.push(Way::new(
             Some(Counterfactual::NoNoise),
             &TIMES,
@@ -249,7 +249,7 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
             |s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times),
         ));
     }
-    if found.has(Cause::LossOfContact) {
+    if found.has(ChatterCause::LossOfContact) {
         let apply = move |s: &mut Scenario, times: f64| {
             slow_down(s, times);
             *s = arriving_later(s, baseline, times);

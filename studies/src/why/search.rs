@@ -6,7 +6,7 @@ use feeler_engine::Scenario;
 use rayon::prelude::*;
 
 use super::change::{
-    Cause, Counterfactual, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down,
+    ChatterCause, Counterfactual, SLOWER, SLOWER_STILL, arriving_later, first_contact_s, slow_down,
 };
 use super::explanation::{Explanation, Lift, Trial, in_contact, is_cured, is_troubled};
 use super::{linear, remedy};
@@ -269,18 +269,18 @@ fn combinations(changes: &[Counterfactual], size: usize) -> Vec<Vec<Counterfactu
 /// Weight of a change as evidence for its cause. The documentation of the module has the rules.
 fn weight(change: Counterfactual, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
-    let own = |cause: Cause| match cause {
-        Cause::NumericalArtefact => 100.0,
-        Cause::SensorNoise
+    let own = |cause: ChatterCause| match cause {
+        ChatterCause::NumericalArtefact => 100.0,
+        ChatterCause::SensorNoise
             if found.baseline.outcome == Some(Outcome::Oscillates) && found.linear_stable != Some(false) =>
         {
             60.0
         }
         // Noise may only trigger a motion that another property sustains.
-        Cause::SensorNoise => 10.0,
-        Cause::StictionOrQuantiser | Cause::FreePlay => 50.0,
-        Cause::Saturation => 40.0,
-        Cause::LossOfContact => 20.0,
+        ChatterCause::SensorNoise => 10.0,
+        ChatterCause::StictionOrQuantiser | ChatterCause::FreePlay => 50.0,
+        ChatterCause::Saturation => 40.0,
+        ChatterCause::LossOfContact => 20.0,
         _ => 0.0,
     };
     let base = own(change.cause());
@@ -399,7 +399,7 @@ fn sentence(found: &Explanation, scenario: &Scenario) -> String {
         }
         _ => String::new(),
     };
-    if found.causes == [Cause::SensorNoise] && found.linear_stable != Some(false) {
+    if found.causes == [ChatterCause::SensorNoise] && found.linear_stable != Some(false) {
         format!(
             "The oscillation is the response to sensor noise of a loop that settles by itself: with \
              {changes} it is gone{theory}."

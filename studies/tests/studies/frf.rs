@@ -2,7 +2,7 @@
 
 use feeler_files::{Draft, template};
 use feeler_problem::Remedy;
-use feeler_studies::frf::{ExcitationKind, Request, simulate};
+use feeler_studies::frf::{ExcitationKind, FrfRequest, simulate};
 
 /// A target is held for a whole number of the servo's samples, of 2 ms, or its response is none.
 #[test]
@@ -12,14 +12,14 @@ fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
         let mut draft = Draft::parse(servo, "servo.toml").expect("a draft");
         draft.set("controllers.aim.period=0.005").expect("a period");
         let scenario = draft.build().expect("a scenario").scenario;
-        let request = Request {
+        let request = FrfRequest {
             excitation: Some(ExcitationKind::SteppedSine),
             points: Some(2),
             from_hz: Some(1.0),
             to_hz: Some(3.0),
             rms: Some(0.05),
             hold_s,
-            ..Request::default()
+            ..FrfRequest::default()
         };
         simulate(&scenario, &request)
     };

@@ -4,7 +4,7 @@
 
 use feeler_analysis::{ControlLoop, View};
 use feeler_files::{Document, with_settings};
-use feeler_studies::why::{Cause, Counterfactual, Explanation, explain};
+use feeler_studies::why::{ChatterCause, Counterfactual, Explanation, explain};
 
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
 const APPROACH: &str = r#"
@@ -85,7 +85,7 @@ fn explained(text: &str) -> Explanation {
 #[test]
 fn truth_the_approach_is_slowed_down_as_far_as_it_takes() {
     let found = explained(APPROACH);
-    assert_eq!(found.causes, [Cause::LossOfContact], "{}", found.verdict);
+    assert_eq!(found.causes, [ChatterCause::LossOfContact], "{}", found.verdict);
     let slower =
         found.singles.iter().find(|trial| trial.changes == [Counterfactual::SlowerApproach]).unwrap();
     assert!(slower.cured);

@@ -377,9 +377,8 @@ fn prop_every_effect_has_a_file_in_which_it_matters() {
             document.text().contains(&format!(".effects.{}]", definition.kind)),
             "{file} does not hold its effect"
         );
-        let example =
-            definition.documentation.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
-        let example = example.unwrap_or_else(|| panic!("{}: no example", definition.kind)).trim();
+        let example = definition.example.trim();
+        assert!(!example.is_empty(), "{}: no example", definition.kind);
         assert!(document.text().contains(example), "{file} is not the example of its page:\n{example}");
         let result = run_document(&document);
         let differs = |signal: &str| {

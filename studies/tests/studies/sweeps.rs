@@ -8,7 +8,7 @@ use feeler_analysis::ControlLoop;
 use feeler_files::Setting;
 use feeler_studies::operating_point::contact_view;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{Column, DrawnAxis, Options, Sweep, SweepTable, merge};
+use feeler_studies::sweep::{DrawnAxis, Sweep, SweepColumn, SweepOptions, SweepTable, merge};
 
 fn file(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join("sweeps").join(name)
@@ -16,7 +16,7 @@ fn file(name: &str) -> PathBuf {
 
 fn results(sweep: &Sweep) -> SweepTable {
     let folder = tempfile::tempdir().unwrap();
-    let result = sweep.run(folder.path(), Options::default(), &|_| {}).unwrap();
+    let result = sweep.run(folder.path(), SweepOptions::default(), &|_| {}).unwrap();
     SweepTable::read(&result.table.unwrap()).unwrap()
 }
 
@@ -168,13 +168,13 @@ fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes(
     let sweep = Sweep::parse(text, &file("shards.toml").display().to_string()).unwrap();
     let alone = tempfile::tempdir().unwrap();
     let bytes = |folder: &Path| std::fs::read(folder.join("sweep.parquet")).unwrap();
-    sweep.run(alone.path(), Options::default(), &|_| {}).unwrap();
+    sweep.run(alone.path(), SweepOptions::default(), &|_| {}).unwrap();
     for _ in 0..5 {
         let shared = tempfile::tempdir().unwrap();
         let folder = shared.path();
         let run = |shard: Option<&str>| {
             let shard = shard.map(|shard| shard.parse().unwrap());
-            sweep.run(folder, Options { threads: Some(1), shard }, &|_| {}).unwrap()
+            sweep.run(folder, SweepOptions { threads: Some(1), shard }, &|_| {}).unwrap()
         };
         std::thread::scope(|scope| {
             for shard in ["1/4", "2/4", "3/4", "4/4"].into_iter().cycle().take(8) {
@@ -209,9 +209,9 @@ fn truth_a_variant_that_fails_is_a_row() {
                 \"controllers.force.low_pass\" = { uniform = [1.0, 499.0] }\n";
     let sweep = Sweep::parse(text, &file("failing.toml").display().to_string()).unwrap();
     let mut failing = sweep.clone();
-    failing.file.axes["bodies.motor.mass"] = feeler_files::Axis::Uniform { from: -12.0, to: 12.0 };
+    failing.file.axes["bodies.motor.mass"] = feeler_files::SweepAxis::Uniform { from: -12.0, to: 12.0 };
     let table = results(&failing);
-    let Column::Real(masses) = &table.columns["bodies.motor.mass"] else { panic!("numbers") };
+    let SweepColumn::Real(masses) = &table.columns["bodies.motor.mass"] else { panic!("numbers") };
     for (mass, error) in masses.iter().zip(table.texts("error").unwrap()) {
         assert_eq!(mass.unwrap() <= 0.0, error.is_some(), "{mass:?}: {error:?}");
     }

@@ -313,7 +313,7 @@ fn truth_free_play_is_named_where_it_sustains_the_motion() {
         explain(&document.scenario, &|_| {}).unwrap()
     };
     let found = explained(PLAY);
-    assert_eq!(found.causes, [feeler_studies::why::Cause::FreePlay], "{}", found.verdict);
+    assert_eq!(found.causes, [feeler_studies::why::ChatterCause::FreePlay], "{}", found.verdict);
     assert!(found.verdict.contains("motion") && !found.verdict.contains("contact"), "{}", found.verdict);
     let without = explained(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", ""));
     assert!(!without.chatters && without.verdict.contains("comes to rest"), "{}", without.verdict);

@@ -14,7 +14,7 @@ pub(super) const LINKS: usize = 4;
 /// A serial chain: base on its mount, motor guided on the base, four more masses, a velocity source; clamped
 /// by its sensor to the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Chain {
+pub struct LandmarkChain {
     /// Mass of the base, kg.
     pub base_kg: f64,
     /// Frequency of the base with everything on it, Hz, and its damping ratio.
@@ -38,7 +38,7 @@ pub struct Chain {
 /// Number of parameters of a chain.
 pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 
-impl Chain {
+impl LandmarkChain {
     /// Stiffness (N/m) and damping (N s/m) of the mount, which carries all bodies.
     pub(super) fn mount_spring(&self) -> [f64; 2] {
         let on_mount = self.base_kg + self.motor_kg + self.masses_kg.iter().sum::<f64>();
@@ -49,7 +49,7 @@ impl Chain {
     /// The same chain with another mass of the base, and all masses, stiffnesses and dampings scaled by one
     /// factor. Such chains respond equally to a velocity command.
     #[must_use]
-    pub fn of_base(&self, base_kg: f64) -> Self {
+    pub(super) fn of_base(&self, base_kg: f64) -> Self {
         let factor = base_kg / self.base_kg;
         Self {
             base_kg,
@@ -163,7 +163,7 @@ impl Chain {
     }
 
     /// Names of the parameters, in the order of [`super::Fit::undetermined`].
-    pub fn parameter_names() -> Vec<String> {
+    pub(super) fn parameter_names() -> Vec<String> {
         let of = |what: &str| (1..=LINKS).map(move |i| format!("{what} {i}")).collect::<Vec<_>>();
         let head = ["base mass", "mount frequency", "mount damping ratio", "motor mass", "guide damping"]
             .map(String::from);
@@ -191,7 +191,6 @@ impl Chain {
             .collect()
     }
 
-    /// The values alone.
     pub(super) fn values(&self) -> Vec<f64> {
         self.parameters().into_iter().map(|(value, _)| value).collect()
     }

@@ -5,7 +5,7 @@ use feeler_plant::description::Engagement;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::chain::{Chain, PARAMETERS};
+use super::chain::{LandmarkChain, PARAMETERS};
 use super::response::Seen;
 use super::{LANDMARK_HZ, Landmarks, landmarks};
 use crate::error::ValidationError;
@@ -17,7 +17,7 @@ const UNDETERMINED: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fit {
     /// The chain that was found.
-    pub chain: Chain,
+    pub chain: LandmarkChain,
     /// Its landmarks, by linear theory.
     pub landmarks: Landmarks,
     /// Whether each of them is within 1 Hz of the paper's.
@@ -67,7 +67,7 @@ const LAST_STEP: f64 = 1e-7;
 /// the landmarks over 4 degrees. Also the excesses of other phases over their bounds, and the distances of
 /// the parameters' logarithms from the start of the fit.
 fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
-    let chain = Chain::from_logs(logs);
+    let chain = LandmarkChain::from_logs(logs);
     let mut all = Vec::new();
     for (i, f) in PEAKS_HZ.into_iter().enumerate() {
         let which = i.min(1);
@@ -97,7 +97,7 @@ fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
-pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
+pub fn fit(start: &LandmarkChain, iterations: usize) -> Result<Fit, ValidationError> {
     let origin = start.to_logs();
     let mut logs = origin.clone();
     let mut current = residuals(&logs, &origin);
@@ -130,7 +130,7 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
             break;
         }
     }
-    let chain = Chain::from_logs(&logs);
+    let chain = LandmarkChain::from_logs(&logs);
     let told = current.len() - PARAMETERS;
     let whole = jacobian(&logs, &origin, &current);
     let decomposition = whole.rows(0, told).into_owned().svd(false, true);
@@ -141,7 +141,7 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
         let kept = (0..singular_values.len()).filter(|&i| singular_values[i] > UNDETERMINED * largest);
         kept.map(|i| directions[(i, j)] * directions[(i, j)]).sum()
     };
-    let undetermined = Chain::parameter_names()
+    let undetermined = LandmarkChain::parameter_names()
         .into_iter()
         .enumerate()
         .map(|(j, name)| (name, (1.0 - seen(j)).max(0.0)))
@@ -177,11 +177,11 @@ pub struct StartSearch {
 }
 
 impl StartSearch {
-    /// Fits from the first starts of [`Chain::start`], or from other ones.
+    /// Fits from the first starts of [`LandmarkChain::start`], or from other ones.
     ///
     /// # Errors
     /// [`ValidationError::Analysis`]; [`ValidationError::Reference`] without a start.
-    pub fn from_starts(starts: &[Chain], iterations: usize) -> Result<Self, ValidationError> {
+    pub fn from_starts(starts: &[LandmarkChain], iterations: usize) -> Result<Self, ValidationError> {
         let fits = starts.iter().map(|start| fit(start, iterations)).collect::<Result<Vec<_>, _>>()?;
         let best = || (0..fits.len()).min_by(|&i, &j| fits[i].rms.total_cmp(&fits[j].rms));
         let taken = fits.iter().position(|fit| fit.reached).or_else(best);

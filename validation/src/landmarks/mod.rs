@@ -14,7 +14,7 @@ mod starts;
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
+use feeler_analysis::frf::{Excitation, FrfExperiment, NoiseMethod};
 use feeler_analysis::{LinearMachine, View, modes};
 use feeler_files::Document;
 use feeler_lti::C64;
@@ -23,9 +23,9 @@ use feeler_plant::description::{Engagement, Machine, Quantity, SignalName};
 use serde::Serialize;
 
 use crate::error::ValidationError;
-use crate::table::Row;
+use crate::table::CheckRow;
 
-pub use chain::Chain;
+pub use chain::LandmarkChain;
 pub use fit::{Fit, StartSearch, fit};
 
 /// Band of the search for landmarks, Hz.
@@ -212,7 +212,7 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
     let measured = |engagement, element: &str, quantity| -> Result<(Vec<f64>, Vec<C64>), ValidationError> {
         // Commands are held so briefly that the hold changes the phase at 50 Hz by less than a degree: the
         // paper's amplifier had none.
-        let experiment = Experiment {
+        let experiment = FrfExperiment {
             machine: engaged(machine, engagement),
             actuator: "drive".into(),
             output: SignalName::new(element, quantity),
@@ -251,13 +251,13 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
 ///
 /// # Errors
 /// As [`simulated_landmarks`].
-pub fn simulated_rows() -> Result<Vec<Row>, ValidationError> {
+pub(crate) fn simulated_rows() -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 4: landmarks of the measured machine, by simulated white-noise experiments";
     let found = simulated_landmarks(&fitted(Engagement::Free)?, 120.0)?;
     Ok(found
         .against_paper()
         .into_iter()
-        .map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ))
+        .map(|(name, got, expected)| CheckRow::close(name, claim, got, expected, LANDMARK_HZ))
         .collect())
 }
 
@@ -265,12 +265,12 @@ pub fn simulated_rows() -> Result<Vec<Row>, ValidationError> {
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
-pub fn rows(machine: &Machine) -> Result<Vec<Row>, ValidationError> {
+pub fn rows(machine: &Machine) -> Result<Vec<CheckRow>, ValidationError> {
     let claim = "claim 4: landmarks of the measured machine (Figs. 15 to 17)";
     let found = landmarks(machine)?;
     Ok(found
         .against_paper()
         .into_iter()
-        .map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ))
+        .map(|(name, got, expected)| CheckRow::close(name, claim, got, expected, LANDMARK_HZ))
         .collect())
 }

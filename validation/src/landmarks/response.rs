@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use feeler_lti::C64;
 use nalgebra::{SMatrix, SVector};
 
-use super::chain::{Chain, LINKS};
+use super::chain::{LINKS, LandmarkChain};
 
 /// Base, motor, and the bodies after it.
 const BODIES: usize = LINKS + 2;
@@ -25,8 +25,7 @@ pub(super) enum Seen {
     Force,
 }
 
-impl Chain {
-    /// The response at a frequency.
+impl LandmarkChain {
     pub(super) fn response(&self, frequency_hz: f64, seen: Seen) -> C64 {
         let s = C64::new(0.0, TAU * frequency_hz);
         let link = |stiffness: f64, damping: f64| s * damping + stiffness;
@@ -74,7 +73,7 @@ mod tests {
     #[test]
     fn truth_forces_between_bodies_and_state_space_of_the_file_answer_alike() {
         for number in 0..4 {
-            let chain = Chain::start(number);
+            let chain = LandmarkChain::start(number);
             for (seen, engagement, element, quantity) in [
                 (Seen::Motor, Engagement::Free, "motor", Quantity::Acceleration),
                 (Seen::End, Engagement::Free, "link4", Quantity::Acceleration),

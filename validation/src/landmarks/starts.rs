@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use feeler_control::Stream;
 
 use super::PAPER;
-use super::chain::{Chain, LINKS};
+use super::chain::{LINKS, LandmarkChain};
 
 /// Bodies of the chain without its base.
 const BODIES: usize = LINKS + 1;
@@ -56,7 +56,7 @@ impl Guess {
     }
 }
 
-impl Chain {
+impl LandmarkChain {
     /// The start with this number: a chain with the paper's four flexible resonances when nothing holds it.
     /// There is one such chain for each set of shares of the modes in the motor's motion. This is Gantmacher
     /// and Krein's inverse problem, solved by Lanczos's recursion. The chain stands on a base at the paper's
@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn truth_a_free_chain_starts_with_the_papers_resonances() {
         for number in 0..20 {
-            let chain = Chain::start(number);
+            let chain = LandmarkChain::start(number);
             let masses: Vec<f64> = std::iter::once(chain.motor_kg).chain(chain.masses_kg).collect();
             let mut k = SMatrix::<f64, BODIES, BODIES>::zeros();
             for (i, stiffness) in chain.stiffness_n_per_m.into_iter().enumerate() {

@@ -2,7 +2,9 @@
 
 use feeler_plant::description::Engagement;
 use feeler_validation::ValidationError;
-use feeler_validation::landmarks::{Chain, StartSearch, fit, fitted, landmarks, rows, simulated_landmarks};
+use feeler_validation::landmarks::{
+    LandmarkChain, StartSearch, fit, fitted, landmarks, rows, simulated_landmarks,
+};
 
 /// Crossings of a measured phase and of the computed one, Hz. A hold of 0.1 ms gives 0.9 degrees at 50 Hz,
 /// and the estimate is accurate to some tenths of one. The flattest of these phases falls by 1.8 degrees per
@@ -15,7 +17,7 @@ const FAR_HZ: f64 = 3.0;
 
 #[test]
 fn reference_the_fit_finds_every_landmark_from_the_neutral_start() {
-    let found = fit(&Chain::start(0), 2000).unwrap();
+    let found = fit(&LandmarkChain::start(0), 2000).unwrap();
     assert!(found.reached);
     let rows = rows(&found.chain.machine(Engagement::Free)).unwrap();
     assert!(rows.iter().all(|row| row.pass), "{rows:#?}");
@@ -33,7 +35,7 @@ fn reference_the_fit_finds_every_landmark_from_the_neutral_start() {
 
 #[test]
 fn regress_no_start_is_an_answer_already_and_most_find_one() {
-    let starts: Vec<Chain> = (0..6).map(Chain::start).collect();
+    let starts: Vec<LandmarkChain> = (0..6).map(LandmarkChain::start).collect();
     for start in &starts {
         let off = landmarks(&start.machine(Engagement::Free)).unwrap().against_paper();
         assert!(off.iter().any(|(_, got, paper)| got.is_nan() || (got - paper).abs() > FAR_HZ), "{off:?}");
@@ -47,14 +49,14 @@ fn regress_no_start_is_an_answer_already_and_most_find_one() {
 
 #[test]
 fn truth_a_chain_is_read_back_from_its_machine() {
-    let chain = Chain::start(3);
-    let back = Chain::of_machine(&chain.machine(Engagement::Clamped)).unwrap();
+    let chain = LandmarkChain::start(3);
+    let back = LandmarkChain::of_machine(&chain.machine(Engagement::Clamped)).unwrap();
     for ((value, _), (read, _)) in chain.parameters().into_iter().zip(back.parameters()) {
         assert!((value / read - 1.0).abs() < 1e-14, "{value} {read}");
     }
     let mut other = chain.machine(Engagement::Free);
     other.springs["guide"].damping_n_s_per_m = 0.0;
-    let refused = Chain::of_machine(&other);
+    let refused = LandmarkChain::of_machine(&other);
     assert!(
         matches!(&refused, Err(ValidationError::Chain { what }) if what.contains("guide damping is 0")),
         "{refused:?}"

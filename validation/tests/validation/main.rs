@@ -8,18 +8,19 @@ mod full;
 mod fuzz;
 mod landmarks;
 mod models;
+mod mutated;
 
 use std::path::{Path, PathBuf};
 
-use feeler_validation::{Row, ValidationError};
+use feeler_validation::{CheckRow, ValidationError};
 
 fn scenarios() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
 }
 
-fn all_pass(rows: Result<Vec<Row>, ValidationError>, at_least: usize) {
+fn all_pass(rows: Result<Vec<CheckRow>, ValidationError>, at_least: usize) {
     let rows = rows.unwrap_or_else(|error| panic!("{error}"));
     assert!(rows.len() >= at_least);
-    let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
+    let failures: Vec<&CheckRow> = rows.iter().filter(|row| !row.pass).collect();
     assert!(failures.is_empty(), "{failures:#?}");
 }

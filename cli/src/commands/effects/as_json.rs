@@ -19,7 +19,7 @@ pub(super) struct Effect {
     /// Its meaning, in one line.
     summary: &'static str,
     /// Its page, as Markdown.
-    documentation: &'static str,
+    documentation: String,
     /// Whether it can only dissipate energy.
     dissipative: bool,
     /// The part of the model that it changes: `plant` or `controller`.
@@ -63,7 +63,7 @@ impl Effect {
             site: effect.site,
             parameters: parameters.collect(),
             summary: effect.summary,
-            documentation: effect.documentation,
+            documentation: effect.documentation(),
             dissipative: effect.has(Trait::Dissipative),
             disturbs: if matches!(effect.change, Change::Plant(_)) { "plant" } else { "controller" },
         }

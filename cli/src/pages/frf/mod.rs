@@ -3,7 +3,7 @@
 pub(crate) mod words;
 
 use feeler_lti::C64;
-use feeler_studies::frf::{Response, Row, row};
+use feeler_studies::frf::{FrfRow, Response, row};
 
 use super::analyze::degrees;
 use crate::numbers::{plain, with_unit};
@@ -70,7 +70,7 @@ fn tiles(response: &Response) -> Vec<Tile> {
 /// A frequency of the charts: one of the estimate, or one in between with only the linear response.
 struct Place {
     frequency_hz: f64,
-    row: Option<Row>,
+    row: Option<FrfRow>,
     linear: C64,
     measured: C64,
 }
@@ -134,7 +134,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    fn column(&self, of: &dyn Fn(&Row) -> f64) -> Vec<f64> {
+    fn column(&self, of: &dyn Fn(&FrfRow) -> f64) -> Vec<f64> {
         self.places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect()
     }
 
@@ -204,7 +204,7 @@ impl Drawing<'_> {
         } else {
             "differences between periods are noise; there is no sign of nonlinear distortion."
         };
-        let level = |name: &str, of: &dyn Fn(&Row) -> f64| self.measured(name, "dB", self.column(of));
+        let level = |name: &str, of: &dyn Fn(&FrfRow) -> f64| self.measured(name, "dB", self.column(of));
         let mut series = vec![level("response", &|r| r.magnitude_db), level("noise", &|r| r.noise_db)];
         series.extend(is_beyond_noise.then(|| level("nonlinear distortion", &|r| r.distortion_db)));
         self.chart("Noise and distortion,", caption, "level (dB)", series)

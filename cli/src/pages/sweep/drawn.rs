@@ -1,6 +1,6 @@
 //! The variants of a large sweep that its page draws.
 
-use feeler_files::{Axis, Sampling, SweepFile};
+use feeler_files::{Sampling, SweepAxis, SweepFile};
 use feeler_studies::sweep::{DrawnAxis, Panels};
 
 /// Largest number of drawn panels; the table has the rest.
@@ -52,7 +52,7 @@ impl Drawn {
         }
         let apart = Panels::of(sweep);
         let panels = apart.count().min(MOST_PANELS as u64);
-        let values = |(key, axis): (&String, &Axis)| {
+        let values = |(key, axis): (&String, &SweepAxis)| {
             let count = axis.count().unwrap_or(1);
             let every = if on_diagrams { 1 } else { count.div_ceil(MOST_CELLS) };
             Values { key: key.clone(), count, every: (!apart.has(key)).then_some(every) }

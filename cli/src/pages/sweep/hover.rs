@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{Column, DrawnAxis};
+use feeler_studies::sweep::{DrawnAxis, SweepColumn};
 use serde_json::{Value, json};
 
 use super::palette::{labels, of_outcome};
@@ -36,7 +36,7 @@ impl Report<'_> {
         for key in self.sweep.file.axes.keys() {
             // A text includes its unit.
             let (values, unit) = match self.table.columns.get(key) {
-                Some(Column::Text(texts)) => {
+                Some(SweepColumn::Text(texts)) => {
                     (rows.iter().map(|&row| json!(texts[row])).collect(), String::new())
                 }
                 _ => (

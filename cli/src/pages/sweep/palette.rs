@@ -16,7 +16,8 @@ pub(crate) fn of_outcome(name: &str) -> &'static str {
         Some(Outcome::FollowsSurface) => "#7fc7a6",
         Some(Outcome::NoContact) => "#dddddd",
         Some(Outcome::Undecided) => "#999999",
-        _ => "#000000",
+        // A run that failed has no outcome.
+        None => "#000000",
     }
 }
 

@@ -40,7 +40,6 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Vec<f64> {
     found
 }
 
-/// The sum of the terms with these coefficients.
 pub(super) fn sum(terms: &[Term], coefficients: &[f64], rows: usize) -> Vec<f64> {
     let mut sum = vec![0.0; rows];
     for (term, coefficient) in terms.iter().zip(coefficients) {

@@ -48,7 +48,6 @@ pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Re
     write_datasets(folder, &drawn.case.case, &columns, &machine_file(drawn), &groups)
 }
 
-/// The machine as believed.
 fn machine_file(drawn: &Drawn) -> String {
     let (axis, firmware) = (&drawn.believed.axis, &drawn.believed.firmware);
     let mut text = format!(

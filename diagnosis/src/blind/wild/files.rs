@@ -71,7 +71,6 @@ fn signals(drawn: &Drawn) -> String {
     text
 }
 
-/// The machine as believed.
 fn machine_file(drawn: &Drawn) -> String {
     let believed = &drawn.believed;
     let axis = if drawn.conditions.is_rotational { "rotational" } else { "translational" };

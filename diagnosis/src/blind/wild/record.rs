@@ -22,7 +22,6 @@ const KEPT_ROWS: usize = 3;
 /// Time before the first row of records that begin in motion, in periods; chance adds up to a period.
 const WARM_UP: f64 = 1.0;
 
-/// One row as it was measured.
 struct Row {
     stamp_s: f64,
     command: f64,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_plant::effects::{Curve, LIBRARY, Law};
+use feeler_plant::effects::{Curve, LIBRARY, LawDrawing};
 
 /// Drawings of all effects as SVG: name of the file in `docs/images/effects`, and its text.
 pub(crate) fn effect_drawings() -> Vec<(String, String)> {
@@ -19,7 +19,7 @@ const GREY: &str = "#808080";
 const WITH: &str = "stroke=\"#1f77d0\"";
 const WITHOUT: &str = "stroke=\"#c26a00\" stroke-dasharray=\"5 4\"";
 
-fn drawing(law: &Law) -> String {
+fn drawing(law: &LawDrawing) -> String {
     let lines = |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
     let (with, without) = (lines(law.with), lines(law.without));
     let low = if with.iter().chain(&without).flatten().any(|point| point.1 < 0.0) { -1.0 } else { 0.0 };

@@ -4,7 +4,7 @@ mod drawing;
 
 use std::path::Path;
 
-use feeler_control::reference::{Between, Lines, Sweep};
+use feeler_control::reference::{Between, ChirpSweep, Lines};
 use feeler_control::{
     AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, NotchSpec, PositionGains,
     ReferenceSpec,
@@ -56,7 +56,7 @@ fn reference() -> impl Strategy<Value = ReferenceSpec> {
         points().prop_map(ReferenceSpec::PiecewiseLinear),
         (any::<bool>(), any_number(), band(), positive(), any_number()).prop_map(
             |(log, amplitude, (start_hz, end_hz), duration_s, offset)| {
-                let sweep = if log { Sweep::Logarithmic } else { Sweep::Linear };
+                let sweep = if log { ChirpSweep::Logarithmic } else { ChirpSweep::Linear };
                 ReferenceSpec::Chirp { sweep, amplitude, start_hz, end_hz, duration_s, offset }
             }
         ),

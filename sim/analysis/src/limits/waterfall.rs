@@ -162,7 +162,7 @@ fn has_integral_action(law: &Law) -> bool {
     match law {
         Law::ExplicitForce(gains) => gains.ki != 0.0,
         Law::Position(gains) => gains.ki != 0.0,
-        _ => false,
+        Law::OpenLoop | Law::Impedance(_) | Law::Admittance(_) => false,
     }
 }
 

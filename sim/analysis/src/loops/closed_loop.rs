@@ -230,6 +230,6 @@ fn continuous_reference(spec: &ControllerSpec, law: &DMatrix<C64>, s: C64) -> C6
         // Damping acts on the motion alone.
         Law::Position(gains) => of(READING, READING_RATE) - s * gains.damping,
         Law::Impedance(_) => of(POSITION, VELOCITY),
-        _ => of(READING, READING_RATE),
+        Law::OpenLoop | Law::Admittance(_) => of(READING, READING_RATE),
     }
 }

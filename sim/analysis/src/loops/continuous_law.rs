@@ -37,7 +37,7 @@ impl ContinuousLaw {
                 Self::memoryless([-g.force_gain, 0.0, -more * g.stiffness, -more * g.damping])
             }
             Law::Admittance(g) => Self::admittance(g),
-            _ => Self::memoryless([0.0; INPUTS]),
+            Law::OpenLoop => Self::memoryless([0.0; INPUTS]),
         }
     }
 

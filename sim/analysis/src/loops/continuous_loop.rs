@@ -33,7 +33,7 @@ impl ContinuousLoop {
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
-    pub fn response_to(
+    pub(crate) fn response_to(
         whole: &ControlLoop,
         controller: usize,
         sensor: usize,

@@ -45,7 +45,7 @@ impl LoopController {
 
     /// The sensor through which the loop of a gain closes. For an impedance's force gain it is the force
     /// sensor, even if the gain is zero; otherwise [`Self::fed_back`].
-    pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
+    pub(crate) fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
         let on_reading = self.spec.law.gain(GainPart::Reading);
         let closes_there = on_reading.is_some_and(|own| own.key.name == gain);
         if closes_there { self.reading.or(self.motion) } else { self.fed_back() }
@@ -145,8 +145,8 @@ impl ControlLoop {
     /// for that gain gets one, even if the gain is zero in the scenario.
     ///
     /// # Errors
-    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without
-    /// such a sensor.
+    /// Those of [`Self::new`], [`AnalysisError::NoController`], [`AnalysisError::NoGain`], and a machine
+    /// without such a sensor.
     pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
         let mut whole = Self::new(scenario, view)?;
         let (controller, gain) = whole.gain_of_key(key)?;
@@ -212,7 +212,7 @@ impl ControlLoop {
     ///
     /// # Errors
     /// [`AnalysisError::NoController`]; the gain itself is checked when it is set.
-    pub fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
+    pub(crate) fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
         let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
         let of_servo = path.strip_prefix("actuators.");
         let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
@@ -226,7 +226,7 @@ impl ControlLoop {
     }
 
     /// The gain to analyse by default: the first nonzero gain of the first controller that closes a loop.
-    pub fn default_gain_key(&self) -> Option<String> {
+    pub(crate) fn default_gain_key(&self) -> Option<String> {
         let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
         let controller = self.controllers.iter().find(closes)?;
         let table = if controller.is_servo { "actuators" } else { "controllers" };
@@ -245,7 +245,6 @@ impl ControlLoop {
         self.controllers[controller].spec = spec;
     }
 
-    /// Specifications of the controllers.
     pub(crate) fn specs(&self) -> Vec<ControllerSpec> {
         self.controllers.iter().map(|c| c.spec.clone()).collect()
     }

@@ -99,7 +99,7 @@ impl ControlLoop {
     ///
     /// # Errors
     /// Those of [`SampledLoop::open_loop`].
-    pub fn response_to(
+    pub(crate) fn response_to(
         &self,
         controller: usize,
         mut output: OutputRow,

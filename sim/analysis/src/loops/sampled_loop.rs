@@ -172,7 +172,7 @@ impl<'a> SampledLoop<'a> {
     ///
     /// # Errors
     /// As [`Self::open_loop`].
-    pub fn response_to(
+    pub(crate) fn response_to(
         whole: &'a ControlLoop,
         controller: usize,
         output: OutputRow,

@@ -10,7 +10,6 @@ const MOST_SAMPLES: usize = 1000;
 /// Ratios of periods this close to a fraction are that fraction.
 const COMMENSURATE: f64 = 1e-9;
 
-/// Timing of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Timing {
     pub(crate) period_s: f64,

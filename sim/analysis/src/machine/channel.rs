@@ -8,7 +8,7 @@ const CANCELS: f64 = 1e-13;
 
 /// From a command to a signal: a linear system and an exact delay.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
+pub struct ResponseChannel {
     /// One input, one output.
     pub system: StateSpace,
     /// Names of the states, as in `motor.position`. Bodies that nothing holds in place are described by
@@ -18,7 +18,7 @@ pub struct Channel {
     pub delay_s: f64,
 }
 
-impl Channel {
+impl ResponseChannel {
     /// Poles, rad/s.
     ///
     /// # Errors

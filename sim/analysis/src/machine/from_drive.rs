@@ -5,7 +5,7 @@ use feeler_plant::description::SignalName;
 use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
-use crate::machine::channel::{Channel, reduce};
+use crate::machine::channel::{ResponseChannel, reduce};
 use crate::machine::imposed;
 use crate::machine::linearise::{LinearMachine, OutputRow};
 
@@ -18,7 +18,7 @@ impl LinearMachine {
     ///
     /// # Errors
     /// Those of [`Self::drive`] and [`Self::output`].
-    pub fn channel(&self, input: &SignalName, output: &SignalName) -> Result<Channel, AnalysisError> {
+    pub fn channel(&self, input: &SignalName, output: &SignalName) -> Result<ResponseChannel, AnalysisError> {
         let drive = self.drive(input)?;
         let row = match self.output(self.source(output)?) {
             Err(AnalysisError::NotLinear { .. }) => {
@@ -34,7 +34,7 @@ impl LinearMachine {
     /// # Errors
     /// [`AnalysisError::ImposedOutput`] if the output differentiates an imposed motion;
     /// [`AnalysisError::Lti`] where a number is not finite.
-    pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
+    pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<ResponseChannel, AnalysisError> {
         if let Some(channel) = imposed::channel(self, drive, output) {
             return channel;
         }
@@ -48,6 +48,10 @@ impl LinearMachine {
         );
         let states = part.names(&self.motion().state_names());
         let system = StateSpace::new(part.a, part.b, part.c, d)?;
-        Ok(Channel { system, states, delay_s: output.delay_s + self.motion().assembly().drives[drive].delay })
+        Ok(ResponseChannel {
+            system,
+            states,
+            delay_s: output.delay_s + self.motion().assembly().drives[drive].delay,
+        })
     }
 }

@@ -9,7 +9,7 @@ use feeler_plant::motion::GAP_TIME_S;
 use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
-use crate::machine::channel::{Channel, reduce};
+use crate::machine::channel::{ResponseChannel, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 
 /// Number of given states.
@@ -40,7 +40,7 @@ pub(crate) fn channel(
     plant: &LinearMachine,
     drive: usize,
     output: &OutputRow,
-) -> Option<Result<Channel, AnalysisError>> {
+) -> Option<Result<ResponseChannel, AnalysisError>> {
     let parts = Parts::new(plant, drive)?;
     let part = &plant.motion().assembly().drives[drive];
     let a = plant.a().select_rows(&parts.free).select_columns(&parts.free);
@@ -69,7 +69,7 @@ pub(crate) fn channel(
     let states = reduced.names(&of_free);
     let delay_s = output.delay_s + part.delay;
     let system = StateSpace::new(reduced.a, reduced.b, reduced.c, d.columns(0, 1).into_owned());
-    Some(system.map(|system| Channel { system, states, delay_s }).map_err(AnalysisError::from))
+    Some(system.map(|system| ResponseChannel { system, states, delay_s }).map_err(AnalysisError::from))
 }
 
 /// The response to an imposed motion that is sampled and a cubic between its samples, as the engine moves it.

@@ -66,7 +66,11 @@ impl LinearMachine {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn of_assembly(machine: &Machine, assembly: &Assembly, view: &View) -> Result<Self, AnalysisError> {
+    pub(crate) fn of_assembly(
+        machine: &Machine,
+        assembly: &Assembly,
+        view: &View,
+    ) -> Result<Self, AnalysisError> {
         let frozen = without_switches(assembly, view);
         let motion = Motion::new(frozen).map_err(|problems| EngineError::Problems { problems })?;
         let equations = motion.equations(Mode::default());

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::error::AnalysisError;
-use crate::machine::channel::Channel;
+use crate::machine::channel::ResponseChannel;
 use crate::machine::linearise::LinearMachine;
 
 /// Displacements below this share of the largest one count as zero.
@@ -117,7 +117,6 @@ pub enum ModeClass {
 /// A mode as an actuator and a sensor observe it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModeInPair {
-    /// Its class.
     pub class: ModeClass,
     /// Whether the mode is the rigid-body motion: it contributes most of the displacement under a slow push
     /// of the actuator.
@@ -171,7 +170,7 @@ pub fn classify(
     modes: &[VibrationMode],
     drive: usize,
     output: Source,
-    channel: &Channel,
+    channel: &ResponseChannel,
 ) -> Result<Vec<ModeInPair>, AnalysisError> {
     let layout = plant.motion().layout();
     let nc = layout.coordinates();

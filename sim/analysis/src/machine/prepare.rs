@@ -52,11 +52,8 @@ pub struct HeldCommand {
 /// The view of a machine about which it is linearised.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
-    /// Contacts.
     pub contact: ContactView,
-    /// Dry friction.
     pub friction: FrictionView,
-    /// Free play.
     pub play: PlayView,
     /// The single command under which the machine rests, with all other drives at zero. `None` if drives hold
     /// the machine as needed.

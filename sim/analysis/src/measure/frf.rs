@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_control::reference::{Lines, Sweep};
+use feeler_control::reference::{ChirpSweep, Lines};
 use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::C64;
@@ -29,7 +29,7 @@ const COHERENCE_SEGMENTS: usize = 16;
 
 /// What is measured, and how the command is held.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Experiment {
+pub struct FrfExperiment {
     /// The machine, with the engagement of the measurement.
     pub machine: Machine,
     /// The actuator that is excited.
@@ -49,7 +49,6 @@ pub struct Experiment {
 pub enum NoiseMethod {
     /// Averages over Hann-windowed segments that overlap by half.
     Welch {
-        /// Length of a segment, s.
         segment_s: f64,
         /// H1, H2 or Hv.
         estimator: Estimator,
@@ -60,13 +59,11 @@ pub enum NoiseMethod {
 
 /// The excitation of the actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Excitation {
     /// Band-limited Gaussian noise, as in the paper.
     WhiteNoise {
         /// Length of the record, s.
         duration_s: f64,
-        /// Method of the evaluation.
         method: NoiseMethod,
     },
     /// Multisines of random phase.
@@ -82,7 +79,6 @@ pub enum Excitation {
     },
     /// A linear chirp, recorded until the machine is at rest again.
     Chirp {
-        /// Length of the sweep, s.
         sweep_s: f64,
         /// Silence after it, s.
         rest_s: f64,
@@ -160,7 +156,7 @@ fn add_rounding(estimate: &mut ResponseEstimate) {
     }
 }
 
-impl Experiment {
+impl FrfExperiment {
     /// Excites the machine with root mean square `rms` (amplitude of a sine: `sqrt(2) rms`) between two
     /// frequencies and estimates the response.
     ///
@@ -227,7 +223,7 @@ impl Experiment {
                 let end_hz = (1.1 * high_hz).min(0.499 / self.hold_s);
                 let (start_hz, duration_s, offset) = (0.5 * low_hz, sweep_s, self.offset);
                 let spec = ReferenceSpec::Chirp {
-                    sweep: Sweep::Linear,
+                    sweep: ChirpSweep::Linear,
                     amplitude,
                     start_hz,
                     end_hz,

@@ -20,7 +20,7 @@ use crate::limits::waterfall::{Limit, Waterfall};
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::loop_pair::LoopPair;
 use crate::machine::assumptions::Assumption;
-use crate::machine::channel::Channel;
+use crate::machine::channel::ResponseChannel;
 use crate::machine::modes::{BodyMotion, ModeClass, ModeInPair, VibrationMode, classify, modes, undamped_hz};
 use crate::machine::outer_force::commanded;
 use crate::machine::prepare::View;
@@ -97,7 +97,7 @@ pub struct StateSpaceReport {
 }
 
 impl StateSpaceReport {
-    fn new(channel: &Channel, input: &SignalName, output: &SignalName) -> Self {
+    fn new(channel: &ResponseChannel, input: &SignalName, output: &SignalName) -> Self {
         let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
         let system = &channel.system;
         Self {

@@ -2,7 +2,7 @@
 
 use crate::common::{control, force_loop, machine};
 use feeler_analysis::{ClosedLoop, ControlLoop, StepResponse, View};
-use feeler_control::reference::Sweep;
+use feeler_control::reference::ChirpSweep;
 use feeler_control::{
     AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec,
 };
@@ -110,7 +110,7 @@ fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     let duration_s = SETTLED_S + 10.0;
     let (start_hz, end_hz) = (frequency_hz, frequency_hz);
     scenario.controllers["force"].spec.reference = ReferenceSpec::Chirp {
-        sweep: Sweep::Linear,
+        sweep: ChirpSweep::Linear,
         amplitude: 1.0,
         start_hz,
         end_hz,

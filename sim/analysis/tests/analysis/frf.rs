@@ -1,7 +1,7 @@
 //! Measured responses against the linear one.
 
 use crate::common::machine;
-use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
+use feeler_analysis::frf::{Excitation, FrfExperiment, MeasuredResponse, NoiseMethod};
 use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, LocalPolynomialSettings};
 use feeler_plant::description::ActuatorKind;
@@ -18,8 +18,8 @@ const CHIRP: f64 = 1e-2;
 /// Welch's segments of 4 s: leakage and statistics of some sixty averages.
 const WELCH: f64 = 5e-2;
 
-fn experiment() -> Experiment {
-    Experiment {
+fn experiment() -> FrfExperiment {
+    FrfExperiment {
         machine: machine(),
         actuator: "drive".into(),
         output: "tool.spring_force".parse().unwrap_or_else(|error| panic!("{error}")),
@@ -60,7 +60,7 @@ fn truth_every_excitation_finds_the_linear_response() {
 fn truth_friction_shows_as_distortion_and_sensor_noise_does_not() {
     let excitation =
         Excitation::Multisine { period_s: 1.0, periods: 6, transient_periods: 4, realisations: 4 };
-    let distortion_over_noise = |experiment: &Experiment| {
+    let distortion_over_noise = |experiment: &FrfExperiment| {
         let measured = experiment.measure(&excitation, 20.0, (2.0, 100.0)).unwrap();
         let distortion: f64 = measured.distortion_variance.unwrap().iter().sum();
         distortion / measured.estimate.variance.iter().sum::<f64>()

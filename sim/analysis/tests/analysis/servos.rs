@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::common::{sensor, spring};
-use feeler_analysis::frf::{Excitation, Experiment};
+use feeler_analysis::frf::{Excitation, FrfExperiment};
 use feeler_analysis::{AnalysisError, LinearMachine, Request, View, analyze};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_lti::C64;
@@ -33,9 +33,9 @@ fn machine(kind: ActuatorKind, damping: f64) -> Machine {
     machine
 }
 
-fn experiment(machine: Machine, output: &str, hold_s: f64) -> Experiment {
+fn experiment(machine: Machine, output: &str, hold_s: f64) -> FrfExperiment {
     let output = output.parse().unwrap_or_else(|error| panic!("{error}"));
-    Experiment { machine, actuator: "drive".into(), output, hold_s, offset: 0.0, seed: 2 }
+    FrfExperiment { machine, actuator: "drive".into(), output, hold_s, offset: 0.0, seed: 2 }
 }
 
 fn servo(period_s: Option<f64>) -> PositionServo {
@@ -107,7 +107,7 @@ fn truth_inputs_of_a_servo_answer_as_on_paper_or_are_refused() {
             let mut machine = machine(ActuatorKind::PositionServo(servo(period_s)), DAMPING);
             machine.actuators.insert("input".into(), Actuator { kind, ..Actuator::ideal("motor", GROUND) });
             let of_target = experiment(machine, "motor.position", hold_s);
-            Experiment { actuator: "input".into(), ..of_target }.linear_response(&[5.0])
+            FrfExperiment { actuator: "input".into(), ..of_target }.linear_response(&[5.0])
         };
         close(with(None).unwrap()[0], closed * force * held(s, hold_s), MIRRORED, &format!("{kind:?}"));
         assert!(matches!(with(Some(hold_s)), Err(AnalysisError::Cascade { .. })));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::spec::Sweep;
+use super::spec::ChirpSweep;
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
 
@@ -11,7 +11,7 @@ use crate::error::{finite, not_negative, positive};
 /// / f0)^(t / D) - 1)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chirp {
-    sweep: Sweep,
+    sweep: ChirpSweep,
     amplitude: f64,
     start_hz: f64,
     end_hz: f64,
@@ -20,15 +20,15 @@ pub(super) struct Chirp {
 
 impl Chirp {
     pub(super) fn new(
-        sweep: Sweep,
+        sweep: ChirpSweep,
         amplitude: f64,
         start_hz: f64,
         end_hz: f64,
         duration_s: f64,
     ) -> Result<Self, ControlError> {
         let edge = match sweep {
-            Sweep::Linear => not_negative,
-            Sweep::Logarithmic => positive,
+            ChirpSweep::Linear => not_negative,
+            ChirpSweep::Logarithmic => positive,
         };
         Ok(Self {
             sweep,
@@ -45,8 +45,8 @@ impl Chirp {
         }
         let share = t_s / self.duration_s;
         let cycles_per_s = match self.sweep {
-            Sweep::Linear => self.start_hz + 0.5 * (self.end_hz - self.start_hz) * share,
-            Sweep::Logarithmic => {
+            ChirpSweep::Linear => self.start_hz + 0.5 * (self.end_hz - self.start_hz) * share,
+            ChirpSweep::Logarithmic => {
                 let x = (self.end_hz / self.start_hz).ln() * share;
                 // The mean frequency so far; its limit if both ends are equal.
                 self.start_hz * if x == 0.0 { 1.0 } else { x.exp_m1() / x }

@@ -6,9 +6,9 @@ use feeler_catalogue::{
 };
 
 use super::prbs::{MAX_ORDER, MIN_ORDER};
-use super::spec::{Between, Lines, ReferenceSpec, Sweep};
+use super::spec::{Between, ChirpSweep, Lines, ReferenceSpec};
 
-words!(Sweep {
+words!(ChirpSweep {
     Linear = "linear", "constant hertz per second";
     Logarithmic = "logarithmic", "constant octaves per second";
 });
@@ -86,7 +86,7 @@ const CHIRP: &[Field<ReferenceSpec>] = &[
     field!(ReferenceSpec: ReferenceSpec::Chirp { duration_s, .. } => *duration_s,
         required("duration", Kind::Quantity(TIME, Bound::Positive), "length of the sweep")),
     field!(ReferenceSpec: ReferenceSpec::Chirp { sweep, .. } => *sweep,
-        one_of("sweep", Sweep::WORDS, "how the frequency changes")),
+        one_of("sweep", ChirpSweep::WORDS, "how the frequency changes")),
     OFFSET,
 ];
 
@@ -144,7 +144,7 @@ impl Record for ReferenceSpec {
             ReferenceSpec: ReferenceSpec::PiecewiseLinear(_), ReferenceSpec::PiecewiseLinear(Vec::new()),
             &[CORNERS] as &[Field<ReferenceSpec>]),
         form!("chirp", "a sine of changing frequency, from t = 0", ReferenceSpec: ReferenceSpec::Chirp { .. },
-            ReferenceSpec::Chirp { sweep: Sweep::default(), amplitude: 1.0, start_hz: 1.0, end_hz: 1.0,
+            ReferenceSpec::Chirp { sweep: ChirpSweep::default(), amplitude: 1.0, start_hz: 1.0, end_hz: 1.0,
                 duration_s: 1.0, offset: 0.0 }, CHIRP),
         form!("multisine", "periodic, flat over a band, of random phases and low crest factor",
             ReferenceSpec: ReferenceSpec::Multisine { .. },

@@ -18,7 +18,7 @@ use prbs::Prbs;
 use white_noise::WhiteNoise;
 
 pub use keys::{FOLLOWED, REFERENCE, SAMPLES_FILE, SAMPLES_PATH};
-pub use spec::{Between, Lines, ReferenceSpec, Sweep};
+pub use spec::{Between, ChirpSweep, Lines, ReferenceSpec};
 
 use crate::error::finite;
 use crate::{ControlError, Stream};

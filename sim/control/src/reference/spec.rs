@@ -2,7 +2,6 @@
 
 /// The desired value of a loop, in the unit of the loop.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum ReferenceSpec {
     /// One value for ever.
     Constant(f64),
@@ -14,12 +13,9 @@ pub enum ReferenceSpec {
     /// A sine whose frequency is swept over `duration_s` from zero on; outside only `offset`.
     Chirp {
         /// Course of the frequency.
-        sweep: Sweep,
-        /// Amplitude.
+        sweep: ChirpSweep,
         amplitude: f64,
-        /// Frequency at the start, Hz.
         start_hz: f64,
-        /// Frequency at the end, Hz.
         end_hz: f64,
         /// Length of the sweep, s.
         duration_s: f64,
@@ -36,7 +32,6 @@ pub enum ReferenceSpec {
         low_hz: f64,
         /// Upper edge of the band, Hz, included.
         high_hz: f64,
-        /// Period, s.
         period_s: f64,
         /// Root mean square about the mean.
         rms: f64,
@@ -80,7 +75,7 @@ pub enum ReferenceSpec {
 
 /// Sweep of a chirp's frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sweep {
+pub enum ChirpSweep {
     /// A constant number of hertz per second.
     #[default]
     Linear,
@@ -91,7 +86,6 @@ pub enum Sweep {
 /// The excited lines of a multisine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lines {
-    /// Every line.
     #[default]
     All,
     /// Odd lines: components at even lines are even distortion.

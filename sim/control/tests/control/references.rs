@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use feeler_catalogue::Bound;
-use feeler_control::reference::{Between, Lines, Sweep};
+use feeler_control::reference::{Between, ChirpSweep, Lines};
 use feeler_control::{ControlError, Reference, ReferenceSpec};
 
 const ROUNDING: f64 = 1e-11;
@@ -60,7 +60,9 @@ fn truth_steps_lines_and_tables() {
 #[test]
 fn truth_chirp_frequency() {
     let (start_hz, end_hz, duration_s) = (2.0, 50.0, 4.0);
-    for (sweep, quarter_hz) in [(Sweep::Linear, 14.0), (Sweep::Logarithmic, 2.0 * 25_f64.powf(0.25))] {
+    for (sweep, quarter_hz) in
+        [(ChirpSweep::Linear, 14.0), (ChirpSweep::Logarithmic, 2.0 * 25_f64.powf(0.25))]
+    {
         let chirp = compile(&ReferenceSpec::Chirp {
             sweep,
             amplitude: 3.0,
@@ -78,8 +80,8 @@ fn truth_chirp_frequency() {
         let (first, second) = (crossings[0], crossings[1]);
         let middle = 0.5 * (first + second);
         let slope_hz_per_s = match sweep {
-            Sweep::Linear => 12.0,
-            Sweep::Logarithmic => quarter_hz * 25_f64.ln() / duration_s,
+            ChirpSweep::Linear => 12.0,
+            ChirpSweep::Logarithmic => quarter_hz * 25_f64.ln() / duration_s,
         };
         // The mean frequency of one cycle is that of its middle up to second order: (slope / f)^2 / f / 24,
         // less than 1e-3 here. The crossings are found to 1e-6 s of 0.1 s.

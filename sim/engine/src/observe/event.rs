@@ -57,9 +57,7 @@ impl EventKind {
 /// An event at its instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// Its time, s.
     pub t_s: f64,
-    /// Its kind.
     pub kind: EventKind,
     /// The switch it happened to.
     pub switch: Switch,

@@ -28,13 +28,10 @@ impl<L: Lane> Observer<L> for Unobserved {
 /// Stores the complete record of a single variant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
-    /// Names of the signals.
     pub names: Vec<String>,
-    /// Time stamps, s.
     pub t_s: Vec<f64>,
     /// One column per signal.
     pub columns: Vec<Vec<f64>>,
-    /// Every event.
     pub events: Vec<Event>,
 }
 

@@ -49,7 +49,6 @@ pub(crate) struct Wiring {
 /// A controller with its names resolved to indices of the assembly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopWiring<'a> {
-    /// Its name.
     pub name: &'a str,
     /// Whether this is the loop of a sampled servo; its name is then that of the actuator.
     pub is_servo: bool,
@@ -61,7 +60,6 @@ pub struct LoopWiring<'a> {
     pub motion: Option<usize>,
     /// Whether that sensor reads velocity.
     pub motion_is_velocity: bool,
-    /// Drive that it commands.
     pub drive: usize,
 }
 
@@ -124,7 +122,9 @@ impl Program {
         for signal in &scenario.run.record {
             match record(&scenario, signal, &mut wanted) {
                 Ok(source) => recorded.push(source),
-                Err(problem) => problems.push(Problem { key: "run.record".into(), ..problem }),
+                Err(problem) => {
+                    problems.push(Problem { key: format!("run.{}", RunSettings::RECORD.key.name), ..problem })
+                }
             }
         }
         let Some(motion) = motion.filter(|_| problems.is_empty()) else {

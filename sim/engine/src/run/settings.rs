@@ -35,7 +35,6 @@ impl Integrator {
 /// Duration, step and record of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSettings {
-    /// Length of the run.
     pub duration_s: f64,
     /// Fixed base step. The exact integrator does not need it and uses it only as the default spacing of the
     /// record.
@@ -44,7 +43,6 @@ pub struct RunSettings {
     pub integrator: Integrator,
     /// Seed of every random stream.
     pub seed: u64,
-    /// Signals to record.
     pub record: Vec<SignalName>,
     /// Rate of the record; the inverse of the step by default.
     pub record_rate_hz: Option<f64>,
@@ -99,56 +97,64 @@ const ENGINE: Field<RunSettings> = Field {
     },
 };
 
-/// Another engine has its own integrator; its key is read before this one.
-const INTEGRATOR: Field<RunSettings> = Field {
-    key: Key {
-        name: "integrator",
-        kind: Kind::Word(INTEGRATORS),
-        absent: Absent::Word(Integrator::ALL[0].1),
-        text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 bodies \
-               if the step is short enough for the fastest motion",
-    },
-    role: Role::Structure,
-    get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),
-    set: |run, content| {
-        let named = Integrator::ALL.iter().find(|(_, name)| *content == Content::Word(name));
-        if let Some((integrator, _)) = named.filter(|_| run.integrator != Integrator::External) {
-            run.integrator = *integrator;
-        }
-    },
-};
-
-const RECORD: Field<RunSettings> = Field {
-    key: optional(
-        "record",
-        Kind::Signals,
-        "signals to record; if absent: contact forces, motion of driven bodies, commands and readings",
-    ),
-    role: Role::Structure,
-    get: |run| Some(Content::Texts(run.record.iter().map(ToString::to_string).collect())),
-    set: |run, content| {
-        if let Content::Texts(signals) = content {
-            run.record = signals.iter().filter_map(|signal| signal.parse().ok()).collect();
-        }
-    },
-};
+impl RunSettings {
+    /// How long it runs.
+    pub const DURATION: Field<Self> = field!(RunSettings: duration_s,
+        number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long"));
+    /// The base step.
+    pub const STEP: Field<Self> = field!(RunSettings: step_s,
+        number("step", Unit::Of(Dimension::TIME), Bound::Above(1e-9, 1e3), 1e-4,
+            "base step; the exact integrator needs none, and the record uses it"));
+    /// Another engine has its own integrator; its key is read before this one.
+    pub const INTEGRATOR: Field<Self> = Field {
+        key: Key {
+            name: "integrator",
+            kind: Kind::Word(INTEGRATORS),
+            absent: Absent::Word(Integrator::ALL[0].1),
+            text: "how to step, unless another engine moves the bodies; if absent, rk4 steps more than 32 \
+                   bodies if the step is short enough for the fastest motion",
+        },
+        role: Role::Structure,
+        get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),
+        set: |run, content| {
+            let named = Integrator::ALL.iter().find(|(_, name)| *content == Content::Word(name));
+            if let Some((integrator, _)) = named.filter(|_| run.integrator != Integrator::External) {
+                run.integrator = *integrator;
+            }
+        },
+    };
+    /// The recorded signals.
+    pub const RECORD: Field<Self> = Field {
+        key: optional(
+            "record",
+            Kind::Signals,
+            "signals to record; if absent: contact forces, motion of driven bodies, commands and readings",
+        ),
+        role: Role::Structure,
+        get: |run| Some(Content::Texts(run.record.iter().map(ToString::to_string).collect())),
+        set: |run, content| {
+            if let Content::Texts(signals) = content {
+                run.record = signals.iter().filter_map(|signal| signal.parse().ok()).collect();
+            }
+        },
+    };
+    /// The rate of the record.
+    pub const RECORD_RATE: Field<Self> = field!(RunSettings: record_rate_hz,
+        optional("record_rate", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+            "rate of the record; if absent, one over the step"));
+}
 
 impl Record for RunSettings {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(RunSettings: duration_s,
-            number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long")),
-        field!(RunSettings: step_s,
-            number("step", Unit::Of(Dimension::TIME), Bound::Above(1e-9, 1e3), 1e-4,
-                "base step; the exact integrator needs none, and the record uses it")),
+        RunSettings::DURATION,
+        RunSettings::STEP,
         ENGINE,
-        INTEGRATOR,
+        RunSettings::INTEGRATOR,
         field!(RunSettings: seed,
             Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1),
                 text: "seed of every random stream" }),
-        RECORD,
-        field!(RunSettings: record_rate_hz,
-            optional("record_rate", Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
-                "rate of the record; if absent, one over the step")),
+        RunSettings::RECORD,
+        RunSettings::RECORD_RATE,
         Field {
             key: Key {
                 name: "energy",

@@ -32,13 +32,11 @@ pub struct Simulation<L: Lane> {
 
 /// Why [`Simulation::step_to`] stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Stop {
     /// An event of a lane, which is in the state just after it.
     Event {
         /// Index of the lane that stopped.
         lane: usize,
-        /// The event in it.
         event: Event,
     },
     /// A controller has sampled at this instant.

@@ -5,7 +5,6 @@ use feeler_plant::assembly::Source;
 /// A sensor with a reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tapped {
-    /// Which sensor.
     pub sensor: usize,
     /// Which of the signals it reads.
     pub signal: usize,

@@ -45,7 +45,7 @@ impl ControllerUse {
                 let inner = law.gain(GainPart::Reading).filter(|gain| gain.number(law) != Some(0.0));
                 inner.map(|gain| gain.key.name).or(self.spec.approach.map(|_| "the approach"))
             }
-            _ => Some("this law"),
+            Law::ExplicitForce(_) | Law::Position(_) | Law::Admittance(_) => Some("this law"),
         }
     }
 
@@ -58,7 +58,9 @@ impl ControllerUse {
         }
         let (read, what): (&[_], _) = match self.spec.law {
             Law::Position(_) => (&[Quantity::Position], "a position"),
-            _ => (&FORCE, "a force"),
+            Law::OpenLoop | Law::ExplicitForce(_) | Law::Impedance(_) | Law::Admittance(_) => {
+                (&FORCE, "a force")
+            }
         };
         let named = |name: &Option<String>, key, wanted: &[Quantity], what: &str| {
             name.as_ref().and_then(|name| sensor_problem(machine, name, key, wanted, what))

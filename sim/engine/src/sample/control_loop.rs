@@ -25,7 +25,6 @@ pub(crate) struct SampledController<L: Lane> {
 }
 
 impl<L: Lane> SampledController<L> {
-    /// Controller `i` of all programs.
     pub(super) fn new(programs: &[Program], i: usize, sensors: &[Sensing<L>]) -> Result<Self, EngineError> {
         let (name, used) =
             programs[0].controllers.get_index(i).ok_or(EngineError::Lanes { given: 0, lanes: L::WIDTH })?;

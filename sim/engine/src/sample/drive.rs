@@ -12,7 +12,6 @@ use crate::sample::sensing::noise_index;
 /// One drive of every lane.
 #[derive(Clone, Debug)]
 pub struct DriveChain<L> {
-    /// Delay of commands.
     pub delay_s: f64,
     deadband: L,
     gain: L,

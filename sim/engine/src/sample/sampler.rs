@@ -31,7 +31,6 @@ pub struct Sampler<L: Lane, O = L> {
 pub struct Sampled<L> {
     /// Time at which it was due, s.
     pub sample_s: f64,
-    /// The reference at it.
     pub reference: L,
     /// The output that it computed.
     pub output: L,

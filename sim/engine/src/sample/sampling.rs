@@ -225,7 +225,6 @@ impl<L: Lane> Sampling<L> {
         self.loops[i].reference
     }
 
-    /// Names of the controllers.
     pub(crate) fn names(&self) -> Vec<String> {
         self.loops.iter().map(|control| control.name.clone()).collect()
     }

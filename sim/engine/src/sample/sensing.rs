@@ -24,7 +24,6 @@ pub struct Sensing<L> {
     resolutions: Vec<L>,
     noisy: bool,
     stream: Stream,
-    /// Pure delay.
     pub delay_s: f64,
 }
 

@@ -29,7 +29,6 @@ pub(crate) struct ServoLoop<L: Lane> {
 }
 
 impl<L: Lane> ServoLoop<L> {
-    /// Servo `i` of all programs.
     pub(super) fn new(programs: &[Program], i: usize, sensors: &[Sensing<L>]) -> Result<Self, EngineError> {
         let wired = &programs[0].servos[i];
         let specs: Vec<_> = programs.iter().map(|program| program.servos[i].spec.clone()).collect();

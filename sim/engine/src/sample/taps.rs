@@ -9,7 +9,6 @@ use crate::sample::clock::due;
 /// A reader of a delayed sensor at instants known in advance: the signal is taken exactly `delay` earlier.
 #[derive(Clone, Debug)]
 pub struct Tap<L> {
-    /// Which signal.
     pub signal: usize,
     /// Time between the signal and its reading, s.
     pub delay_s: f64,
@@ -18,7 +17,6 @@ pub struct Tap<L> {
     initial: L,
     initial_left: u64,
     taken: VecDeque<L>,
-    /// Time of the next signal, s.
     pub next_s: f64,
     /// Time of the signal after it, s; not later than it before the first is taken.
     pub(crate) after_s: f64,

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use feeler_control::ReferenceSpec;
-use feeler_control::reference::Sweep;
+use feeler_control::reference::ChirpSweep;
 use feeler_engine::{EventKind, Program, RunEnd, Scenario, Simulation, Unobserved};
 use feeler_plant::description::{Body, Contact, GROUND, Machine, Spring};
 
@@ -26,7 +26,7 @@ fn shaken(friction: &[(&str, &[f64])], amplitude_n: f64, mean_n: f64) -> Scenari
     shaken.run.step_s = 1e-2;
     let (start_hz, end_hz) = (0.1, 40.0);
     let sweep = ReferenceSpec::Chirp {
-        sweep: Sweep::Linear,
+        sweep: ChirpSweep::Linear,
         amplitude: amplitude_n,
         start_hz,
         end_hz,
@@ -104,7 +104,7 @@ fn truth_bodies_that_stick_together_move_alike_to_the_bit() {
     let mut shaken = scenario(machine, 5.0, &["tip.velocity", "rider.velocity", "pillion.velocity"]);
     let (start_hz, end_hz) = (0.5, 5.0);
     let sweep = ReferenceSpec::Chirp {
-        sweep: Sweep::Linear,
+        sweep: ChirpSweep::Linear,
         amplitude: 2.0,
         start_hz,
         end_hz,

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use feeler_control::ReferenceSpec;
 use feeler_engine::Scenario;
-use feeler_plant::description::{LowPass, Quantity, Sensor};
+use feeler_plant::description::{GROUND, LowPass, Quantity, Sensor, Spring};
 
-use crate::common::{axis, close, command, drive, effect, free_mass, run, scenario, sensor};
+use crate::common::{axis, close, command, drive, effect, free_mass, run, scenario, sensor, spring};
 
 /// A few exponentials of size one.
 const EXACT: f64 = 1e-12;
@@ -51,6 +51,24 @@ fn truth_low_passes_follow_a_ramp_by_their_closed_forms() {
                 let position = START_M + SPEED_M_PER_S * form((t - delay_s).max(0.0));
                 close(*reading, 2.0 * position - 1.0, EXACT);
             }
+        }
+    }
+}
+
+/// A body slides to a halt: until then its guide pushes back with the level of its friction alone.
+#[test]
+fn regress_the_filtered_force_of_a_guide_includes_its_friction() {
+    let (level_n, corner_hz) = (2.0, 50.0);
+    for filter in [LowPass::FirstOrder { corner_hz }, LowPass::SecondOrder { corner_hz, damping_ratio: 0.7 }]
+    {
+        let mut machine = free_mass(1.0, START_M, SPEED_M_PER_S);
+        let effects = vec![effect("coulomb-friction", &[level_n])];
+        machine.springs.insert("guide".into(), Spring { effects, ..spring(GROUND, "tip", 0.0, 0.0) });
+        let gauge = Sensor { low_pass: Some(filter), ..sensor("guide", Quantity::Force) };
+        machine.sensors.insert("gauge".into(), gauge);
+        let (trace, _) = run(&scenario(machine, 0.1, &["gauge.reading"]));
+        for reading in trace.column("gauge.reading").unwrap() {
+            close(*reading, -level_n, EXACT);
         }
     }
 }

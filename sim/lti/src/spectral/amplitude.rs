@@ -11,7 +11,6 @@ use crate::search::largest;
 /// One-sided amplitude spectrum: a sine of amplitude 1 on a line shows as 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AmplitudeSpectrum {
-    /// Frequencies, Hz.
     pub frequencies_hz: Vec<f64>,
     /// Amplitudes, unit of the record.
     pub amplitudes: Vec<f64>,

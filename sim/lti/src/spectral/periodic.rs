@@ -12,13 +12,11 @@ use crate::error::LtiError;
 /// Records of input and output of a periodic experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicRecord<'a> {
-    /// Input samples.
     pub input: &'a [f64],
     /// Output samples, as many.
     pub output: &'a [f64],
     /// Sample time, s.
     pub period_s: f64,
-    /// Samples in one period of the excitation.
     pub samples_per_period: usize,
     /// Whole periods at the start that are ignored, until transients have decayed.
     pub transient_periods: usize,
@@ -50,7 +48,6 @@ impl PeriodicRecord<'_> {
         })
     }
 
-    /// Frequency of a line, Hz.
     pub(crate) fn frequency_hz(&self, line: usize) -> f64 {
         line as f64 / (self.samples_per_period as f64 * self.period_s)
     }

@@ -32,9 +32,7 @@ const SMOOTH: f64 = 0.07;
 
 /// The excitation of a recorded command.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum RecordedExcitation {
-    /// It repeats.
     Periodic {
         /// Samples after which it does.
         samples_per_period: usize,

@@ -71,7 +71,6 @@ pub fn fit_sine(record: &[f64], period_s: f64, frequency_hz: f64) -> Result<Sine
 /// Steady records at one frequency of a stepped sine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteppedSinePoint<'a> {
-    /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Input samples, after the transient.
     pub input: &'a [f64],

@@ -12,11 +12,9 @@ use crate::error::LtiError;
 /// Segments of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WelchSettings {
-    /// Samples in each segment.
     pub segment_samples: usize,
     /// Samples that neighbouring segments share; half of them suits the Hann window.
     pub overlap_samples: usize,
-    /// The window.
     pub window: Window,
 }
 
@@ -30,7 +28,6 @@ impl WelchSettings {
 /// One-sided power spectral densities of an input and an output, and between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossSpectra {
-    /// Frequencies, Hz.
     pub frequencies_hz: Vec<f64>,
     /// Density of the input, unit^2 / Hz.
     pub input: Vec<f64>,

@@ -1,7 +1,7 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
 use super::{
-    Assembly, ContactPart, Drive, Feed, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source,
+    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, ServoFeed, Source,
     StopSide,
 };
 use crate::description::Quantity;
@@ -100,7 +100,7 @@ impl Assembly {
     }
 
     /// Drives that are inputs of a servo beside its target.
-    pub fn feeds_of(&self, servo: usize) -> impl Iterator<Item = (usize, Feed)> + '_ {
+    pub fn feeds_of(&self, servo: usize) -> impl Iterator<Item = (usize, ServoFeed)> + '_ {
         let drives = self.drives.iter().enumerate();
         drives.filter_map(move |(i, drive)| Some((i, drive.feeds.filter(|feed| feed.servo == servo)?)))
     }

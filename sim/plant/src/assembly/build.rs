@@ -247,12 +247,17 @@ impl<'a> Build<'a> {
 }
 
 fn force_law(contact: &Contact) -> ForceLaw {
-    let (exponent, alpha) = match contact.law {
-        ContactLaw::KelvinVoigt => (1.0, 0.0),
-        ContactLaw::HuntCrossley { alpha_s_per_m, exponent } => (exponent, alpha_s_per_m),
-        ContactLaw::Hertz => (1.5, 0.0),
+    let alpha = match contact.law {
+        ContactLaw::HuntCrossley { alpha_s_per_m, .. } => alpha_s_per_m,
+        ContactLaw::KelvinVoigt | ContactLaw::Hertz => 0.0,
     };
-    ForceLaw { stiffness: contact.stiffness, exponent, damping: contact.damping_n_s_per_m, alpha, cubic: 0.0 }
+    ForceLaw {
+        stiffness: contact.stiffness,
+        exponent: contact.law.exponent(),
+        damping: contact.damping_n_s_per_m,
+        alpha,
+        cubic: 0.0,
+    }
 }
 
 fn sensor_part(name: &str, sensor: &Sensor, source: Source, relative_to: NodeId) -> SensorPart {

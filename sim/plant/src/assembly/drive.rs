@@ -13,11 +13,9 @@ use crate::description::{Actuator, ActuatorKind, DcMotor, Knot, MotorInput, Posi
 /// ([`TargetChain`]). The rest is a drive whose held command is the force.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
-    /// Name of the actuator.
     pub name: String,
     /// Pushed node.
     pub on: NodeId,
-    /// Reacting node.
     pub reacts_on: NodeId,
     /// A force with its own dynamics against the speed; `None` if the command is the force.
     pub velocity_source: Option<VelocitySource>,
@@ -28,7 +26,7 @@ pub struct Drive {
     /// The motion of the driven body, whatever forces act on it, if it is imposed.
     pub imposed: Option<Arc<Profile>>,
     /// The servo that takes the command as an input of its own. The drive then has no force.
-    pub feeds: Option<Feed>,
+    pub feeds: Option<ServoFeed>,
     /// Delay of the command, s.
     pub delay: f64,
     /// Half-width of the deadband of commands (for a servo: of errors). Beyond it the width is subtracted.
@@ -57,14 +55,14 @@ pub struct Drive {
 
 /// An input of a servo besides its target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Feed {
+pub struct ServoFeed {
     /// Index of the servo's drive.
     pub servo: usize,
     /// Whether it is the speed of the target, else a force.
     pub is_velocity: bool,
 }
 
-impl Feed {
+impl ServoFeed {
     /// Force of a servo per unit of this input.
     pub fn gain(self, servo: &Servo) -> f64 {
         if self.is_velocity { servo.kd } else { 1.0 }

@@ -12,7 +12,9 @@ mod rates;
 mod resolve;
 
 pub use build::assemble;
-pub use drive::{Drive, Feed, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming};
+pub use drive::{
+    Drive, Motor, Servo, ServoFeed, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming,
+};
 pub use friction::Friction;
 pub use laws::{Bristle, Pull, Ripple, Weight};
 pub use resolve::resolve;
@@ -115,7 +117,6 @@ impl StopSide {
 /// A contact; compression `d = x_a - x_b - gap - offset(t)`, force on `b` is `+F`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPart {
-    /// Name of the contact.
     pub name: String,
     /// Tip.
     pub a: NodeId,
@@ -157,7 +158,6 @@ impl ForceLaw {
 /// A sensor: `reading = quantise(gain * filters(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorPart {
-    /// Name of the sensor.
     pub name: String,
     /// Source of its reading.
     pub source: Source,

@@ -127,6 +127,13 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
 ];
 
 impl Actuator {
+    /// The pushed body.
+    pub const ON: Field<Self> = field!(Actuator: on,
+        required("on", BODY, "the body that a positive force pushes towards +x"));
+    /// The body that carries the reaction.
+    pub const REACTS_ON: Field<Self> = field!(Actuator: reacts_on,
+        Key { name: "reacts_on", kind: BODY, absent: Absent::Word(GROUND),
+            text: "the body that carries the reaction" });
     /// The largest effort of the drive.
     pub const LIMIT: Field<Self> = field!(Actuator: limit_n,
         optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort"));
@@ -137,13 +144,7 @@ impl Actuator {
 }
 
 impl Record for Actuator {
-    const FIELDS: &'static [Field<Self>] = &[
-        field!(Actuator: on, required("on", BODY, "the body that a positive force pushes towards +x")),
-        field!(Actuator: reacts_on,
-            Key { name: "reacts_on", kind: BODY, absent: Absent::Word(GROUND),
-                text: "the body that carries the reaction" }),
-        Actuator::LIMIT,
-    ];
+    const FIELDS: &'static [Field<Self>] = &[Actuator::ON, Actuator::REACTS_ON, Actuator::LIMIT];
     const FORMS: &'static [Form<Self>] = &[
         form!("force", "a current amplifier: the command is the force",
             Actuator: Actuator { kind: ActuatorKind::Force { .. }, .. }, Actuator::ideal("", GROUND), FORCE),

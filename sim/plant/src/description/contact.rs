@@ -75,6 +75,17 @@ pub enum ContactLaw {
     Hertz,
 }
 
+impl ContactLaw {
+    /// `n` in `k d^n`.
+    pub fn exponent(self) -> f64 {
+        match self {
+            Self::KelvinVoigt => 1.0,
+            Self::HuntCrossley { exponent, .. } => exponent,
+            Self::Hertz => 1.5,
+        }
+    }
+}
+
 words!(Engagement {
     Clamped = "clamped", "attached where the bodies stand at the start; the gap counts as zero";
     Unilateral = "unilateral", "pushes only";
@@ -85,8 +96,7 @@ const HUNT_CROSSLEY: &[Field<Contact>] = &[
     field!(Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
         required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
             "alpha")),
-    field!(Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
-        number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n")),
+    Contact::EXPONENT,
 ];
 
 /// Before its keys are read.
@@ -103,6 +113,10 @@ impl Contact {
     pub const DAMPING: Field<Self> = field!(Contact: damping_n_s_per_m,
         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
         Role::Believed);
+    /// The exponent of its law, if a file states one.
+    pub const EXPONENT: Field<Self> = field!(
+        Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
+        number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n"));
     /// Its gap at zero positions.
     pub const GAP: Field<Self> = field!(Contact: gap_m,
         number("gap", Unit::Of(Dimension::LENGTH), Bound::Any, 0.0,

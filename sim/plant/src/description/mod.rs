@@ -73,7 +73,6 @@ pub struct Machine {
     pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,
-    /// Sensors.
     pub sensors: Elements<Sensor>,
 }
 
@@ -148,6 +147,10 @@ impl Spring {
     /// The key of the damping.
     pub const DAMPING: Field<Self> = field!(Spring: damping_n_s_per_m,
         number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"), Role::Believed);
+    /// Whether it is a joint.
+    pub const RIGID: Field<Self> = field!(Spring: rigid,
+        Key { name: "rigid", kind: Kind::Flag, absent: Absent::Flag(false),
+            text: "the two bodies move as one, and each keeps its own signals" });
 }
 
 impl Record for Spring {
@@ -157,9 +160,7 @@ impl Record for Spring {
                 "the two bodies; elongation is the position of the second minus that of the first")),
         Spring::STIFFNESS,
         Spring::DAMPING,
-        field!(Spring: rigid,
-            Key { name: "rigid", kind: Kind::Flag, absent: Absent::Flag(false),
-                text: "the two bodies move as one, and each keeps its own signals" }),
+        Spring::RIGID,
     ];
 
     fn blank() -> Option<Self> {

@@ -20,7 +20,6 @@ pub type Touched = [f64; 6];
 /// Offset and rate at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
-    /// Its time, s.
     pub t_s: f64,
     /// Added to the contact's gap.
     pub offset_m: f64,

@@ -12,7 +12,6 @@ use crate::effects::EffectUse;
 /// `reading = round_to(resolution, gain * low_pass(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// The signal it reads.
     pub reads: SignalName,
     /// The body on which it is mounted, for motion sensors; `None` for an absolute reading.
     pub relative_to: Option<String>,
@@ -53,10 +52,7 @@ impl Sensor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LowPass {
     /// `1 / (1 + s / (2 pi f))`.
-    FirstOrder {
-        /// Corner frequency.
-        corner_hz: f64,
-    },
+    FirstOrder { corner_hz: f64 },
     /// `w^2 / (s^2 + 2 zeta w s + w^2)`, `w = 2 pi f`.
     SecondOrder {
         /// Natural frequency.
@@ -67,6 +63,14 @@ pub enum LowPass {
 }
 
 impl Sensor {
+    /// The signal that it reads.
+    pub const READS: Field<Self> = field!(Sensor: reads,
+        required("reads", Kind::Signal,
+            "the signal, as in motor.position, tip.acceleration or tool.spring_force"));
+    /// The body that it rides on.
+    pub const RELATIVE_TO: Field<Self> = field!(Sensor: relative_to,
+        optional("relative_to", Kind::Name("a body or `ground`"),
+            "the body it rides on, for position and velocity; absolute if absent"));
     /// Its scale factor.
     pub const GAIN: Field<Self> = field!(Sensor: gain,
         number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), Role::Believed);
@@ -74,12 +78,8 @@ impl Sensor {
 
 impl Record for Sensor {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(Sensor: reads,
-            required("reads", Kind::Signal,
-                "the signal, as in motor.position, tip.acceleration or tool.spring_force")),
-        field!(Sensor: relative_to,
-            optional("relative_to", Kind::Name("a body or `ground`"),
-                "the body it rides on, for position and velocity; absolute if absent")),
+        Sensor::READS,
+        Sensor::RELATIVE_TO,
         Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
         field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),

@@ -150,7 +150,6 @@ impl fmt::Display for SignalName {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ParseSignalError {
-    /// There is no dot.
     #[error("`{text}` is not a signal")]
     NoDot {
         /// The text that was written.

@@ -1,10 +1,6 @@
 //! `actuator-lag`: first-order lag between command and drive force.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ActuatorLag
     time_constant: log(Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: ActuatorLag::PARAMETERS,
     summary: "first-order lag between command and drive force",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.actuator-lag]
 time_constant = \"2 ms\"
-```
-`feeler run scenarios/effects/actuator-lag.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/actuator-lag.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A
 lag that the drive already has acts in series with this one. Under a position servo the force of its loop
@@ -55,7 +47,7 @@ theory has it as a pole.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "drive force"],
         start: 0.0,
         with: &[Curve::LAGGED_STEP],

@@ -1,10 +1,6 @@
 //! `added-mass`: payload or error of the inertia.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { AddedMass
     mass: linear(Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: AddedMass::PARAMETERS,
     summary: "payload or inertia error",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [bodies.tip.effects.added-mass]
 mass = \"3 kg\"
-```
-`feeler run scenarios/effects/added-mass.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/added-mass.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.
 
@@ -52,7 +44,7 @@ The body's mass changes; everything stays exact. Linear theory uses the changed 
 C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and
 links, International Journal of Robotics Research 5 (1986).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["drive force", "acceleration"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

@@ -1,10 +1,6 @@
 //! `asymmetric-friction`: dry friction with one level per direction.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { AsymmetricFriction
     level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
@@ -22,16 +18,12 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: AsymmetricFriction::PARAMETERS,
     summary: "dry friction of two levels, one for each direction",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.asymmetric-friction]
 level = \"6 N\"
 asymmetry = 0.5
-```
-`feeler run scenarios/effects/asymmetric-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/asymmetric-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Sliding forward, the guide resists with `level (1 + asymmetry)`, backward with `level (1 - asymmetry)`. At
 rest it holds up to the level of the direction in which it would start. Forward is where the second body of
@@ -59,7 +51,7 @@ Linear theory takes friction as sliding one way.
 C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE
 Journal of Robotics and Automation 3 (1987).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.5), (0.0, -0.2), (0.0, 0.6), (1.0, 0.9)])],

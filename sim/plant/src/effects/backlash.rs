@@ -2,11 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 /// Selects a derived stiffness or damping.
 const DERIVED: f64 = 0.0;
@@ -34,15 +30,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "the spring must have stiffness or be rigid, and a free body at one end at least",
     parameters: Backlash::PARAMETERS,
     summary: "free play in a spring, with a stiff transmission where there was none",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.transmission.effects.backlash]
 width = \"50 um\"
-```
-`feeler run scenarios/effects/backlash.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/backlash.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force is
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
@@ -74,7 +66,7 @@ and exact. Linear theory takes the play as closed.
 M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002):
 the dead-zone model with damping.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["elongation", "force in the transmission"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],

@@ -1,11 +1,7 @@
 //! `base-flexibility`: guide, actuator reaction and workpiece are mounted on a base that moves.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, GROUND_NODE};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::GROUND_NODE;
 
 parameters! { BaseFlexibility
     mass: log(Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
@@ -22,17 +18,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "one end of the spring must be on ground",
     parameters: BaseFlexibility::PARAMETERS,
     summary: "guide, actuator reaction and workpiece ride on a base that moves",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.mount.effects.base-flexibility]
 mass = \"180 kg\"
 stiffness = \"1.0232806 MN/m\"
 damping = \"814.3 N s/m\"
-```
-`feeler run scenarios/effects/base-flexibility.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/base-flexibility.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 `mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`. Under
 a rigid mount (a spring between ground and a body), that body is the base: its mass becomes `mass`, and the
@@ -62,7 +54,7 @@ pair of zeros.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): robot base dynamics.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the drive force", "base position"],
         start: 0.0,
         with: &[Curve::Function(|t| -0.5 * (1.0 - (-4.0 * t).exp() * (25.0 * t).cos()))],

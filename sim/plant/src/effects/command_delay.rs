@@ -1,10 +1,6 @@
 //! `command-delay`: a delay of the command, by any real number of seconds.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { CommandDelay
     delay: linear(Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: CommandDelay::PARAMETERS,
     summary: "the command arrives late, by any real number of seconds",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.command-delay]
 delay = \"1.2 ms\"
-```
-`feeler run scenarios/effects/command-delay.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-delay.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive receives `u(t - delay)`. Commands are held between controller samples, so the delayed command is
 placed exactly in time, whatever the step.
@@ -52,7 +44,7 @@ factor of the frequency response or as states of the sampled loop.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::LATE_STEP],

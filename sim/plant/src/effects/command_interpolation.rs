@@ -1,10 +1,6 @@
 //! `command-interpolation`: a drive moves evenly from one command to the next.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { CommandInterpolation
     interval: linear(Dimension::TIME, Some(0.0), 3e-3, (0.0, 10.0), "time from one command to the next"),
@@ -19,16 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: CommandInterpolation::PARAMETERS,
     summary: "the drive moves evenly from one command to the next, instead of a jump",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.command-interpolation]
 interval = \"3 ms\"
-```
-`feeler run scenarios/effects/command-interpolation.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-interpolation.toml` shows the
-difference.
-
+",
+    sections: "\
 ## Model
 A command that differs from the last one is reached after `interval`, at a constant rate from where the
 drive stands. A command that arrives sooner starts a new ramp from where the drive then stands. Under a
@@ -60,7 +51,7 @@ it takes a delay of that length.
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear
 interpolation between points.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.7, 0.6), (1.0, 0.6)])],

@@ -2,11 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { CommandNoise
     sigma: log(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "one sigma of what is added to each command"),
@@ -21,15 +17,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force, not a velocity source",
     parameters: CommandNoise::PARAMETERS,
     summary: "noise on the commands of a drive",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.command-noise]
 sigma = \"2 N\"
-```
-`feeler run scenarios/effects/command-noise.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/command-noise.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,
 deadband, gain and limit. The drive holds it until the next command. The record holds the command without
@@ -57,7 +49,7 @@ Linear theory leaves noise out.
 ## Source
 H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on analogue lines.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "command at the drive"],
         start: 0.0,
         with: &[Curve::Function(|t| {

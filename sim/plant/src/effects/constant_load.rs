@@ -1,10 +1,6 @@
 //! `constant-load`: gravity or a cable pull.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ConstantLoad
     force: linear(Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ConstantLoad::PARAMETERS,
     summary: "gravity or a cable pull",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.constant-load]
 force = \"-15 N\"
-```
-`feeler run scenarios/effects/constant-load.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/constant-load.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 A constant force acts on the second body of the spring, and its opposite on the first. Under a guide
 `between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece. Where the first
@@ -54,7 +46,7 @@ the motion about the state of rest.
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "load"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.6), (1.0, 0.6)])],

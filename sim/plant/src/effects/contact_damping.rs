@@ -1,8 +1,6 @@
 //! `contact-damping`: another damping of the contact.
 
-use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ContactDamping
     damping: log(Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one"),
@@ -17,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ContactDamping::PARAMETERS,
     summary: "the contact's damping differs from the believed one",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.contact-damping]
 damping = \"500 N s/m\"
-```
-`feeler run scenarios/effects/contact-damping.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/contact-damping.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.
 At the value that the contact has, the effect is absent.
@@ -52,7 +46,7 @@ starts with a step, and the contact opens when its force reaches zero.
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37
 (2002): the spring-dashpot model.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["rate of compression", "viscous contact force"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],

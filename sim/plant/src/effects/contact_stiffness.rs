@@ -1,10 +1,6 @@
 //! `contact-stiffness`: another stiffness of the contact.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ContactStiffness
     stiffness: log(Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ContactStiffness::PARAMETERS,
     summary: "the contact's stiffness differs from the believed one",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.contact-stiffness]
 stiffness = \"120 kN/m\"
-```
-`feeler run scenarios/effects/contact-stiffness.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/contact-stiffness.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of
 the compression, `stiffness` is its coefficient in N/m^n; write it as a plain SI number. At the value that
@@ -57,7 +49,7 @@ The stiffness of the contact is replaced, and a linear contact stays exact. Line
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,
 Measurement, and Control 99 (1977): the loop gain is proportional to the stiffness.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression", "elastic contact force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.9)])],

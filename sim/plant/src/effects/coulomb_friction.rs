@@ -1,10 +1,6 @@
 //! `coulomb-friction`: dry friction, set-valued at rest.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { CoulombFriction
     level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: CoulombFriction::PARAMETERS,
     summary: "dry friction, set-valued at rest",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.coulomb-friction]
 level = \"6 N\"
-```
-`feeler run scenarios/effects/coulomb-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/coulomb-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Sliding at speed `v`, the guide resists with `level sign(v)`; at rest it takes whatever value up to `level`
 keeps it at rest. `v` is the speed of the second body of the spring against the first. Stick and slip are
@@ -56,7 +48,7 @@ friction stays: linear theory takes it at rest, as a spring. So the two give dif
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction
 compensation, European Journal of Control 4 (1998).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.4 * v.signum())],

@@ -1,6 +1,6 @@
 //! The definition of an effect in the library.
 
-use super::{EffectError, Kind, Law};
+use super::{EffectError, Kind, LawDrawing};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -94,11 +94,9 @@ pub enum Host {
     Body(usize),
     /// A link.
     Spring(usize),
-    /// A contact.
     Contact(usize),
     /// A drive.
     Actuator(usize),
-    /// A sensor.
     Sensor(usize),
 }
 
@@ -134,7 +132,6 @@ pub struct Parameter {
     /// Value if a file omits the key; such a parameter is a choice of the model and is not fitted. `None` if
     /// the key is required.
     pub default: Option<f64>,
-    /// One line of text.
     pub text: &'static str,
 }
 
@@ -282,7 +279,6 @@ pub enum Trait {
 /// The complete definition of one effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
-    /// Which effect.
     pub kind: Kind,
     /// Key in files.
     pub name: &'static str,
@@ -294,18 +290,16 @@ pub struct Definition {
     pub hosts: &'static [HostKind],
     /// Further requirement on the element; empty if there is none.
     pub site: &'static str,
-    /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// One line.
     pub summary: &'static str,
-    /// Its documentation: description, equation, causes and look-alikes, as Markdown with the sections
-    /// `Model`, `Where it comes from`, `How it shows` and `Source`.
-    pub documentation: &'static str,
+    /// The lines of its file in `scenarios/effects` that add it to the ideal axis.
+    pub example: &'static str,
+    /// The other sections of [`Definition::documentation`]: equation, causes, look-alikes, source.
+    pub sections: &'static str,
     /// The drawing of its model on that page.
-    pub law: Law,
+    pub law: LawDrawing,
     /// Properties that it shares with other effects.
     pub traits: &'static [Trait],
-    /// The change that it makes.
     pub change: Change,
 }
 
@@ -314,6 +308,16 @@ impl Definition {
     pub fn sits_under(&self) -> String {
         let hosts = self.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>().join("; ");
         if self.site.is_empty() { hosts } else { format!("{hosts} ({})", self.site) }
+    }
+
+    /// Its page as Markdown.
+    pub fn documentation(&self) -> String {
+        let Self { name, example, sections, .. } = self;
+        format!(
+            "## Example\n```toml\n{example}```\n`feeler run scenarios/effects/{name}.toml` runs it.\n`feeler \
+             compare scenarios/effects/ideal.toml scenarios/effects/{name}.toml` shows the difference.\n\n\
+             {sections}"
+        )
     }
 
     /// Whether it has this property.
@@ -375,7 +379,6 @@ impl Definition {
 /// An effect on an element of a machine.
 #[derive(Clone, Debug)]
 pub struct EffectUse {
-    /// Which effect.
     pub definition: &'static Definition,
     /// Its parameters in SI, in the order of the definition.
     pub values: Vec<f64>,

@@ -1,10 +1,6 @@
 //! `directional-damping`: viscous friction that depends on the direction.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { DirectionalDamping
     damping: log(Dimension::DAMPING, Some(0.0), 20.0, (0.0, 1e7), "damping added to the guide's"),
@@ -23,16 +19,12 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: DirectionalDamping::PARAMETERS,
     summary: "viscous friction that differs by direction",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.directional-damping]
 damping = \"100 N s/m\"
 asymmetry = 0.8
-```
-`feeler run scenarios/effects/directional-damping.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/directional-damping.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The guide's own damping grows by `damping` to `c`. Sliding at speed `v` the guide resists with
 `c (1 + asymmetry) v` forward and `c (1 - asymmetry) v` backward. Forward is where the second body of the
@@ -59,7 +51,7 @@ has passed zero by 1e-12 m/s. In between the mean `c` acts, and so it does in li
 M. T. Mason and J. K. Salisbury, Robot Hands and the Mechanics of Manipulation, MIT Press (1985): gears that
 are driven backward; J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],

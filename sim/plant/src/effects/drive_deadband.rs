@@ -1,10 +1,6 @@
 //! `drive-deadband`: commands within the width have no effect; beyond it the width is subtracted.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { DriveDeadband
     width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: DriveDeadband::PARAMETERS,
     summary: "commands within the width do nothing, and beyond it the width is lost",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.drive-deadband]
 width = \"4 N\"
-```
-`feeler run scenarios/effects/drive-deadband.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/drive-deadband.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise, before its gain. `width` has
 the unit of the command: a speed on a velocity source; a voltage, a duty cycle or a current on a motor. Under
@@ -55,7 +47,7 @@ end are events. Linear theory takes it as crossed: the drive answers in full.
 G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley
 (1996): the dead-zone.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],

@@ -1,10 +1,6 @@
 //! `drive-gain`: an error of the force constant scales the command.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { DriveGain
     gain: linear(
@@ -21,15 +17,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: DriveGain::PARAMETERS,
     summary: "force constant error: the command is scaled",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.drive-gain]
 gain = 0.8
-```
-`feeler run scenarios/effects/drive-gain.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/drive-gain.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive acts on `gain * u`: after its deadband, before its limits. This is the error of a motor's torque
 constant, too: a constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it
@@ -55,7 +47,7 @@ The held command is multiplied, which is exact. Linear theory scales the loop ga
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

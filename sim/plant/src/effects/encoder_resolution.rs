@@ -1,10 +1,6 @@
 //! `encoder-resolution`: quantisation.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { EncoderResolution
     resolution: log(Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: EncoderResolution::PARAMETERS,
     summary: "quantisation",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.encoder.effects.encoder-resolution]
 resolution = \"50 um\"
-```
-`feeler run scenarios/effects/encoder-resolution.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/encoder-resolution.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after gain, offset and noise. If the sensor
 has a `resolution` of its own, that rounding comes first. The reading of a velocity or an acceleration is
@@ -55,7 +47,7 @@ only in simulation.
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall
 passivity, IEEE Transactions on Robotics 21 (2005).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "encoder reading"],
         start: -1.0,
         with: &[Curve::ROUNDED],

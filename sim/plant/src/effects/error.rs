@@ -10,60 +10,19 @@ use super::{HostKind, Kind};
 /// Why an effect cannot be applied to its element.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of an error says what its fields are")]
 pub enum EffectError {
-    /// The element has the wrong kind for the effect.
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
-    WrongHost {
-        kind: Kind,
-        /// The element under which it stands.
-        found: HostKind,
-        /// Elements that take it.
-        expected: &'static [HostKind],
-    },
-    /// The element has the right kind, but is in the wrong place.
+    WrongHost { kind: Kind, found: HostKind, expected: &'static [HostKind] },
     #[error("`{kind}` needs {needs}")]
-    WrongSite {
-        kind: Kind,
-        /// What the element must be.
-        needs: &'static str,
-    },
-    /// Parameters are missing, or there are too many.
+    WrongSite { kind: Kind, needs: &'static str },
     #[error("`{kind}` has {expected} parameters, not {given}")]
-    Count {
-        kind: Kind,
-        /// Number of parameters of the kind.
-        expected: usize,
-        /// Number that was given.
-        given: usize,
-    },
-    /// A value outside the bounds of the parameter.
+    Count { kind: Kind, expected: usize, given: usize },
     #[error("`{parameter}` = {value} is not between {low} and {high}")]
-    OutOfBounds {
-        parameter: &'static str,
-        value: f64,
-        /// Smallest value.
-        low: f64,
-        /// Largest value.
-        high: f64,
-    },
-    /// A split would leave no mass on one side.
+    OutOfBounds { parameter: &'static str, value: f64, low: f64, high: f64 },
     #[error("`{parameter}` = {value_kg} kg takes all of the {available_kg} kg available")]
-    MassExceeded {
-        parameter: &'static str,
-        value_kg: f64,
-        /// Mass that is available.
-        available_kg: f64,
-    },
-    /// A value is out of range on this host.
+    MassExceeded { parameter: &'static str, value_kg: f64, available_kg: f64 },
     #[error("`{parameter}` = {value}: {reason}")]
-    Value {
-        parameter: &'static str,
-        value: f64,
-        /// Why not.
-        reason: &'static str,
-        remedy: &'static str,
-    },
+    Value { parameter: &'static str, value: f64, reason: &'static str, remedy: &'static str },
 }
 
 impl Remedy for EffectError {

@@ -1,10 +1,6 @@
 //! `force-bias`: offset.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceBias
     bias: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceBias::PARAMETERS,
     summary: "offset",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-bias]
 bias = \"2 N\"
-```
-`feeler run scenarios/effects/force-bias.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-bias.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is `bias` more than it would be.
 
@@ -48,7 +40,7 @@ A constant is added to the reading. Linear theory does not depend on it.
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (0.7, 1.0)])],

@@ -1,10 +1,6 @@
 //! `force-delay`: a delay of the force reading.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceDelay
     delay: linear(
@@ -21,15 +17,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceDelay::PARAMETERS,
     summary: "the force reading is late",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-delay]
 delay = \"1.5 ms\"
-```
-`feeler run scenarios/effects/force-delay.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-delay.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The sensor reads `F(t - delay)`.
 
@@ -53,7 +45,7 @@ exact.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
 a time delay.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "force reading"],
         start: 0.0,
         with: &[Curve::LATE_STEP],

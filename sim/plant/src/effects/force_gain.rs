@@ -1,10 +1,6 @@
 //! `force-gain`: calibration error.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceGain
     gain: linear(Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceGain::PARAMETERS,
     summary: "calibration error",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-gain]
 gain = 0.8
-```
-`feeler run scenarios/effects/force-gain.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-gain.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is `gain` times what it would be; its offset stays.
 
@@ -51,7 +43,7 @@ The reading is multiplied, which is exact. Linear theory scales the loop gain.
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and
 sensitivity.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

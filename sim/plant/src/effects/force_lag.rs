@@ -2,12 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
+use super::prelude::*;
 use crate::description::LowPass;
-use crate::units::Dimension;
 
 parameters! { ForceLag
     time_constant: log(Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step"),
@@ -22,15 +18,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceLag::PARAMETERS,
     summary: "first-order low-pass in the force channel",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-lag]
 time_constant = \"2 ms\"
-```
-`feeler run scenarios/effects/force-lag.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-lag.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the
 sensor has: a corner at `1 / (2 pi time_constant)`.
@@ -54,7 +46,7 @@ The filter is one more state and exact. Linear theory has it as a pole in the lo
 G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):
 antialiasing prefilters.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "force reading"],
         start: 0.0,
         with: &[Curve::LAGGED_STEP],

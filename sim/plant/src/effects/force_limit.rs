@@ -1,11 +1,6 @@
 //! `force-limit`: the drive force is clipped.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceLimit
     limit: log(Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
@@ -20,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: ForceLimit::PARAMETERS,
     summary: "the drive force is clipped",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.force-limit]
 limit = \"25 N\"
-```
-`feeler run scenarios/effects/force-limit.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-limit.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. On a velocity
 source, a position servo or a motor the force itself is clipped. Of several limits the smallest holds.
@@ -54,7 +45,7 @@ functions predict limit cycles at it.
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.5), (-0.5, -0.5), (0.5, 0.5), (0.9, 0.5)])],

@@ -1,10 +1,6 @@
 //! `force-resolution`: quantisation.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ForceResolution
     resolution: log(Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ForceResolution::PARAMETERS,
     summary: "quantisation",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.force-resolution]
 resolution = \"1 N\"
-```
-`feeler run scenarios/effects/force-resolution.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-resolution.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
 
@@ -49,7 +41,7 @@ seen only in simulation.
 ## Source
 B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["force", "force reading"],
         start: -1.0,
         with: &[Curve::ROUNDED],

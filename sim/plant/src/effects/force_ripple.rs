@@ -2,12 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, Ripple};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::Ripple;
 
 parameters! { ForceRipple
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
@@ -27,17 +23,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: ForceRipple::PARAMETERS,
     summary: "cogging: a force periodic in position",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.force-ripple]
 amplitude = \"6 N\"
 pitch = \"2 mm\"
 phase = 1.0
-```
-`feeler run scenarios/effects/force-ripple.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/force-ripple.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` the position of the driven
 body relative to the one that carries the reaction. It acts whatever the command, and no limit of the drive
@@ -66,7 +58,7 @@ theory takes its slope where the machine rests: a stiffness.
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
 ripple.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "added force"],
         start: -1.0,
         with: &[Curve::Function(|x| 0.7 * (2.0 * TAU * x + 1.0).sin())],

@@ -2,12 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, Pull, Weight};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::{Pull, Weight};
 
 parameters! { Gravity
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
@@ -27,17 +23,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: Gravity::PARAMETERS,
     summary: "a load that varies with the angle of an arm",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.gravity]
 amplitude = \"15 N\"
 phase = 0.0
 period = \"20 mm\"
-```
-`feeler run scenarios/effects/gravity.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/gravity.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite
 on the first. `x` is the position of the second against the first. A first body that moves, such as a base,
@@ -67,7 +59,7 @@ balance counts the potential energy. Linear theory takes the slope at the operat
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
 (2009): gravity in the equations of motion.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["angle", "torque of gravity"],
         start: -1.0,
         with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],

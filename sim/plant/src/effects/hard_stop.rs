@@ -1,11 +1,8 @@
 //! `hard-stop`: an unexpected end of travel.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::{Assembly, Link};
+use super::prelude::*;
+use crate::assembly::Link;
 use crate::motion::StopSide;
-use crate::units::Dimension;
 
 parameters! { HardStop
     position: linear(
@@ -24,17 +21,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: HardStop::PARAMETERS,
     summary: "an end of travel that the model lacks",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.hard-stop]
 position = \"4.05 mm\"
 stiffness = \"200 kN/m\"
 damping = \"200 N s/m\"
-```
-`feeler run scenarios/effects/hard-stop.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/hard-stop.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Beyond `position`, of the second body of the spring against the first, a stop pushes back. Its force is
 `stiffness` times the depth plus `damping` times its rate, and it never pulls. With `damping` its force
@@ -58,7 +51,7 @@ reached.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on an elastic support.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "force of the stop"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],

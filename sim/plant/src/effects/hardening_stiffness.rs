@@ -1,10 +1,6 @@
 //! `hardening-stiffness`: the force grows faster than the deflection.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { HardeningStiffness
     cubic: log(Dimension::CUBIC_STIFFNESS, Some(0.0), 5e12, (0.0, 1e20), "force per cube of deflection"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: HardeningStiffness::PARAMETERS,
     summary: "the force grows faster than the deflection",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.hardening-stiffness]
 cubic = \"1e13 N/m^3\"
-```
-`feeler run scenarios/effects/hardening-stiffness.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/hardening-stiffness.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The elastic force of the spring or contact is `k d + cubic d^3`, `d` its elongation or compression (beyond
 its free play, where it has some).
@@ -54,7 +46,7 @@ A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing o
 drives, T. D. Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE
 Transactions on Robotics and Automation 12 (1996).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["elongation", "elastic force"],
         start: -1.0,
         with: &[Curve::Function(|d| 0.4 * d + 0.5 * d.powi(3))],

@@ -1,11 +1,6 @@
 //! `hertz-contact`: the force grows with a power of the compression.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { HertzContact
     exponent: linear(Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
@@ -23,16 +18,12 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: HertzContact::PARAMETERS,
     summary: "the force grows with a power of the compression",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.hertz-contact]
 exponent = 1.5
 stiffness = \"20 MN/m^1.5\"
-```
-`feeler run scenarios/effects/hertz-contact.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/hertz-contact.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one; the damping
 of the contact stays. On a linear contact the effect is absent at `exponent = 1` and the stiffness that the
@@ -60,7 +51,7 @@ stays exact. Linear theory takes the stiffness at the operating force.
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression", "elastic contact force"],
         start: 0.0,
         with: &[Curve::Function(|d| 0.9 * d.powf(1.5))],

@@ -1,10 +1,6 @@
 //! `hunt-crossley-contact`: damping grows with compression.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { HuntCrossleyContact
     alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
@@ -19,16 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: HuntCrossleyContact::PARAMETERS,
     summary: "damping grows with compression",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.hunt-crossley-contact]
 alpha = \"6 s/m\"
-```
-`feeler run scenarios/effects/hunt-crossley-contact.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/hunt-crossley-contact.toml` shows the
-difference.
-
+",
+    sections: "\
 ## Model
 The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression. This is the law of the contact with
 `alpha` more, so that the loss sets in with the force and not at the first touch. Where the law would pull,
@@ -58,7 +49,7 @@ exact. Linear theory takes stiffness and damping at the operating force.
 K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME
 Journal of Applied Mechanics 42 (1975).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["compression during an impact", "contact force"],
         start: 0.0,
         with: &[

@@ -3,7 +3,7 @@
 /// A curve in the box from -1 to 1.
 #[derive(Clone, Copy, Debug)]
 pub enum Curve {
-    /// Height over the horizontal axis, from [`Law::start`] to 1.
+    /// Height over the horizontal axis, from [`LawDrawing::start`] to 1.
     Function(fn(f64) -> f64),
     /// A line through these points.
     Points(&'static [(f64, f64)]),
@@ -41,7 +41,7 @@ const PIECES: u32 = 160;
 
 /// A law as curves over axes without numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct Law {
+pub struct LawDrawing {
     /// What the horizontal and the vertical axis show.
     pub axes: [&'static str; 2],
     /// Where the horizontal axis begins: -1, or 0 if nothing is negative.

@@ -1,10 +1,6 @@
 //! `load-friction`: the Coulomb level grows with the contact force.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { LoadFriction
     ratio: log(Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: LoadFriction::PARAMETERS,
     summary: "the Coulomb level grows with the contact force",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.load-friction]
 ratio = 0.15
-```
-`feeler run scenarios/effects/load-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/load-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact. `|F|` is the
 sum of the sizes of all contact forces of the machine.
@@ -55,7 +47,7 @@ the guide slides, the drive really meets the contact force times `1 + ratio` (pr
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load
 and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["contact force", "level of dry friction"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.9)])],

@@ -1,11 +1,6 @@
 //! `loop-gain`: a drive makes more or less force of the same motion and command.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { LoopGain
     gain: log(Dimension::NONE, Some(1.0), 0.8, (ABOVE_ZERO, 1e6), "force of the drive over the believed one"),
@@ -20,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: LoopGain::PARAMETERS,
     summary: "all force of a drive is scaled, and so are the gains of a servo",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.loop-gain]
 gain = 0.7
-```
-`feeler run scenarios/effects/loop-gain.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/loop-gain.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive gives `gain` times the force that it would give for the same command at the same motion, before its
 limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it scales
@@ -58,7 +49,7 @@ gains of the servo.
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["error of the servo", "drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],

@@ -1,12 +1,8 @@
 //! `lugre-friction`: friction of bristles that bend before they slide.
 
+use super::prelude::*;
 use super::stribeck_friction::excess;
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, Bristle};
-use crate::units::Dimension;
+use crate::assembly::Bristle;
 
 parameters! { LugreFriction
     stiffness: log(Dimension::STIFFNESS, None, 1e6, (ABOVE_ZERO, 1e12), "stiffness of the bristles"),
@@ -29,19 +25,15 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: LugreFriction::PARAMETERS,
     summary: "friction of bristles that bend before they slide",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.lugre-friction]
 stiffness = \"500 kN/m\"
 damping = \"1 kN s/m\"
 coulomb = \"4 N\"
 static = \"7 N\"
 velocity = \"5 mm/s\"
-```
-`feeler run scenarios/effects/lugre-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/lugre-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Bristles bend by `z` under the sliding speed `v` and straighten as they slip:
 `z' = v - stiffness |v| / g(v) z` with `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`. The
@@ -71,7 +63,7 @@ takes the bristles at rest: a spring and a damper.
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with
 friction, IEEE Transactions on Automatic Control 40 (1995).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position, slowly to and fro", "force of the guide"],
         start: -1.0,
         with: &[

@@ -16,9 +16,19 @@ pub use definition::{
     ABOVE_ZERO, Change, Definition, EffectUse, Host, HostKind, Parameter, Parameters, Place, Scale, Trait,
 };
 pub use error::EffectError;
-pub use law::{Curve, Law};
+pub use law::{Curve, LawDrawing};
 
 use definition::ChangesPlant;
+
+/// What the file of an effect names.
+mod prelude {
+    pub(super) use super::{
+        ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, LawDrawing,
+        Parameters, Place, Trait,
+    };
+    pub(super) use crate::assembly::Assembly;
+    pub(super) use crate::units::Dimension;
+}
 
 // `effects!`, which passes every effect, in the order of the manual, to a macro: `file Kind,` each.
 include!(concat!(env!("OUT_DIR"), "/effects.rs"));

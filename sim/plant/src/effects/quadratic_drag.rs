@@ -1,10 +1,6 @@
 //! `quadratic-drag`: a resistance that grows with the square of the speed.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { QuadraticDrag
     drag: log(Dimension::DRAG, Some(0.0), 50.0, (0.0, 1e9), "resistance over the square of speed"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: QuadraticDrag::PARAMETERS,
     summary: "a resistance that grows with the square of speed",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.quadratic-drag]
 drag = \"20e3 N s2/m2\"
-```
-`feeler run scenarios/effects/quadratic-drag.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/quadratic-drag.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The guide resists a speed `v` with `drag |v| v`. Small motions about a steady speed are damped by
 `2 drag |v|`, small motions about rest not at all.
@@ -51,7 +43,7 @@ rounding. Linear theory describes motion about rest, where drag has no slope, an
 G. K. Batchelor, An Introduction to Fluid Dynamics, Cambridge University Press (1967): drag at high Reynolds
 numbers.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.6 * v * v.abs())],

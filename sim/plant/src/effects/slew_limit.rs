@@ -1,11 +1,6 @@
 //! `slew-limit`: a limit on the rate of the drive force.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { SlewLimit
     rate: log(Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change"),
@@ -20,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: SlewLimit::PARAMETERS,
     summary: "the drive force cannot change faster",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.slew-limit]
 rate = \"1 kN/s\"
-```
-`feeler run scenarios/effects/slew-limit.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/slew-limit.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive acts on a value that follows the command with `|df/dt| <= rate`, after gain and limit and before
 any lag. Of several limits the smallest holds. On a velocity source the commanded speed is held back, on a
@@ -55,7 +46,7 @@ the limit as not reached.
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time", "drive force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],

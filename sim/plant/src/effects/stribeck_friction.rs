@@ -1,11 +1,6 @@
 //! `stribeck-friction`: dry friction whose level falls from static to Coulomb with speed.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { StribeckFriction
     coulomb: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
@@ -26,17 +21,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: StribeckFriction::PARAMETERS,
     summary: "dry friction whose level falls from static to Coulomb with speed",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.stribeck-friction]
 coulomb = \"4 N\"
 static = \"7 N\"
 velocity = \"5 mm/s\"
-```
-`feeler run scenarios/effects/stribeck-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/stribeck-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Sliding at speed `v`, the guide resists with
 `(coulomb + (static - coulomb) exp(-(v / velocity)^2)) sign(v)`; at rest it takes any value up to `static`.
@@ -62,7 +53,7 @@ Stick and slip are events. Linear theory takes friction as sliding one way.
 B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation
 methods for the control of machines with friction, Automatica 30 (1994).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + (0.3 + 0.4 * (-(v / 0.2).powi(2)).exp()) * v.signum())],

@@ -1,8 +1,6 @@
 //! `surface-offset`: the wall is not at its believed position.
 
-use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { SurfaceOffset
     offset: linear(Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is"),
@@ -17,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: SurfaceOffset::PARAMETERS,
     summary: "the wall is not where it was believed",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.surface-offset]
 offset = \"0.5 mm\"
-```
-`feeler run scenarios/effects/surface-offset.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/surface-offset.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The gap to close before the bodies touch is `offset` larger than believed. A clamped contact is attached
 where the bodies stand, so it does not notice.
@@ -50,7 +44,7 @@ it.
 B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position
 is uncertain.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["position", "contact force"],
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.8)])],

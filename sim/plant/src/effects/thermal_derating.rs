@@ -1,11 +1,7 @@
 //! `thermal-derating`: a drive that weakens as its winding warms.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, Warming};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::Warming;
 
 parameters! { ThermalDerating
     force: log(
@@ -24,16 +20,12 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive that gives a force",
     parameters: ThermalDerating::PARAMETERS,
     summary: "a drive weakens as its winding warms",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.thermal-derating]
 force = \"80 N\"
 time_constant = \"0.2 s\"
-```
-`feeler run scenarios/effects/thermal-derating.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/thermal-derating.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The drive gives `f / (1 + h)`, with `f` the force of the cold drive after its gain, lags and limits. The
 heat `h` follows the loss of the current, which is proportional to the square of `f`:
@@ -64,7 +56,7 @@ drive cold.
 J. Pyrhonen, T. Jokinen and V. Hrabovcova, Design of Rotating Electrical Machines, Wiley (2008): losses, heat
 and permanent magnets.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time under a constant command", "drive force"],
         start: 0.0,
         with: &[Curve::Function(|time| 0.8 / (2.0 - (-time / 0.25).exp()))],

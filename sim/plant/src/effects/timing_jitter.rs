@@ -1,7 +1,6 @@
 //! `timing-jitter`: controller samples deviate from the grid.
 
-use super::{Change, Curve, Definition, HostKind, Law, Parameters, Place};
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { TimingJitter
     sigma: log(Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times"),
@@ -16,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: TimingJitter::PARAMETERS,
     summary: "controller samples are taken off the grid",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [controllers.force.effects.timing-jitter]
 sigma = \"0.1 ms\"
-```
-`feeler run scenarios/effects/timing-jitter.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/timing-jitter.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 Sample `i` of the controller is taken at `offset + i period + w_i`. The error `w_i` is normally distributed
 with standard deviation `sigma`, and independent from sample to sample. It is limited to 0.49 of the period,
@@ -52,7 +47,7 @@ theory assumes an even grid and lists that among its assumptions.
 B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control
 Conference (1995).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sample", "time at which it is taken"],
         start: 0.0,
         with: &[Curve::Points(&[

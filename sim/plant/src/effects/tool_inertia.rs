@@ -1,8 +1,7 @@
 //! `tool-inertia`: the mass beyond the sensor adds mass times tip acceleration to the reading.
 
-use super::{Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place};
-use crate::assembly::{Assembly, Source};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::Source;
 
 parameters! { ToolInertia
     mass: log(Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface"),
@@ -17,15 +16,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "what the sensor reads must have a body at its end",
     parameters: ToolInertia::PARAMETERS,
     summary: "the mass beyond the sensor adds mass times tip acceleration to the reading",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [sensors.force.effects.tool-inertia]
 mass = \"1.5 kg\"
-```
-`feeler run scenarios/effects/tool-inertia.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/tool-inertia.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
 acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body
@@ -58,7 +53,7 @@ error of its own. Linear theory includes it, and the direct part from a drive to
 D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total
 least-squares approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["acceleration in free motion", "force reading"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.7), (1.0, 0.7)])],

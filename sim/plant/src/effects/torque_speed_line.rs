@@ -1,11 +1,7 @@
 //! `torque-speed-line`: the faster a drive moves, the less force is left.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, SpeedLine};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::SpeedLine;
 
 parameters! { TorqueSpeedLine
     force: log(
@@ -23,16 +19,12 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a drive without a speed line of its own",
     parameters: TorqueSpeedLine::PARAMETERS,
     summary: "the largest force of a drive falls with its speed",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [actuators.drive.effects.torque-speed-line]
 force = \"35 N\"
 speed = \"30 mm/s\"
-```
-`feeler run scenarios/effects/torque-speed-line.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/torque-speed-line.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
 its stroke, after any `force-limit`. This is the force that the supply voltage of a motor still allows at
@@ -60,7 +52,7 @@ theory takes the line as not reached.
 A. Hughes and B. Drury, Electric Motors and Drives, Newnes (2013): torque and speed of motors on a constant
 voltage.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["speed", "bounds of the drive force"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 1.0), (1.0, 0.0)]), Curve::Points(&[(-1.0, 0.0), (1.0, -1.0)])],

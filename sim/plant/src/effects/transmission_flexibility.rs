@@ -1,11 +1,7 @@
 //! `transmission-flexibility`: splits one body into two with a spring in between.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, NodeId};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::NodeId;
 
 parameters! { TransmissionFlexibility
     stiffness: log(Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
@@ -22,18 +18,13 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "a spring must join two bodies",
     parameters: TransmissionFlexibility::PARAMETERS,
     summary: "splits one body into two, with a spring between",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.transmission.effects.transmission-flexibility]
 stiffness = \"300 kN/m\"
 damping = \"60 N s/m\"
 tip_mass = \"4 kg\"
-```
-`feeler run scenarios/effects/transmission-flexibility.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/transmission-flexibility.toml` shows the
-difference.
-
+",
+    sections: "\
 ## Model
 Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring
 (rigid or not) these replace its own stiffness and damping. The second body then weighs `tip_mass`, and the
@@ -65,7 +56,7 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Robotics and Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic
 joint robots, ASME Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the motor", "tip position"],
         start: 0.0,
         with: &[Curve::Function(|t| {

@@ -1,10 +1,6 @@
 //! `viscous-friction`: additional damping of the guide.
 
-use super::{
-    Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place, Trait,
-};
-use crate::assembly::Assembly;
-use crate::units::Dimension;
+use super::prelude::*;
 
 parameters! { ViscousFriction
     damping: log(Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide"),
@@ -19,15 +15,11 @@ pub(super) static DEFINITION: Definition = Definition {
     site: "",
     parameters: ViscousFriction::PARAMETERS,
     summary: "added to the guide's damping",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [springs.guide.effects.viscous-friction]
 damping = \"300 N s/m\"
-```
-`feeler run scenarios/effects/viscous-friction.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/viscous-friction.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 The guide resists with `damping v` on top of the damping it has.
 
@@ -50,7 +42,7 @@ It adds to the damping of the guide and is exact, in simulation and in linear th
 ## Source
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],

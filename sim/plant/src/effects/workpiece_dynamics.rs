@@ -1,11 +1,7 @@
 //! `workpiece-dynamics`: the workpiece yields.
 
-use super::{
-    ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, Law, Parameters, Place,
-    Trait,
-};
-use crate::assembly::{Assembly, NodeId};
-use crate::units::Dimension;
+use super::prelude::*;
+use crate::assembly::NodeId;
 
 parameters! { WorkpieceDynamics
     mass: log(Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
@@ -23,17 +19,13 @@ pub(super) static DEFINITION: Definition = Definition {
            its second end; ground is none",
     parameters: WorkpieceDynamics::PARAMETERS,
     summary: "the workpiece yields",
-    documentation: "\
-## Example
-```toml
+    example: "\
 [contacts.tool.effects.workpiece-dynamics]
 mass = \"3 kg\"
 stiffness = \"500 kN/m\"
 damping = \"150 N s/m\"
-```
-`feeler run scenarios/effects/workpiece-dynamics.toml` runs it.
-`feeler compare scenarios/effects/ideal.toml scenarios/effects/workpiece-dynamics.toml` shows the difference.
-
+",
+    sections: "\
 ## Model
 `mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture.
 Under a rigid fixture (a spring), the workpiece is the end that a contact names second. If none does, it is
@@ -62,7 +54,7 @@ a pair of zeros.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
 Robotics and Automation 8 (1992): workpiece dynamics.
 ",
-    law: Law {
+    law: LawDrawing {
         axes: ["time after a step of the contact force", "workpiece position"],
         start: 0.0,
         with: &[Curve::Function(|t| 0.5 * (1.0 - (-4.0 * t).exp() * (35.0 * t).cos()))],

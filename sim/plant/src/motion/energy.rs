@@ -30,11 +30,9 @@ impl MeterKind {
 /// An integral of force times speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Meter {
-    /// The energy that it counts.
     pub kind: MeterKind,
     /// Index of the drive, link or contact.
     pub element: usize,
-    /// Force row.
     pub force: Row,
     /// Speed row; power is `force xi * speed xi`.
     pub speed: Row,
@@ -56,18 +54,15 @@ pub enum StorageKind {
 /// Stored energy, J.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Storage {
-    /// Kind of the store.
     pub kind: StorageKind,
     /// Index of the coordinate, link, weight or contact.
     pub element: usize,
-    /// Its energy.
     pub joule: f64,
 }
 
 /// The meters of a mode, always the same ones in the same order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Every meter.
     pub meters: Vec<Meter>,
 }
 

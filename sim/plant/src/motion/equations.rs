@@ -6,6 +6,7 @@ use super::forces::Forces;
 use super::layout::{GAP_TIME_S, add, scaled};
 use super::modes::joined;
 use super::{FrictionState, Guard, Mode, Motion, Row, Switch};
+use crate::assembly::{Assembly, Link, NodeId};
 
 /// Everything that is valid while no switch changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +84,7 @@ impl Motion {
             .zip(&friction)
             .map(|(force, friction)| force.iter().zip(friction).map(|(a, b)| a + b).collect())
             .collect();
-        Equations {
+        let mut equations = Equations {
             mode,
             derivative,
             guards,
@@ -103,7 +104,9 @@ impl Motion {
             elongation: forces.elongation,
             drive_force: forces.drive,
             stroke: forces.stroke,
-        }
+        };
+        self.filter_derivatives(&mut equations);
+        equations
     }
 
     /// Adds the force of bristles to that of dry friction, and returns its elastic part with the rate of the
@@ -148,6 +151,26 @@ impl Motion {
         level
     }
 
+    /// Forces of links, weights and contacts, each with the node that it pushes and that which it reacts on.
+    fn passive_forces<'a>(
+        &'a self,
+        forces: &'a Forces,
+        friction: &'a [Row],
+    ) -> impl Iterator<Item = ([NodeId; 2], &'a Row)> {
+        let Assembly { links, weights, contacts, .. } = &self.assembly;
+        let of_link =
+            |((link, force), (friction, bristle)): ((&'a Link, &'a Row), (&'a Row, &'a Option<[Row; 2]>))| {
+                let all = [Some(force), Some(friction), bristle.as_ref().map(|[force, _]| force)];
+                let nodes = [link.b, link.a];
+                all.into_iter().flatten().map(move |force| (nodes, force))
+            };
+        let of_links =
+            links.iter().zip(&forces.link).zip(friction.iter().zip(&forces.bristle)).flat_map(of_link);
+        let of_weights = weights.iter().map(|weight| [weight.on, weight.reacts_on]).zip(&forces.weight);
+        let of_contacts = contacts.iter().map(|contact| [contact.b, contact.a]).zip(&forces.contact);
+        of_links.chain(of_weights).chain(of_contacts)
+    }
+
     fn accelerations(&self, forces: &Forces, friction: &[Row]) -> Vec<Row> {
         let mut rows = vec![self.layout.zero(); self.coordinates.count()];
         let mut push = |node, factor: f64, force: &Row| {
@@ -155,20 +178,9 @@ impl Motion {
                 add(&mut rows[g], factor / self.coordinates.mass_kg(g), force);
             }
         };
-        for (i, link) in self.assembly.links.iter().enumerate() {
-            let bristle = forces.bristle[i].as_ref().map(|[force, _]| force);
-            for force in [&forces.link[i], &friction[i]].into_iter().chain(bristle) {
-                push(link.b, 1.0, force);
-                push(link.a, -1.0, force);
-            }
-        }
-        for (weight, force) in self.assembly.weights.iter().zip(&forces.weight) {
-            push(weight.on, 1.0, force);
-            push(weight.reacts_on, -1.0, force);
-        }
-        for (contact, force) in self.assembly.contacts.iter().zip(&forces.contact) {
-            push(contact.b, 1.0, force);
-            push(contact.a, -1.0, force);
+        for ([on, reacts_on], force) in self.passive_forces(forces, friction) {
+            push(on, 1.0, force);
+            push(reacts_on, -1.0, force);
         }
         for (drive, force) in self.assembly.drives.iter().zip(&forces.drive) {
             push(drive.on, 1.0, force);
@@ -192,20 +204,9 @@ impl Motion {
                     add(&mut force, -factor, by);
                 }
             };
-            for (i, link) in self.assembly.links.iter().enumerate() {
-                let bristle = forces.bristle[i].as_ref().map(|[force, _]| force);
-                for by in [&forces.link[i], &friction[i]].into_iter().chain(bristle) {
-                    less(link.b, 1.0, by);
-                    less(link.a, -1.0, by);
-                }
-            }
-            for (weight, by) in self.assembly.weights.iter().zip(&forces.weight) {
-                less(weight.on, 1.0, by);
-                less(weight.reacts_on, -1.0, by);
-            }
-            for (contact, by) in self.assembly.contacts.iter().zip(&forces.contact) {
-                less(contact.b, 1.0, by);
-                less(contact.a, -1.0, by);
+            for ([on, reacts_on], by) in self.passive_forces(forces, friction) {
+                less(on, 1.0, by);
+                less(reacts_on, -1.0, by);
             }
             for (drive, by) in self.assembly.drives.iter().zip(&forces.drive) {
                 if drive.imposed.is_none() {
@@ -290,7 +291,6 @@ impl Motion {
                 derivative[state].clone_from(rate);
             }
         }
-        self.filter_derivatives(mode, forces, &mut derivative);
         for first in (0..self.assembly.contacts.len()).filter_map(|i| layout.moving_gap(i)) {
             derivative[first] = layout.unit(first + 1);
             derivative[first + 1] = scaled(1.0 / GAP_TIME_S, &layout.unit(first + 2));

@@ -16,7 +16,6 @@ pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
     row.iter().zip(xi).map(|(r, x)| r * x).sum()
 }
 
-/// States of one drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DriveStates {
     /// The ramping command, if its rate is limited or it is interpolated.
@@ -200,7 +199,6 @@ impl Layout {
         row
     }
 
-    /// The position of a node.
     pub(super) fn position(&self, assembly: &Assembly, coordinates: &Coordinates, node: NodeId) -> Row {
         let mut row = self.zero();
         let own = assembly.nodes[node].position_m;
@@ -214,7 +212,6 @@ impl Layout {
         row
     }
 
-    /// The velocity of a node.
     pub(super) fn velocity(&self, coordinates: &Coordinates, node: NodeId) -> Row {
         coordinates.of(node).map_or_else(|| self.zero(), |g| self.unit(self.v(g)))
     }

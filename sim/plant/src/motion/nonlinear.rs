@@ -6,7 +6,6 @@ use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(missing_docs, reason = "fields without a text are what their names say")]
 pub enum NonlinearLaw {
     /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` if the contact is
     /// clamped.

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use super::forces::Forces;
 use super::layout::{add, difference, scaled};
 use super::{Equations, Mode, Motion, Row};
 use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
@@ -76,8 +75,7 @@ impl Motion {
                 let sensor = &self.assembly.sensors[i];
                 match self.layout.filters[i].last() {
                     Some(&state) => self.layout.unit(state),
-                    None => self
-                        .unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source))?,
+                    None => self.unfiltered(sensor, equations)?,
                 }
             }
             _ => return None,
@@ -88,8 +86,7 @@ impl Motion {
     /// their transient.
     pub fn settle_filters(&self, equations: &Equations, xi: &mut [f64]) {
         for (i, sensor) in self.assembly.sensors.iter().enumerate() {
-            let row = self.unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source));
-            let Some(row) = row else { continue };
+            let Some(row) = self.unfiltered(sensor, equations) else { continue };
             let value = row.iter().zip(xi.iter()).map(|(r, x)| r * x).sum();
             for &state in &self.layout.filters[i] {
                 xi[state] = value;
@@ -123,50 +120,29 @@ impl Motion {
     }
 
     /// Input of the filters of a sensor.
-    fn unfiltered(
-        &self,
-        sensor: &SensorPart,
-        derivative: &[Row],
-        signal: impl Fn(Source) -> Option<Row>,
-    ) -> Option<Row> {
-        let mut row = signal(sensor.source)?;
+    fn unfiltered(&self, sensor: &SensorPart, equations: &Equations) -> Option<Row> {
+        let mut row = self.signal(equations, sensor.source)?;
         if let Source::Node(_, quantity) = sensor.source
             && sensor.relative_to != GROUND_NODE
         {
-            row = difference(&row, &signal(Source::Node(sensor.relative_to, quantity))?);
+            row = difference(&row, &self.signal(equations, Source::Node(sensor.relative_to, quantity))?);
         }
         let (mass, node) = sensor.tool_inertia;
         if mass != 0.0 {
-            add(&mut row, mass, &self.acceleration(derivative, node));
+            add(&mut row, mass, &self.acceleration(&equations.derivative, node));
         }
         Some(row)
     }
 
-    pub(super) fn filter_derivatives(&self, mode: Mode, forces: &Forces, derivative: &mut [Row]) {
-        let signal = |derivative: &[Row], source| match source {
-            Source::Node(node, Quantity::Acceleration) => Some(self.acceleration(derivative, node)),
-            Source::Node(node, quantity) => Some(self.motion_row(node, quantity)),
-            Source::Contact(i, Quantity::Force) => Some(forces.contact[i].clone()),
-            Source::Contact(i, Quantity::SpringForce) => Some(forces.contact_spring[i].clone()),
-            Source::Contact(i, Quantity::Compression) => Some(forces.compression[i][0].clone()),
-            Source::Contact(i, Quantity::Gap) => Some(scaled(-1.0, &forces.compression[i][0])),
-            Source::Contact(i, Quantity::GapRate) => Some(scaled(-1.0, &forces.compression[i][1])),
-            Source::Link(i, Quantity::Force) => Some(forces.link[i].clone()),
-            Source::Link(i, Quantity::SpringForce) => Some(forces.link_spring[i].clone()),
-            Source::Drive(i, Quantity::Force) => Some(forces.drive[i].clone()),
-            Source::Drive(i, quantity) => self.of_drive(i, quantity, mode, &forces.stroke[i]),
-            _ => None,
-        };
+    /// Writes the derivatives of the filters' states, which follow from all other rows.
+    pub(super) fn filter_derivatives(&self, equations: &mut Equations) {
         for (i, sensor) in self.assembly.sensors.iter().enumerate() {
             if sensor.filters.is_empty() {
                 continue;
             }
-            let Some(mut input) = self.unfiltered(sensor, derivative, |source| signal(derivative, source))
-            else {
-                continue;
-            };
+            let Some(mut input) = self.unfiltered(sensor, equations) else { continue };
             for (filter, &first) in sensor.filters.iter().zip(&self.layout.filters[i]) {
-                input = self.filter(filter, first, &input, derivative);
+                input = self.filter(filter, first, &input, &mut equations.derivative);
             }
         }
     }

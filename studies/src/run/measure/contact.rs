@@ -8,9 +8,7 @@ use feeler_plant::motion::Switch;
 /// A span of time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Begin of the interval.
     pub start_s: f64,
-    /// Its end.
     pub end_s: f64,
 }
 
@@ -29,7 +27,6 @@ impl Interval {
 /// A contact over a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactRun {
-    /// Its name.
     pub name: String,
     /// Its engagement, after effects.
     pub engagement: Engagement,
@@ -44,7 +41,6 @@ pub struct ContactRun {
     /// Largest force, N. It is that of the motion itself for the exact integrator, else of the record, with a
     /// parabola between its rows.
     pub peak_force_n: f64,
-    /// Time of the peak, s.
     pub peak_at_s: f64,
     /// The largest pull of a clamped contact, as a positive force, if it exceeds the largest push; from the
     /// record.

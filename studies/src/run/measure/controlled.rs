@@ -23,7 +23,7 @@ impl Controlled {
             let sensor = match used.spec.law {
                 Law::Position(_) => used.reads.as_ref().or(used.motion.as_ref()),
                 Law::Impedance(_) => used.motion.as_ref().or(used.reads.as_ref()),
-                _ => None,
+                Law::OpenLoop | Law::ExplicitForce(_) | Law::Admittance(_) => None,
             }?;
             let Sensor { reads, gain, noise, .. } = scenario.machine.sensors.get(sensor)?;
             let gain = if *gain == 0.0 { 1.0 } else { *gain };

@@ -7,13 +7,9 @@ use feeler_plant::description::{Quantity, Sensor, SignalName};
 /// A controller whose reference is the force of a contact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ForceLoop {
-    /// Index of the controller.
     pub controller: usize,
-    /// Its name.
     pub name: String,
-    /// Index of its sensor.
     pub sensor: usize,
-    /// Index of the contact.
     pub contact: usize,
 }
 

@@ -19,7 +19,6 @@ const EVEN: f64 = 1.5;
 /// Behaviour of a reference in the last part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::run) enum Ending {
-    /// It is at rest.
     Rests,
     /// It was at rest and has just moved; a longer run shows the response of the force.
     JustMoved,

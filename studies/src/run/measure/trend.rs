@@ -77,7 +77,6 @@ impl Trend {
         self.change < 0.0 && self.is_significant()
     }
 
-    /// Whether it rises.
     pub(in crate::run) fn rises(self) -> bool {
         self.change > 0.0 && self.is_significant()
     }

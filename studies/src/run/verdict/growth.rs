@@ -94,13 +94,13 @@ impl Evidence<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::judge::tests::{ROWS, still, times};
-    use super::super::{Evidence, Verdict};
+    use super::super::{Evidence, RunVerdict};
     use crate::run::verdict::outcome::{Outcome, Undecided};
     use feeler_control::Stream;
     use std::f64::consts::TAU;
 
     /// The verdict on these impacts, with the tool away at the end or at rest on the wall.
-    fn of_impacts(impacts: &[(f64, f64)], lost_at_s: Option<f64>, is_longest: bool) -> Verdict {
+    fn of_impacts(impacts: &[(f64, f64)], lost_at_s: Option<f64>, is_longest: bool) -> RunVerdict {
         let t_s = times();
         Evidence { lost_at_s, impacts, lifts_s: &[0.05, 0.75], is_longest, t_s: &t_s, ..still() }.verdict()
     }

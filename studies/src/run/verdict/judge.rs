@@ -6,7 +6,7 @@ use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
 use crate::run::verdict::growth::soars;
-use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
+use crate::run::verdict::outcome::{Outcome, RunVerdict, Undecided};
 use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 
 /// Growth (or decay) from one part of the tail to the next that exceeds the fluctuation of a steady
@@ -23,8 +23,7 @@ const LEAST_LIFTS: (usize, usize) = (3, 2);
 const LEAST_STICKS: usize = 2;
 
 impl Evidence<'_> {
-    /// What became of the run.
-    pub(in crate::run) fn verdict(&self) -> Verdict {
+    pub(in crate::run) fn verdict(&self) -> RunVerdict {
         let tail = Tail::of(self);
         if let Some(verdict) = self.before_contact(&tail).or_else(|| self.without_contact(&tail)) {
             return verdict;
@@ -36,9 +35,9 @@ impl Evidence<'_> {
     }
 
     /// For a run that stopped, or in which nothing can touch.
-    fn before_contact(&self, tail: &Tail) -> Option<Verdict> {
+    fn before_contact(&self, tail: &Tail) -> Option<RunVerdict> {
         match self.end {
-            Some(RunEnd::Diverged { .. }) => Some(Verdict {
+            Some(RunEnd::Diverged { .. }) => Some(RunVerdict {
                 growth_per_s: Some(tail.growth_per_s()).filter(|rate| rate.is_finite()),
                 ..tail.is(Outcome::Unstable)
             }),
@@ -54,7 +53,7 @@ impl Evidence<'_> {
     }
 
     /// For bouncing that grows, a tool that is away, and a tail too short for more.
-    fn without_contact(&self, tail: &Tail) -> Option<Verdict> {
+    fn without_contact(&self, tail: &Tail) -> Option<RunVerdict> {
         if let Some(rate_per_s) = self.impact_growth_per_s(tail.span_s[0]) {
             return Some(self.grows(tail, rate_per_s));
         }
@@ -70,16 +69,16 @@ impl Evidence<'_> {
 
     /// Growth by `rate_per_s`. Loss of contact bounds most growth eventually; in contact alone only a limit
     /// does.
-    fn grows(&self, tail: &Tail, rate_per_s: f64) -> Verdict {
+    fn grows(&self, tail: &Tail, rate_per_s: f64) -> RunVerdict {
         let lasts = self.is_longest || (self.lifts_s.is_empty() && self.swings(tail.first));
-        Verdict {
+        RunVerdict {
             growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
             ..if lasts { tail.is(Outcome::Unstable) } else { tail.is_undecided(Undecided::StillGrowing) }
         }
     }
 
     /// For a motion that grows strongly, leaves the workpiece repeatedly, or follows its driver.
-    pub(super) fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
+    pub(super) fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<RunVerdict> {
         let [a1, _, a3] = tail.amplitudes_n;
         let is_certain = !motion.is_noisy || motion.trend.is_some_and(Trend::rises_on);
         if soars(tail.amplitudes_n) && a3 > 0.1 * motion.band_n && is_certain {
@@ -100,7 +99,7 @@ impl Evidence<'_> {
     }
 
     /// For a motion within the settling band, and one with a few lift-offs.
-    pub(super) fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
+    pub(super) fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<RunVerdict> {
         let [a1, a2, a3] = tail.amplitudes_n;
         let band_n = motion.band_n;
         // An unstable loop that has not left the band yet: its growth exceeds noise, and continues.
@@ -126,7 +125,7 @@ impl Evidence<'_> {
     }
 
     /// For a motion in contact beyond the settling band.
-    pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> Verdict {
+    pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> RunVerdict {
         let [a1, a2, a3] = tail.amplitudes_n;
         let (trend, is_noisy) = (motion.trend, motion.is_noisy);
         let saturates = saturation::share(&self.saturated[tail.first..]) > SATURATES;
@@ -147,7 +146,7 @@ impl Evidence<'_> {
             if is_last && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
                 return self.grows(tail, rate_per_s);
             }
-            return Verdict {
+            return RunVerdict {
                 growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
                 ..tail.is_undecided(Undecided::StillGrowing)
             };
@@ -217,7 +216,7 @@ pub(super) mod tests {
     pub(in crate::run::verdict) fn verdict_of(
         force: impl Fn(f64) -> f64,
         change: impl Fn(&mut Evidence<'_>),
-    ) -> Verdict {
+    ) -> RunVerdict {
         let t_s = times();
         let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
         let mut evidence = Evidence { t_s: &t_s, force_n: &force_n, ..still() };

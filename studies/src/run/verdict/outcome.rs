@@ -7,7 +7,6 @@ pub const MOST_EXTENSION: f64 = 8.0;
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
 pub enum Outcome {
     /// At rest, and never left the workpiece since the first touch.
     Settled,
@@ -139,7 +138,6 @@ impl Serialize for Outcome {
 /// Why a run is undecided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
 pub enum Undecided {
     /// Too little of the run follows the first touch or the last change of the reference.
     TooShort,
@@ -206,7 +204,7 @@ impl Undecided {
 
 /// An outcome and its evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct RunVerdict {
     /// Class of the run, by its name.
     pub outcome: Outcome,
     /// Start and end of the judged time, s.
@@ -219,7 +217,7 @@ pub struct Verdict {
     pub undecided: Option<Undecided>,
 }
 
-impl Verdict {
+impl RunVerdict {
     /// Whether a longer run may decide.
     pub(in crate::run) fn may_be_decided(&self) -> bool {
         self.undecided.is_some_and(Undecided::may_be_decided)

@@ -5,7 +5,7 @@ use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
 use crate::run::verdict::growth::soars;
-use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
+use crate::run::verdict::outcome::{Outcome, RunVerdict, Undecided};
 use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 
 /// Growth of a command below this share of the largest one is rounding.
@@ -19,9 +19,9 @@ const GOES: f64 = 1.05;
 
 impl Evidence<'_> {
     /// Without contact: for the motion under control.
-    pub(super) fn of_controlled(&self, tail: &Tail) -> Verdict {
+    pub(super) fn of_controlled(&self, tail: &Tail) -> RunVerdict {
         if let Some(rate_per_s) = self.departure_per_s(tail) {
-            return Verdict { growth_per_s: Some(rate_per_s), ..tail.is(Outcome::Unstable) };
+            return RunVerdict { growth_per_s: Some(rate_per_s), ..tail.is(Outcome::Unstable) };
         }
         if self.t_s.len() - tail.first < LEAST_ROWS {
             return tail.is_undecided(Undecided::TooShort);
@@ -60,19 +60,19 @@ impl Evidence<'_> {
 
     /// Without contact: for a command that grows, or oscillates between limits. `otherwise` is the outcome of
     /// any other command.
-    pub(super) fn of_rendered(&self, first: usize, otherwise: Verdict, growth_per_s: f64) -> Verdict {
+    pub(super) fn of_rendered(&self, first: usize, otherwise: RunVerdict, growth_per_s: f64) -> RunVerdict {
         let command = &self.force_n[first..self.t_s.len()];
         let (tail_s, [a1, a2, a3]) = (otherwise.tail_s, otherwise.amplitudes_n);
         let largest = self.force_n.iter().fold(0.0, |largest: f64, u| largest.max(u.abs()));
         if self.driven || command.len() < LEAST_ROWS || a3 <= ROUNDING * largest {
             return otherwise;
         }
-        let unstable = |rate: f64| Verdict {
+        let unstable = |rate: f64| RunVerdict {
             outcome: Outcome::Unstable,
             growth_per_s: Some(rate).filter(|rate| rate.is_finite()),
             ..otherwise
         };
-        let open = |verdict, why| Verdict { outcome: Outcome::Undecided, undecided: Some(why), ..verdict };
+        let open = |verdict, why| RunVerdict { outcome: Outcome::Undecided, undecided: Some(why), ..verdict };
         let trend = if self.noise_n > 0.0 { Trend::in_noise(command) } else { Trend::of(command) };
         if soars([a1, a2, a3]) && (self.noise_n <= 0.0 || trend.is_some_and(Trend::rises_on)) {
             return unstable(growth_per_s);
@@ -83,7 +83,7 @@ impl Evidence<'_> {
             return if self.is_longest && !saturates { grows } else { open(grows, Undecided::StillGrowing) };
         }
         if saturates && a3 >= LASTS * a1 && self.swings(first) {
-            Verdict { outcome: Outcome::LimitCycle, ..otherwise }
+            RunVerdict { outcome: Outcome::LimitCycle, ..otherwise }
         } else {
             otherwise
         }

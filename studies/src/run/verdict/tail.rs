@@ -4,7 +4,7 @@ use crate::run::measure::settling::SETTLING_BAND;
 use crate::run::measure::swings::turns;
 use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
-use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
+use crate::run::verdict::outcome::{Outcome, RunVerdict, Undecided};
 
 /// Ratio of the last part's amplitude to the first part's below which the oscillation decays.
 pub(super) const LASTS: f64 = 0.7;
@@ -16,7 +16,6 @@ const LEAST_TURNS: (usize, usize) = (4, 1);
 /// Fewer rows show nothing.
 pub(super) const LEAST_ROWS: usize = 30;
 
-/// The tail of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail {
     /// Its first row.
@@ -51,8 +50,8 @@ impl Tail {
         self.span_s[1] - self.length_s() / 3.0
     }
 
-    pub(super) fn is(&self, outcome: Outcome) -> Verdict {
-        Verdict {
+    pub(super) fn is(&self, outcome: Outcome) -> RunVerdict {
+        RunVerdict {
             outcome,
             tail_s: self.span_s,
             amplitudes_n: self.amplitudes_n,
@@ -61,8 +60,8 @@ impl Tail {
         }
     }
 
-    pub(super) fn is_undecided(&self, why: Undecided) -> Verdict {
-        Verdict { undecided: Some(why), ..self.is(Outcome::Undecided) }
+    pub(super) fn is_undecided(&self, why: Undecided) -> RunVerdict {
+        RunVerdict { undecided: Some(why), ..self.is(Outcome::Undecided) }
     }
 }
 

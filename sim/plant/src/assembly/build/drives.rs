@@ -1,6 +1,6 @@
 //! Actuators from names to numbers.
 
-use super::super::{Assembly, Drive, Feed, GROUND_NODE, SensorPart, Source};
+use super::super::{Assembly, Drive, GROUND_NODE, SensorPart, ServoFeed, Source};
 use super::Build;
 use crate::description::{Actuator, ActuatorKind, DcMotor, GROUND, MotorInput, PositionServo, Quantity};
 use crate::problem::Problem;
@@ -49,7 +49,7 @@ impl Build<'_> {
     }
 
     /// The input of a servo that an actuator is: of the only one between the same bodies.
-    fn feed(&mut self, name: &str, actuator: &Actuator) -> Option<Feed> {
+    fn feed(&mut self, name: &str, actuator: &Actuator) -> Option<ServoFeed> {
         let is_fed = |other: &Actuator| {
             matches!(other.kind, ActuatorKind::PositionServo(_))
                 && other.on == actuator.on
@@ -70,7 +70,7 @@ impl Build<'_> {
             let message = "an input of a servo has no effort of its own".to_owned();
             problem("limit", message, "give the servo the `limit`");
         }
-        Some(Feed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
+        Some(ServoFeed { servo: servo?, is_velocity: actuator.kind == ActuatorKind::TargetVelocity })
     }
 
     fn servo_problems(&mut self, name: &str, servo: &PositionServo) {

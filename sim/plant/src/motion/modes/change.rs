@@ -18,7 +18,6 @@ pub trait ModeTable {
     /// If no method can carry a state through the mode.
     fn index_of(&mut self, motion: &Motion, mode: Mode) -> Result<usize, Self::Error>;
 
-    /// The equations of the mode with this index.
     fn equations(&self, index: usize) -> &Equations;
 }
 
@@ -27,11 +26,8 @@ pub trait ModeTable {
 pub struct Switched {
     /// Index of the next mode.
     pub index: usize,
-    /// The switch that changed.
     pub switch: Switch,
-    /// The state that it left.
     pub from: SwitchState,
-    /// The new state of the switch.
     pub to: SwitchState,
 }
 

@@ -24,7 +24,6 @@ use crate::motion::{Motion, NonlinearLaw, Row};
 /// minimum between them, which [`super::first_crossing`] finds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guard {
-    /// Index of the switch.
     pub switch: usize,
     /// The quantity, a row of the extended vector.
     pub row: Row,

@@ -61,9 +61,7 @@ pub enum DirectionState {
     /// Slower than [`DirectionState::REST_M_PER_S`].
     #[default]
     AtRest = 0,
-    /// Forward.
     Forward = 2,
-    /// Backward.
     Backward = 1,
 }
 

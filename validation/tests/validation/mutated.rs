@@ -43,10 +43,9 @@ const CHANGES: u64 = 3;
 
 /// What became of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub(crate) enum Fate {
     /// The file was refused, or the run was, with an error.
     Refused,
-    /// It ran.
     Ran,
     /// It was read, but cannot be run.
     Read,
@@ -54,24 +53,22 @@ pub enum Fate {
 
 /// A case: a file with mistakes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Case {
-    /// Its number.
-    pub number: u64,
+pub(crate) struct FuzzCase {
+    pub(crate) number: u64,
     /// The original file.
-    pub from: PathBuf,
-    /// Text of the file.
-    pub text: String,
+    pub(crate) from: PathBuf,
+    pub(crate) text: String,
 }
 
 /// Cases from the scenario, sweep and dataset files of a folder.
 #[derive(Clone, Debug)]
-pub struct Fuzz {
+pub(crate) struct Fuzz {
     files: Vec<(PathBuf, String)>,
 }
 
 impl Fuzz {
     /// Of all files below a folder.
-    pub fn of(folder: &Path) -> Self {
+    pub(crate) fn of(folder: &Path) -> Self {
         let mut files = Vec::new();
         gather(folder, &mut files);
         files.sort();
@@ -79,20 +76,20 @@ impl Fuzz {
     }
 
     /// Case `number`, always the same.
-    pub fn case(&self, number: u64) -> Case {
+    pub(crate) fn case(&self, number: u64) -> FuzzCase {
         let mut draws = Draws(number.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66);
         let (from, text) = &self.files[draws.below(self.files.len() as u64)];
         let mut text = text.clone();
         for _ in 0..=draws.below(CHANGES) {
             text = changed(&text, &mut draws);
         }
-        Case { number, from: from.clone(), text }
+        FuzzCase { number, from: from.clone(), text }
     }
 }
 
-impl Case {
+impl FuzzCase {
     /// Reads and runs it.
-    pub fn run(&self) -> Fate {
+    pub(crate) fn run(&self) -> Fate {
         let name = self.from.display().to_string();
         let is = |what: &str| self.from.iter().any(|part| part == what);
         if is("datasets") {

@@ -1,7 +1,7 @@
 //! Composes the answer from the results of the search.
 
-use feeler_plant::description::Machine;
-use feeler_plant::effects::Place;
+use feeler_plant::description::{Actuator, Machine};
+use feeler_plant::effects::{Place, Trait};
 use indexmap::IndexMap;
 
 use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
@@ -53,6 +53,17 @@ struct Errors {
     /// One sigma of every channel.
     noise: Vec<f64>,
     gap: Gap,
+}
+
+/// What is taken for granted of a winding that warms: its heat at the start of a record shows in no reading.
+fn cold_start(machine: &Machine) -> Option<String> {
+    let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
+    let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
+    Some(format!(
+        "`{name}`: its winding is taken as cold where a record begins, unless the record goes on from another \
+         by its clock; of one that began warm, the gain is found too small and `force` too large (rest for \
+         several `time_constant` before each record)"
+    ))
 }
 
 impl Judge<'_> {
@@ -165,7 +176,10 @@ impl Judge<'_> {
             effects,
             look_alikes,
             attempts: tried,
-            warnings: in_words(&self.dataset.warnings).into_iter().chain(self.timing(accepted)).collect(),
+            warnings: (in_words(&self.dataset.warnings).into_iter())
+                .chain(self.timing(accepted))
+                .chain(cold_start(&machine))
+                .collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
                 .collect(),

@@ -10,6 +10,7 @@ mod anchor;
 mod begin;
 mod close;
 mod flow;
+mod imposed;
 mod leeway;
 mod loops;
 mod machine;

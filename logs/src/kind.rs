@@ -1,12 +1,11 @@
 //! The kind of a file, from its first bytes.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use feeler_problem::sort::{self, Sort};
 
 use crate::error::LogError;
+use crate::packed;
 
 /// Formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +49,9 @@ const READ: [(Sort, Format); 5] = [
 
 /// The format of a file; an error names its actual kind.
 pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(LogError::open(path))?;
-    file.take(512).read_to_end(&mut start).map_err(LogError::open(path))?;
+    let (start, sort) = packed::start(path)?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
-    if let Some(found) = sort::sort_of(&start) {
+    if let Some(found) = sort {
         let read = READ.into_iter().find(|(sort, _)| *sort == found).map(|(_, format)| format);
         let read = read.filter(|format| *format != Format::Npz || ending == "npz");
         return read.ok_or_else(|| LogError::other(path, found.what, found.remedy));

@@ -34,6 +34,9 @@ pub const ZIP: Sort = other(
     "unpack it, and name the file in it; an .npz goes to `feeler import` as it is",
 );
 
+/// Any file in the compression of `zstd`.
+pub const ZSTD: Sort = other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`");
+
 const TO_NPZ: &str = "write its arrays with numpy.savez, and give that to `feeler import`";
 const PICTURE: &str = "this is a picture";
 const DRAWN: &str = "name the file that it was drawn from";
@@ -63,7 +66,7 @@ pub const ALL: [Sort; 20] = [
         "this is an Arrow or Feather file",
         "write it as Parquet: pyarrow.parquet.write_table(pyarrow.feather.read_table(FILE), NAME)",
     ),
-    other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`"),
+    ZSTD,
     other(b"\x1f\x8b", "this is compressed by gzip", "unpack it: `gunzip FILE`"),
     other(b"BZh", "this is compressed by bzip2", "unpack it: `bunzip2 FILE`"),
     other(b"\xfd7zXZ", "this is compressed by xz", "unpack it: `unxz FILE`"),

@@ -130,6 +130,8 @@ pub(super) struct First {
     speed: Option<String>,
     /// Signal of a force that the servo adds, where it takes one.
     lead: Option<String>,
+    /// Whether it is a slide.
+    pub(super) is_straight: bool,
 }
 
 impl First {
@@ -180,6 +182,7 @@ impl First {
                 path.display()
             )],
             load: None,
+            is_straight: machine.axis == Axis::Translational,
         })
     }
 
@@ -205,7 +208,8 @@ impl First {
             format!("kind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}")
         };
         let mut machine = Machine::new(if joint.name.is_empty() { BODY } else { &joint.name });
-        machine.axis = if given.is_straight { Axis::Translational } else { Axis::Rotational };
+        let is_straight = belief.map_or(seen.is_straight, |belief| belief.is_straight);
+        machine.axis = if is_straight { Axis::Translational } else { Axis::Rotational };
         let mut bearing = Spring::new(GROUND, BODY, 0.0, joint.damping);
         if joint.friction > 0.0 {
             bearing.effects.push(EffectUse::of(CoulombFriction { level: joint.friction }));
@@ -255,6 +259,7 @@ impl First {
             load: middle.map(|_| format!("{LOAD}.command")),
             speed: has_speed.then(|| format!("{SPEED}.command")),
             lead: has_lead.then(|| format!("{LEAD}.command")),
+            is_straight,
         }
     }
 }

@@ -7,6 +7,7 @@ mod axis;
 mod first;
 mod follow;
 mod load;
+mod pair;
 mod role;
 mod roles;
 mod seen;
@@ -75,7 +76,8 @@ fn take(
     run: &Run,
     options: &Options,
 ) -> Result<(), DiagnosisError> {
-    let guesses = roles::guess(run, &options.columns);
+    let mut guesses = roles::guess(run, &options.columns);
+    pair::pair(run, &mut guesses, !options.columns.is_empty());
     survey.runs.push(summary::of(run, &guesses));
     for (joint, guess) in guesses {
         survey.joints.entry(joint).or_insert(guess);

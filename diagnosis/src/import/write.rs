@@ -77,7 +77,12 @@ impl Writer {
                 Some(Model::Machine(path)) => Some(First::given(path)?),
                 _ => None,
             };
+            let mut guess = (*guess).clone();
             let mut assumptions = Vec::new();
+            let axis = given.as_ref().map(|given| given.is_straight);
+            if let Some(is_straight) = axis.or_else(|| Some(belief.as_ref()?.0.is_straight)) {
+                assumptions.extend(guess.fit_axis(is_straight));
+            }
             match (&belief, &beliefs) {
                 (Some((belief, why)), _) => assumptions
                     .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
@@ -97,7 +102,8 @@ impl Writer {
             });
             joints.push(Joint {
                 name: (*name).clone(),
-                guess: (*guess).clone(),
+                seen: Seen::of(&guess),
+                guess,
                 folder: out.clone(),
                 experiments: Vec::new(),
                 still: Vec::new(),
@@ -105,7 +111,6 @@ impl Writer {
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
                 arm: middle,
-                seen: Seen::of(guess),
             });
         }
         if joints.is_empty() {

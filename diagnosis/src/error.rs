@@ -26,11 +26,11 @@ pub enum DiagnosisError {
     #[error("{}: {reason}", .file.display())]
     Unreadable { file: PathBuf, reason: String, remedy: &'static str },
     /// The log has no such joint.
-    #[error("no joint `{joint}` has both a target and a position; {known} have")]
+    #[error("no joint `{joint}` has both a target and a position; {} has", one_of(.known))]
     NoJoint {
         /// The requested joint.
         joint: String,
-        /// Joints that have both a target and a position.
+        /// Joints that have both a target and a position; empty if the only one has no name.
         known: String,
     },
     /// A file that cannot be written.
@@ -105,6 +105,7 @@ impl Remedy for DiagnosisError {
             Self::Exponential(error) => error.remedy(),
             Self::Log(error) => error.remedy(),
             Self::Unreadable { remedy, .. } => (*remedy).into(),
+            Self::NoJoint { known, .. } if known.is_empty() => "leave out --joint".into(),
             Self::NoJoint { known, .. } => format!("name one of {known} with --joint").into(),
             Self::Unwritable { problem } => problem.remedy.as_str().into(),
             Self::Data { faults } => faults.first().map_or_else(String::new, Fault::remedy).into(),
@@ -150,6 +151,10 @@ impl Remedy for DiagnosisError {
     }
 }
 
+fn one_of(known: &str) -> String {
+    if known.is_empty() { "the only one, without a name,".into() } else { format!("each of {known}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,6 +188,7 @@ mod tests {
                     remedy: "did you mean `force`?".into(),
                 },
                 DiagnosisError::NoJoint { joint: "hip".into(), known: "elbow, wrist".into() },
+                DiagnosisError::NoJoint { joint: "hip".into(), known: String::new() },
                 DiagnosisError::Unwritable {
                     problem: Problem::new("", "cannot write out", "name another place with --out"),
                 },

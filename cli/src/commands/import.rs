@@ -153,12 +153,16 @@ fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
     let of = if joint.is_empty() { String::new() } else { format!("{joint}: ") };
     let _ = writeln!(
         text,
-        "{of}`{}` follows `{}` {} ms later (correlation {:.4})",
+        "{of}`{}` {} `{}` {} ms later (correlation {:.4})",
         name(Role::Position),
+        if follow.is_turned() { "moves against" } else { "follows" },
         name(Role::Target),
         short(1e3 * follow.lag_s),
         follow.correlation
     );
+    if follow.is_turned() {
+        let _ = writeln!(text, "  turn the sign of one of the two: `scale` in dataset.toml, times -1");
+    }
     for (role, chosen) in &guess.columns {
         if let Some((unit, why)) = &chosen.unit {
             let _ = writeln!(text, "  {} is taken for {}: {why}", role.noun(), unit_words(*unit));

@@ -23,6 +23,11 @@ pub struct Follow {
 }
 
 impl Follow {
+    /// Whether it moves the other way.
+    pub fn is_turned(self) -> bool {
+        self.is_of_one_motion() && self.correlation < 0.0
+    }
+
     /// Whether the two are of one motion.
     pub(super) fn is_of_one_motion(self) -> bool {
         self.correlation.abs() > ONE_MOTION

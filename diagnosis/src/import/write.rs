@@ -141,9 +141,11 @@ impl Writer {
         for joint in self.joints {
             survey.notes.extend(joint.left_out());
             if joint.experiments.is_empty() {
-                survey
-                    .notes
-                    .push(format!("`{}`: no run has enough rows, so that nothing was written", joint.name));
+                survey.notes.push(format!(
+                    "nothing was written{}: record at least {FEWEST_ROWS} rows in which the {} changes",
+                    if joint.name.is_empty() { String::new() } else { format!(" for `{}`", joint.name) },
+                    joint.input().noun()
+                ));
                 continue;
             }
             let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
@@ -190,7 +192,7 @@ impl Joint {
         (!runs.is_empty()).then(|| {
             format!(
                 "`{}`: left out where the {} never changes, in {}",
-                self.name,
+                if self.name.is_empty() { "joint" } else { &self.name },
                 self.input().noun(),
                 runs.join(", ")
             )
@@ -245,6 +247,16 @@ impl Joint {
             return Ok(());
         }
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
+        for (pick, bad) in picks.iter().zip(&series.bad) {
+            if let Some((first, cells)) = bad {
+                notes.push(format!(
+                    "run `{}`: `{}` holds no number in row {} ({cells} such cells): left empty",
+                    run.name,
+                    pick.name,
+                    series.rows_before + first + 1
+                ));
+            }
+        }
         let mut name = format!("{}.csv", file_name(&run.name));
         let mut copies = 1;
         while self.experiments.contains(&name) {

@@ -18,6 +18,7 @@ mod presliding;
 mod run;
 mod sensor;
 mod state;
+mod warm;
 
 pub(crate) use anchor::{Anchoring, chain};
 pub(crate) use begin::pace;

@@ -11,6 +11,7 @@ use super::loops::{PredictedLoop, RowSpan, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
 use super::sensor::readings;
 use super::state::State;
+use super::warm::by_commands;
 use crate::dataset::{Dataset, Driven, Record};
 use crate::error::DiagnosisError;
 
@@ -115,9 +116,13 @@ impl<'a> Predictor<'a> {
         // On the measured motion, rounding is of no use to a heat.
         let rows = if precision == Precision::Rounding { Precision::Rows(1) } else { precision };
         for &record in earlier.iter().rev() {
-            let (assembly_then, surfaces) = (assembly.clone(), surfaces.clone());
-            let mut before = Self::as_warm(assembly_then, surfaces, rows, dataset, record, late_rows)?;
-            let heats = before.anchored()?.heats;
+            let heats = match by_commands(&assembly, dataset, record) {
+                Some(heats) => heats,
+                None => {
+                    let then = (assembly.clone(), surfaces.clone());
+                    Self::as_warm(then.0, then.1, rows, dataset, record, late_rows)?.anchored()?.heats
+                }
+            };
             for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
                 drive.warming.iter_mut().for_each(|winding| winding.heat = heat);
             }

@@ -17,8 +17,7 @@ use crate::pages::Checked;
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the table is damaged, cut off or not Parquet: write it again, or as CSV";
-const AS_ZSTD: &str = "write it with zstd: `pyarrow.parquet.write_table(pyarrow.parquet.read_table(FILE), NAME, \
-                       compression=\"zstd\")`";
+const AS_ZSTD: &str = "write it again with `compression=\"zstd\"`, as by pyarrow.parquet.write_table";
 /// Number of rows that are decoded together.
 const BATCH: usize = 1 << 14;
 /// Longest list that becomes columns.

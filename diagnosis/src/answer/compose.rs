@@ -60,9 +60,8 @@ fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
     Some(format!(
-        "`{name}`: its winding is taken as cold where a record begins, unless the record goes on from another \
-         by its clock; of one that began warm, the gain is found too small and `force` too large (rest for \
-         several `time_constant` before each record)"
+        "`{name}`: where a record goes on from no other, its winding is taken as cold (rest for several \
+         `time_constant` before each: after a warm start the gain is too small and `force` too large)"
     ))
 }
 

@@ -1,5 +1,4 @@
-//! Records that follow each other: one long record is cut into such pieces, so that some are fitted and others
-//! scored.
+//! Records that follow each other: one long record is cut into such pieces. Some are fitted, others scored.
 
 use std::sync::Arc;
 

@@ -39,8 +39,8 @@ const FAR_OFF_GAIN: f64 = 2.0;
 const LOAD_OVER_FRICTION: f64 = 3.0;
 /// How far a gain may be off that follows from a load: as far as the masses of models, mostly.
 const OFF_BY_LOAD: f64 = 0.5;
-/// The same of a gain that follows from a lag, as a logarithm. A loop of damping ratio `z` lags by `2 z / omega`,
-/// so that the gain goes with `z^2`, and servos have 0.6 to 1.6.
+/// The same of a gain that follows from a lag, as a logarithm. A loop of damping ratio `z` lags by
+/// `2 z / omega`, so that the gain goes with `z^2`, and servos have 0.6 to 1.6.
 const OFF_BY_LAG: f64 = 1.0;
 /// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
@@ -55,8 +55,8 @@ struct Gains {
     tolerance: Option<f64>,
 }
 
-/// What is taken of the stated gains, why, and how far it may be off, where a loop with them could not move as
-/// the log does.
+/// What is taken of the stated gains, why, and how far it may be off, where a loop with them could not move
+/// as the log does.
 ///
 /// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
 /// steadily is followed `(kd + damping) / kp` later. With the damping beside it, a smaller gain lags more.

@@ -8,6 +8,8 @@ const INSTANTS: usize = 4000;
 const LONGEST_S: f64 = 0.5;
 /// Smallest correlation of two columns of one motion.
 const ONE_MOTION: f64 = 0.85;
+/// How much better the reverse must match: half a period late, a motion that recurs is its own reverse.
+const CLEARLY: f64 = 0.3;
 /// Number of trial lags.
 const LAGS: usize = 200;
 
@@ -54,8 +56,8 @@ pub(super) fn follow(target: (&Table, &Column), position: (&Table, &Column)) -> 
     let tried: Vec<Follow> = tried.collect();
     let order = |a: &&Follow, b: &&Follow| a.correlation.total_cmp(&b.correlation);
     let (along, against) = (tried.iter().max_by(order)?, tried.iter().min_by(order)?);
-    let is_turned = !along.is_of_one_motion() && against.is_of_one_motion();
-    Some(if is_turned { *against } else { *along })
+    let is_turned = along.correlation + against.correlation < -CLEARLY;
+    Some(if is_turned && against.is_of_one_motion() { *against } else { *along })
 }
 
 struct Readings {

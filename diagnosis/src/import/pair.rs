@@ -48,7 +48,7 @@ fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
     }
 }
 
-/// Of a target and what follows it, gives the one whose unit nobody states the unit that makes them one motion.
+/// Of a target and what follows it, gives the one of no stated unit the unit that makes them one motion.
 fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
     let Some(follow) = guess.follow.filter(|follow| follow.is_of_one_motion()) else { return };
     let (Some(target), Some(position)) =

@@ -91,8 +91,8 @@ pub(super) fn by_size(role: Role, column: &Column) -> Reasoned {
     (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
 }
 
-/// The unit of a column whose motion is `times` that of another in SI, though it is the same motion. `None` if
-/// no common unit makes it so.
+/// The unit of a column whose motion is `times` that of another in SI, though it is the same motion. `None`
+/// if no common unit makes it so.
 pub(super) fn beside(times: f64, other: &str) -> Reasoned {
     let degree = UnitGuess::Symbol("deg");
     let counts = TURNS.map(|turn| UnitGuess::Counts(std::f64::consts::TAU / turn));

@@ -152,8 +152,8 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     }
 }
 
-/// The sines add up to 0.9 rad from end to end at most. An encoder that counts from half a turn stands 3.1 rad
-/// beside its target; one that a load of a servo holds off by 0.3 rad does not.
+/// The sines add up to 0.9 rad from end to end at most. An encoder that counts from half a turn stands 3.1
+/// rad beside its target; one that a load of a servo holds off by 0.3 rad does not.
 #[test]
 fn truth_a_position_with_another_zero_than_its_target_is_named() {
     let machine = format!("{JOINT}{SERVO}");

@@ -280,8 +280,8 @@ fn truth_a_motor_crosses_half_its_play_under_its_own_inertia() {
     assert!((meets[0] / expected_s - 1.0).abs() < ALMOST_LEVEL, "{meets:?}");
 }
 
-/// With `c` the heat in the end, a constant torque falls to `1 / (1 + c)` of it. The heat goes with the square
-/// of a torque that falls by [`ALMOST_LEVEL`] itself.
+/// With `c` the heat in the end, a constant torque falls to `1 / (1 + c)` of it. The heat goes with the
+/// square of a torque that falls by [`ALMOST_LEVEL`] itself.
 #[test]
 fn truth_a_joint_weakens_as_its_winding_warms() {
     let (force_n, halved_n_m, tau) = (10.0, 8.0, 0.02);

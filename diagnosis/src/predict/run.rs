@@ -116,12 +116,11 @@ impl<'a> Predictor<'a> {
         // On the measured motion, rounding is of no use to a heat.
         let rows = if precision == Precision::Rounding { Precision::Rows(1) } else { precision };
         for &record in earlier.iter().rev() {
-            let heats = match by_commands(&assembly, dataset, record) {
-                Some(heats) => heats,
-                None => {
-                    let then = (assembly.clone(), surfaces.clone());
-                    Self::as_warm(then.0, then.1, rows, dataset, record, late_rows)?.anchored()?.heats
-                }
+            let heats = if let Some(heats) = by_commands(&assembly, dataset, record) {
+                heats
+            } else {
+                let (then, surfaces) = (assembly.clone(), surfaces.clone());
+                Self::as_warm(then, surfaces, rows, dataset, record, late_rows)?.anchored()?.heats
             };
             for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
                 drive.warming.iter_mut().for_each(|winding| winding.heat = heat);

@@ -149,7 +149,7 @@ const FORGOTTEN: f64 = 0.1;
 /// The force of a drive tells its heat, and so does how far a servo stays behind.
 #[test]
 fn truth_a_piece_of_a_record_begins_as_warm_as_the_rows_before_left_it() {
-    let heats = "[actuators.drive.effects.thermal-derating]\nforce = 14.0\ntime_constant = 1.0\n";
+    let heats = "[actuators.drive.effects.thermal-derating]\nforce = 40.0\ntime_constant = 1.0\n";
     let [force, servo]: [fn(i32) -> f64; 2] =
         [|k| 10.0 + 2.0 * (0.05 * f64::from(k)).sin(), |k| 0.5 * (0.02 * f64::from(k)).sin()];
     for (kind, tells, command) in [("kind = \"force\"\n", 1, force), (SERVO, 0, servo)] {

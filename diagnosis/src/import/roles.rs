@@ -38,22 +38,27 @@ impl Guess {
     /// Replaces units that a joint of this axis cannot have; a sentence for each.
     pub(super) fn fit_axis(&mut self, is_straight: bool) -> Vec<String> {
         let mut said = Vec::new();
-        for chosen in self.columns.values_mut() {
+        for (role, chosen) in &mut self.columns {
             let Some((unit, why)) = &chosen.unit else { continue };
             if unit.is_straight().is_none_or(|is_its| is_its == is_straight) {
                 continue;
             }
-            let (name, axis) = if is_straight { ("mm", "slides") } else { ("rad", "turns") };
-            said.push(format!("`{}` is taken for {name}: the joint {axis} (else: {why})", chosen.column));
-            chosen.unit = is_straight.then(|| (UnitGuess::Symbol(name), "the joint slides".into()));
+            let (symbol, axis) = match (is_straight, role) {
+                (true, Role::TargetVelocity) => ("mm/s", "slides"),
+                (true, _) => ("mm", "slides"),
+                (false, Role::TargetVelocity) => ("rad/s", "turns"),
+                (false, _) => ("rad", "turns"),
+            };
+            said.push(format!("`{}` is taken for {symbol}: the joint {axis} (else: {why})", chosen.column));
+            chosen.unit = is_straight.then(|| (UnitGuess::Symbol(symbol), "the joint slides".into()));
         }
         said
     }
 
     /// Whether its units are those of a slide.
     pub(super) fn is_straight(&self) -> bool {
-        let units = self.columns.values().filter_map(|chosen| chosen.unit.as_ref());
-        units.into_iter().any(|(unit, _)| unit.is_straight() == Some(true))
+        let mut units = self.columns.values().filter_map(|chosen| chosen.unit.as_ref());
+        units.any(|(unit, _)| unit.is_straight() == Some(true))
     }
 }
 
@@ -213,8 +218,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     }
     // The name of a table counts if none of its columns says so itself.
     let says_so = |column: &Column| words(&column.name).iter().any(|word| TARGETS.contains(&word.as_str()));
-    let target = in_own(&TARGETS)
-        .or_else(|| has(&TARGETS).filter(|_| !table.columns.iter().any(|column| says_so(column))));
+    let target = in_own(&TARGETS).or_else(|| has(&TARGETS).filter(|_| !table.columns.iter().any(says_so)));
     let is_feed = in_own(&FEEDS[..2]).is_some() || FEEDS[2..].iter().all(|word| in_own(&[*word]).is_some());
     let force = in_own(&EFFORTS).or_else(|| {
         let is_motion = in_own(&POSITIONS).is_some() || in_own(&VELOCITIES).is_some();

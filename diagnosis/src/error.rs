@@ -22,7 +22,8 @@ pub enum DiagnosisError {
     Log(LogError),
     #[error("{}: {reason}", .file.display())]
     Unreadable { file: PathBuf, reason: String, remedy: &'static str },
-    #[error("no joint `{joint}` has both a target and a position; {known} have")]
+    /// Joints that have both are in `known`; it is empty if the only one has no name.
+    #[error("no joint `{joint}` has both a target and a position; {} has", one_of(.known))]
     NoJoint { joint: String, known: String },
     #[error("{}", .problem.message)]
     Unwritable { problem: Problem },
@@ -68,6 +69,7 @@ impl Remedy for DiagnosisError {
             Self::Exponential(error) => error.remedy(),
             Self::Log(error) => error.remedy(),
             Self::Unreadable { remedy, .. } => (*remedy).into(),
+            Self::NoJoint { known, .. } if known.is_empty() => "leave out --joint".into(),
             Self::NoJoint { known, .. } => format!("name one of {known} with --joint").into(),
             Self::Unwritable { problem } => problem.remedy.as_str().into(),
             Self::Data { faults } => faults.first().map_or_else(String::new, Fault::remedy).into(),
@@ -113,6 +115,10 @@ impl Remedy for DiagnosisError {
     }
 }
 
+fn one_of(known: &str) -> String {
+    if known.is_empty() { "the only one, without a name,".into() } else { format!("each of {known}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,6 +152,7 @@ mod tests {
                     remedy: "did you mean `force`?".into(),
                 },
                 DiagnosisError::NoJoint { joint: "hip".into(), known: "elbow, wrist".into() },
+                DiagnosisError::NoJoint { joint: "hip".into(), known: String::new() },
                 DiagnosisError::Unwritable {
                     problem: Problem::new("", "cannot write out", "name another place with --out"),
                 },

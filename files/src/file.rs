@@ -23,6 +23,9 @@ pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
 }
 
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
+    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
+        return Err(Error::new(ErrorKind::InvalidData, format!("byte {at} is zero: this is no text")));
+    }
     String::from_utf8(bytes).map_err(|error| {
         let (bytes, at) = (error.as_bytes(), error.utf8_error().valid_up_to());
         let line = bytes[..at].split(|byte| *byte == b'\n').count();

@@ -143,10 +143,12 @@ fn unit_of(first: f64, step: Option<f64>, stated: Option<ClockUnit>) -> (ClockUn
     }
 }
 
-/// Nanoseconds of a calendar time, as in `2024-05-01T12:00:00.25Z` or `2024-05-01 12:00:00,25+02:00`.
+/// Nanoseconds of a calendar time, as in `2024-05-01T12:00:00.25Z` or `2024-05-01 12:00:00,25+02:00`; since
+/// midnight of a time of day with its seconds.
 pub(crate) fn calendar_ns(text: &str) -> Option<i64> {
     let text = text.trim();
-    let (date, time) = text.split_once(['T', ' ', 't'])?;
+    let of_day = || (text.matches(':').count() == 2).then_some(("1970-01-01", text));
+    let (date, time) = text.split_once(['T', ' ', 't']).or_else(of_day)?;
     let mut parts = date.split(['-', '/']);
     let mut next = || parts.next()?.parse::<i64>().ok();
     let (year, month, day) = (next()?, next()?, next()?);
@@ -234,7 +236,8 @@ mod tests {
             assert_eq!(calendar_ns(text), Some(ns), "{text}");
         }
         assert_eq!(calendar_ns("1970-01-01T00:00:00"), Some(0));
-        for text in ["1.5", "12:00", "2024-13-01T00:00:00", "2024-05-01Tx", ""] {
+        assert_eq!(calendar_ns("12:00:00.25"), Some(43_200_250_000_000));
+        for text in ["1.5", "12:00", "a:b:c", "2024-13-01T00:00:00", "2024-05-01Tx", ""] {
             assert_eq!(calendar_ns(text), None, "{text}");
         }
     }

@@ -147,7 +147,7 @@ pub fn on_one_grid(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series,
             return Err(LogError::other(
                 file,
                 format!("`{}` has no clock", table.full_name(column)),
-                "give its file a column `t_s`",
+                "give its file a column `t_s`; in an npz, an array of times as long as this one",
             ));
         };
         let shift_s = other.origin_s - clock.origin_s;

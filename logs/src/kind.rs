@@ -1,12 +1,11 @@
 //! The kind of a file, from its first bytes.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use feeler_problem::sort::{self, Sort};
 
 use crate::error::LogError;
+use crate::packed;
 
 /// Formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,16 +47,36 @@ const READ: [(Sort, Format); 5] = [
     (sort::ZIP, Format::Npz),
 ];
 
+/// Files that are archives inside, by their endings.
+const ZIPPED: [(&str, &str, &str); 4] = [
+    ("xlsx", "this is a spreadsheet", "save its sheet as CSV"),
+    ("ods", "this is a spreadsheet", "save its sheet as CSV"),
+    ("pt", "this is a file of PyTorch", "write its tensors with numpy.savez"),
+    ("pth", "this is a file of PyTorch", "write its tensors with numpy.savez"),
+];
+/// How a web page begins.
+const WEB: [&str; 2] = ["<html", "<!doctype html"];
+/// Place of the mark of a tar archive.
+const TAR_AT: usize = 257;
+
 /// The format of a file; an error names its actual kind.
 pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(LogError::open(path))?;
-    file.take(512).read_to_end(&mut start).map_err(LogError::open(path))?;
+    let (start, sort) = packed::start(path)?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
-    if let Some(found) = sort::sort_of(&start) {
+    if let Some(found) = sort {
         let read = READ.into_iter().find(|(sort, _)| *sort == found).map(|(_, format)| format);
         let read = read.filter(|format| *format != Format::Npz || ending == "npz");
+        if let Some((_, what, remedy)) = ZIPPED.into_iter().find(|(other, ..)| *other == ending) {
+            return Err(LogError::other(path, what, remedy));
+        }
         return read.ok_or_else(|| LogError::other(path, found.what, found.remedy));
+    }
+    if start.get(TAR_AT..).is_some_and(|rest| rest.starts_with(b"ustar")) {
+        return Err(LogError::other(
+            path,
+            "this is a tar archive",
+            "unpack it by `tar -xf`, and name what is in it",
+        ));
     }
     let expected = match ending.as_str() {
         "mcap" => Some("an MCAP log"),
@@ -92,6 +111,9 @@ fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> 
             _ if text.contains("<robot") => {
                 ("this is a URDF", format!("name the log first, and this by `--urdf {name}`"))
             }
+            _ if WEB.iter().any(|begins| text.to_ascii_lowercase().starts_with(begins)) => {
+                ("this is a web page", "save what it shows as a file: its link names one".to_owned())
+            }
             _ => ("this is XML", "name a log: MCAP, a ROS 2 bag, Parquet, npz, npy or CSV".to_owned()),
         };
         return Err(LogError::other(path, what, remedy));
@@ -108,7 +130,7 @@ fn refuse_text(path: &Path, start: &[u8], ending: &str) -> Result<(), LogError> 
     if let Some((what, remedy)) = of_ending {
         return Err(LogError::other(path, what, remedy));
     }
-    if text.starts_with('{') {
+    if text.starts_with('{') || text.starts_with("[{") || ending == "json" {
         let remedy = "write a row of numbers for each instant, as CSV, or JSON messages in an MCAP log";
         return Err(LogError::other(path, "this is JSON", remedy));
     }
@@ -141,6 +163,15 @@ mod tests {
             ("a.yaml", b"a: 1\n", "YAML", "log"),
             ("a.obj", b"v 1.0 2.0 3.0\n", "mesh", "log"),
             ("a.jpg", b"\xff\xd8\xff\xe0", "picture", "drawn"),
+            ("a.pkl", b"\x80\x04\x95..", "pickle", "savez"),
+            ("a.tdms", b"TDSm..", "LabVIEW", "CSV"),
+            ("a.rrd", b"RRF2..", "Rerun", "Parquet"),
+            ("a.xls", b"\xd0\xcf\x11\xe0..", "office", "CSV"),
+            ("a.xlsx", b"PK\x03\x04", "spreadsheet", "CSV"),
+            ("a.pt", b"PK\x03\x04", "PyTorch", "savez"),
+            ("a.tar", &[&[b'a'; 257][..], b"ustar"].concat(), "tar", "tar -xf"),
+            ("a.json", b"[{\"t\": 0}]", "JSON", "CSV"),
+            ("a.html", b"<!DOCTYPE html>", "web page", "link"),
         ] {
             let error = of(name, bytes).expect_err("refused");
             assert!(error.to_string().contains(what), "{error}");

@@ -21,6 +21,10 @@ pub(crate) fn is_one(folder: &Path) -> bool {
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let data = folder.join("data");
     let mut found = Vec::new();
+    if !data.is_dir() {
+        let what = "this is a LeRobot data set without its folder `data`";
+        return Err(LogError::other(folder, what, "copy `data` beside `meta`: it holds the tables"));
+    }
     for chunk in fs::read_dir(&data).map_err(LogError::open(&data))?.filter_map(Result::ok) {
         let chunk = chunk.path();
         if !chunk.is_dir() {

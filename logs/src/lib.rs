@@ -28,6 +28,7 @@ mod json;
 mod kind;
 mod lerobot;
 mod mcap;
+mod packed;
 mod pages;
 mod parquet;
 mod recordings;

@@ -1,6 +1,5 @@
 //! MCAP logs (mcap.dev): messages in JSON or CDR, chunks plain or compressed by lz4 or zstd.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use mcap::sans_io::LinearReaderOptions;
 use mcap::sans_io::message_reader::{MessageReadEvent, MessageReader};
 
 use crate::error::{LogError, LogPlace};
+use crate::packed;
 use crate::topics::{Declared, Topics};
 
 const DAMAGED: &str =
@@ -21,7 +21,7 @@ const RECORD_BYTES: [u64; 2] = [1 << 24, 1 << 30];
 
 /// Reads the messages of a log. Channels are numbered from `base` on; returns the number of used ones.
 pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), LogError> {
-    let file = File::open(path).map_err(LogError::open(path))?;
+    let file = packed::open(path)?;
     let size = file.metadata().map_err(LogError::open(path))?.len();
     let mut file = BufReader::with_capacity(1 << 20, file);
     let longest = size.saturating_mul(GROWTH).clamp(RECORD_BYTES[0], RECORD_BYTES[1]);

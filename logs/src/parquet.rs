@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::Path;
 
-use parquet::basic::{LogicalType, TimeUnit};
+use parquet::basic::{Compression, LogicalType, TimeUnit};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
@@ -17,6 +17,7 @@ use crate::pages::Checked;
 use crate::table::{Column, Run, Table};
 
 const DAMAGED: &str = "the table is damaged, cut off or not Parquet: write it again, or as CSV";
+const AS_ZSTD: &str = "write it again with `compression=\"zstd\"`, as by pyarrow.parquet.write_table";
 /// Number of rows that are decoded together.
 const BATCH: usize = 1 << 14;
 /// Longest list that becomes columns.
@@ -46,6 +47,10 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
         }
         let mut cells = Cells::new(&described);
         for group in 0..reader.num_row_groups() {
+            if let Some(other) = other_codec(reader.metadata().row_group(group).column(leaf).compression()) {
+                let what = format!("its column `{name}` is compressed by {other}, which is not read");
+                return Err(LogError::other(path, what, AS_ZSTD));
+            }
             let Some(at) = start_of(reader.metadata().row_group(group).column(leaf)) else {
                 let what = format!("column `{name}`: its place or size is negative");
                 return Err(LogError::damaged(path, LogPlace::Byte(size), what, DAMAGED));
@@ -82,6 +87,17 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     let (clock, times_s) = clock.map_or((None, Vec::new()), |(clock, times)| (Some(clock), times));
     let table = Table { name: stem.clone(), file: path.to_owned(), clock, times_s, rows_before: 0, columns };
     Ok(Run { name: stem, tables: vec![table], notes })
+}
+
+/// The compression of a column, if it is none that is read.
+fn other_codec(compression: Compression) -> Option<&'static str> {
+    Some(match compression {
+        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_) => return None,
+        Compression::GZIP(_) => "gzip",
+        Compression::BROTLI(_) => "brotli",
+        Compression::LZ4 | Compression::LZ4_RAW => "lz4",
+        Compression::LZO => "lzo",
+    })
 }
 
 /// The first byte of a chunk; `None` if its place or size is negative, which `parquet` asserts.

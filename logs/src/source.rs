@@ -16,6 +16,8 @@ use crate::{arrays, bag, csv, lerobot, mcap, parquet};
 const CHANNELS: u64 = 1 << 32;
 /// Bytes of a header by which texts are compared, at most.
 const LONGEST_HEADER: u64 = 1 << 20;
+/// Endings of files that were compressed as a whole.
+const PACKED: [&str; 2] = ["zstd", "zst"];
 /// Largest depth of folders in the search for logs.
 const MOST_DEEP: usize = 3;
 
@@ -44,10 +46,6 @@ pub fn sources(paths: &[&Path]) -> Result<Vec<Source>, LogError> {
             let before = found.len();
             folder(path, 0, &mut found)?;
             if found.len() == before {
-                if is_packed(path) {
-                    let remedy = format!("unpack them: `zstd -d {}/*.zstd`", path.display());
-                    return Err(LogError::other(path, "its files are compressed by zstd", remedy));
-                }
                 let what = "this folder holds no log";
                 let remedy = "name a folder with MCAP, ROS 2 bag, Parquet, npz, npy or CSV files";
                 return Err(LogError::other(path, what, remedy));
@@ -138,14 +136,23 @@ impl Source {
     }
 }
 
-/// Whether a folder holds files that were compressed as a whole.
-fn is_packed(folder: &Path) -> bool {
-    let entries = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
-    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|ending| ending == "zstd"))
+/// The ending of a name, in lower case; that of a packed file is of what is in it.
+fn ending(path: &Path) -> String {
+    let of = |path: &Path| path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    match of(path) {
+        Some(packed) if PACKED.contains(&packed.as_str()) => {
+            path.file_stem().and_then(|stem| of(stem.as_ref()))
+        }
+        ending => ending,
+    }
+    .unwrap_or_default()
 }
 
 fn name_of(path: &Path) -> String {
-    path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
+    let stem = path.file_stem().unwrap_or_default();
+    let is_packed = path.extension().is_some_and(|ending| PACKED.iter().any(|packed| ending == *packed));
+    let inner = Path::new(stem).file_stem().filter(|_| is_packed);
+    inner.unwrap_or(stem).to_string_lossy().into_owned()
 }
 
 /// Searches a folder for logs: those of one bag or of one run are one source.
@@ -171,8 +178,7 @@ fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogE
             }
             continue;
         }
-        let ending = entry.extension().and_then(|ending| ending.to_str()).unwrap_or("").to_ascii_lowercase();
-        match ending.as_str() {
+        match ending(entry).as_str() {
             "mcap" | "db3" if is_bag => bag.push(entry.clone()),
             "mcap" | "db3" | "parquet" | "npz" | "npy" => found.push(Source::of(entry, kind::of(entry)?)),
             "csv" | "tsv" | "dat" => texts.push(entry.clone()),

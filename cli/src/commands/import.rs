@@ -129,6 +129,9 @@ fn described(text: &mut String, run: &RunSummary) {
     }
 }
 
+/// No servo is logged more slowly.
+const SLOW_HZ: f64 = 1.0;
+
 fn headline(run: &RunSummary, found: &TableSummary) -> String {
     let rate = found.rate_hz.map_or_else(String::new, |rate| format!(" at {} Hz", short(rate)));
     let clock = found.clock.as_ref().map_or_else(
@@ -143,8 +146,11 @@ fn headline(run: &RunSummary, found: &TableSummary) -> String {
         }
     };
     let back = found.back_in_row.map_or_else(String::new, |row| format!("; it goes back in row {row}"));
+    let is_slow = found.rate_hz.is_some_and(|rate_hz| rate_hz < SLOW_HZ);
+    let is_in_s = found.clock.as_ref().is_some_and(|(_, unit, _)| *unit == ClockUnit::Seconds.symbol());
+    let slow = if is_slow && is_in_s { " (if it counts milliseconds: --clock ms)" } else { "" };
     let name = if found.name.is_empty() { &run.name } else { &found.name };
-    format!("{name}: {} rows{rate} over {} s; {clock}{back}{lost}", found.rows, short(found.duration_s))
+    format!("{name}: {} rows{rate} over {} s; {clock}{slow}{back}{lost}", found.rows, short(found.duration_s))
 }
 
 fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
@@ -153,12 +159,16 @@ fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
     let of = if joint.is_empty() { String::new() } else { format!("{joint}: ") };
     let _ = writeln!(
         text,
-        "{of}`{}` follows `{}` {} ms later (correlation {:.4})",
+        "{of}`{}` {} `{}` {} ms later (correlation {:.4})",
         name(Role::Position),
+        if follow.is_turned() { "moves against" } else { "follows" },
         name(Role::Target),
         short(1e3 * follow.lag_s),
         follow.correlation
     );
+    if follow.is_turned() {
+        let _ = writeln!(text, "  turn the sign of one of the two: `scale` in dataset.toml, times -1");
+    }
     for (role, chosen) in &guess.columns {
         if let Some((unit, why)) = &chosen.unit {
             let _ = writeln!(text, "  {} is taken for {}: {why}", role.noun(), unit_words(*unit));

@@ -1,7 +1,7 @@
 //! Composes the answer from the results of the search.
 
-use feeler_plant::description::Machine;
-use feeler_plant::effects::Place;
+use feeler_plant::description::{Actuator, Machine};
+use feeler_plant::effects::{Place, Trait};
 use indexmap::IndexMap;
 
 use crate::adequacy::{Adequacy, Criteria, Sizes, as_good, as_good_but_small, assess, further};
@@ -55,6 +55,16 @@ struct Errors {
     /// What the noise of all channels leaves of short predictions, over scale.
     read: f64,
     gap: Gap,
+}
+
+/// What is taken for granted of a winding that warms: its heat at the start of a record shows in no reading.
+fn cold_start(machine: &Machine) -> Option<String> {
+    let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
+    let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
+    Some(format!(
+        "`{name}`: where a record goes on from no other, its winding is taken as cold (rest for several \
+         `time_constant` before each: after a warm start the gain is too small and `force` too large)"
+    ))
 }
 
 impl Judge<'_> {
@@ -169,7 +179,10 @@ impl Judge<'_> {
             effects,
             look_alikes,
             attempts: tried,
-            warnings: in_words(&self.dataset.warnings).into_iter().chain(self.timing(accepted)).collect(),
+            warnings: (in_words(&self.dataset.warnings).into_iter())
+                .chain(self.timing(accepted))
+                .chain(cold_start(&machine))
+                .collect(),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
                 .map(ToString::to_string)
                 .collect(),

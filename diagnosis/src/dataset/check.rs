@@ -251,6 +251,7 @@ impl Reader<'_> {
             series: channels,
             bridged,
             silent,
+            before: None,
         }
     }
 }

@@ -133,6 +133,7 @@ fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
         (FaultKind::Units { what: a, other: x, .. }, FaultKind::Units { what: b, other: y, .. }) => {
             a == b && x == y
         }
+        (FaultKind::Beside { other: x, .. }, FaultKind::Beside { other: y, .. }) => x == y,
         (
             FaultKind::ClockOffset { late_s: a, against: x, .. },
             FaultKind::ClockOffset { late_s: b, against: y, .. },
@@ -145,7 +146,11 @@ fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
             .iter_mut()
             .find(|fault| fault.column.as_ref() == Some(&column) && alike(&fault.kind, &kind));
         match known.map(|fault| &mut fault.kind) {
-            Some(FaultKind::Units { experiments, .. } | FaultKind::ClockOffset { experiments, .. }) => {
+            Some(
+                FaultKind::Units { experiments, .. }
+                | FaultKind::Beside { experiments, .. }
+                | FaultKind::ClockOffset { experiments, .. },
+            ) => {
                 *experiments += 1;
             }
             _ => faults.push(Fault {

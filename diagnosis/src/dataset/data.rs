@@ -1,6 +1,7 @@
 //! Measured series with the believed machine.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::{ActuatorKind, ElementKind, Engagement, Machine, Quantity, Site};
@@ -92,6 +93,8 @@ pub struct Record {
     pub bridged: Vec<Vec<bool>>,
     /// Per channel, whether its series carries no information here: it is constant or clipped.
     pub silent: Vec<bool>,
+    /// The record whose last row is the one before the first of this.
+    pub before: Option<Arc<Self>>,
 }
 
 impl Record {
@@ -113,9 +116,20 @@ impl Record {
             spacing_s,
             silent: vec![false; series.len()],
             bridged: Vec::new(),
+            before: None,
             commands,
             series,
         }
+    }
+
+    /// Time that the rows last, s.
+    pub fn duration_s(&self) -> f64 {
+        self.len() as f64 * self.spacing_s
+    }
+
+    /// The records before this one without a break, the last one first.
+    pub(crate) fn earlier(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(self.before.as_deref(), |record| record.before.as_deref())
     }
 
     /// Number of rows.

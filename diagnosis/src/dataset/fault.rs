@@ -113,6 +113,17 @@ pub enum FaultKind {
         /// Number of experiments that show it.
         experiments: usize,
     },
+    /// A position stands beside its target, farther than it ever moves.
+    Beside {
+        /// Column of the target.
+        other: String,
+        /// How far it stands beside it on average.
+        offset: f64,
+        /// How far either moves at most.
+        reach: f64,
+        /// Number of experiments that show it.
+        experiments: usize,
+    },
     /// Two channels that must move together are shifted in time.
     ClockOffset {
         /// The reference of the comparison.

@@ -67,6 +67,12 @@ impl FaultKind {
                 let (factor, also) = (short(*factor), as_in(*experiments));
                 format!("reads {factor} times what `{other}` says of the same motion, about {what}{also}")
             }
+            Self::Beside { other, offset, reach, experiments } => format!(
+                "stands {} beside `{other}` on average, though neither moves farther than {}{}",
+                short(*offset),
+                short(*reach),
+                as_in(*experiments)
+            ),
             Self::ClockOffset { against, late_s, experiments } => {
                 off_clock(against, *late_s) + &as_in(*experiments)
             }
@@ -133,6 +139,9 @@ impl FaultKind {
             }
             Self::Units { factor, .. } if *factor < 0.0 => "turn the sign of one of the two columns",
             Self::Units { .. } => "bring both columns to SI",
+            Self::Beside { .. } => {
+                "state the `offset` of the column whose zero is another, unless a load holds it there"
+            }
             Self::ClockOffset { .. } => {
                 "shift the column; if the sensor itself is late, set its `delay` in the machine file"
             }

@@ -105,6 +105,7 @@ impl Dataset {
         dataset.warnings.extend(contradictions);
         let roles: Vec<Option<Role>> = file.experiments.iter().map(|experiment| experiment.role).collect();
         dataset.split(&roles);
+        dataset.join();
         Ok(dataset)
     }
 

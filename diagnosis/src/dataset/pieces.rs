@@ -1,4 +1,6 @@
-//! One long record cut into pieces, so that some are fitted and others scored.
+//! Records that follow each other: one long record is cut into such pieces. Some are fitted, others scored.
+
+use std::sync::Arc;
 
 use super::{Dataset, Fault, FaultKind, Record};
 
@@ -6,6 +8,8 @@ use super::{Dataset, Fault, FaultKind, Record};
 const PIECES: usize = 9;
 /// Smallest number of rows of a piece.
 const FEWEST_ROWS: usize = 100;
+/// Rows between the last row of a record and the first of the next one.
+const NEXT_ROW: std::ops::Range<f64> = 0.5..1.5;
 
 impl Dataset {
     /// Cuts a single experiment into pieces; several experiments stay unchanged. The second of every three
@@ -23,11 +27,29 @@ impl Dataset {
         let kind = FaultKind::Cut { pieces, checked };
         self.warnings.push(Fault { file, column: None, row: None, kind });
         self.records = cut;
+        self.join();
         self
+    }
+
+    /// Tells each record which one it goes on from, by their clocks.
+    pub(super) fn join(&mut self) {
+        let mut order: Vec<usize> = (0..self.records.len()).collect();
+        order.sort_by(|a, b| self.records[*a].start_s.total_cmp(&self.records[*b].start_s));
+        for (n, &next) in order.iter().enumerate() {
+            let goes_on = |&&last: &&usize| self.records[next].goes_on_from(&self.records[last]);
+            if let Some(&last) = order[..n].iter().rev().find(goes_on) {
+                self.records[next].before = Some(Arc::new(self.records[last].clone()));
+            }
+        }
     }
 }
 
 impl Record {
+    fn goes_on_from(&self, last: &Self) -> bool {
+        let end_s = last.times_s.last().copied().unwrap_or(f64::NAN);
+        NEXT_ROW.contains(&((self.start_s - end_s) / last.spacing_s))
+    }
+
     fn piece(&self, index: usize, of: usize) -> Self {
         let rows = index * self.len() / of..(index + 1) * self.len() / of;
         let cut = |series: &Vec<f64>| series[rows.clone()].to_vec();
@@ -94,12 +116,27 @@ mod tests {
             .records
             .windows(2)
             .all(|pair| (pair[1].start_s - pair[0].start_s - 0.01 * pair[0].len() as f64).abs() < 1e-9);
+        let goes_on = |pair: &[Record]| pair[1].before.as_ref().is_some_and(|last| last.name == pair[0].name);
+        assert!(cut.records[0].before.is_none() && cut.records.windows(2).all(goes_on));
         assert!(starts && cut.warnings.iter().any(|fault| matches!(fault.kind, FaultKind::Cut { .. })));
     }
 
     #[test]
+    fn truth_a_record_goes_on_from_the_one_that_ends_a_row_before() {
+        let mut several = loaded(&["a.csv"], 1005).in_pieces();
+        several.records.iter_mut().for_each(|record| record.before = None);
+        several.records = [4, 1, 0, 2].map(|i| several.records[i].clone()).to_vec();
+        several.join();
+        let earlier = |record: &Record| record.earlier().map(|other| other.start_s).collect::<Vec<_>>();
+        let found: Vec<Vec<f64>> = several.records.iter().map(earlier).collect();
+        let [one, none] = [several.records[1].start_s, several.records[2].start_s];
+        assert_eq!(found, [vec![], vec![none], vec![], vec![one, none]]);
+    }
+
+    #[test]
     fn truth_several_experiments_and_short_ones_stay_whole() {
-        assert_eq!(loaded(&["a.csv", "b.csv"], 1000).in_pieces().records.len(), 2);
+        let both = loaded(&["a.csv", "b.csv"], 1000).in_pieces().records;
+        assert!(both.len() == 2 && both.iter().all(|record| record.before.is_none()));
         assert_eq!(loaded(&["a.csv"], 150).in_pieces().records.len(), 1);
     }
 }

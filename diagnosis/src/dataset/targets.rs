@@ -6,11 +6,15 @@ use feeler_plant::description::Quantity;
 use super::compare::compare;
 use super::consistency::{Body, NEAR_FORCE, Odd, SAME_MOTION, accused, node_of};
 use super::data::{Channel, Driven};
+use super::fault::FaultKind;
+use super::units::{COUNTS, Reading};
 
 /// Largest lag of a position behind its target in the search, s.
 const MOST_LAG_S: f64 = 0.5;
 /// Spacing of the compared rows, s: servos hardly move in less.
 const STEP_S: f64 = 5e-3;
+/// Largest factor between a target and the position that a servo holds there.
+const UNLIKE: f64 = 5.0;
 
 impl Body<'_> {
     /// Names targets and positions of one motion in different units or of opposite signs.
@@ -25,16 +29,42 @@ impl Body<'_> {
                 if !self.is_followed_by(driven, channel) {
                     continue;
                 }
+                odd.extend(self.beside(r, driven, channel, [command, series]));
                 let moved = self.without_gain(channel, swings(series, stride));
                 let is_held = self.is_held_at(driven, frequency(&moved, stride as f64 * record.spacing_s));
                 let found = compare(&target, &moved, most, SAME_MOTION);
                 if let Some(found) = found.filter(|_| is_held) {
                     let pair = [&channel.column, &driven.column];
                     let pair = pair.map(|column| self.reading(column, Quantity::Position));
-                    odd.extend(accused(r, pair, found.factor, NEAR_FORCE, false));
+                    let known = accused(r, pair, found.factor, NEAR_FORCE, false);
+                    odd.extend(known.or_else(|| unlike(r, pair, found.factor)));
                 }
             }
         }
+    }
+
+    /// Whether a position stands beside its target all the time, farther than it moves and than the servo's
+    /// largest force can hold it off.
+    fn beside(
+        &self,
+        record: usize,
+        driven: &Driven,
+        channel: &Channel,
+        [target, position]: [&[f64]; 2],
+    ) -> Option<Odd> {
+        let drive = &self.assembly.drives[driven.drive];
+        let (gain, bias) = channel.scale(&self.assembly);
+        let held_off = drive.servo.as_ref().map_or(0.0, |servo| drive.limit / servo.kp);
+        let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len().max(1) as f64;
+        let position: Vec<f64> = position.iter().map(|x| (x - bias) / gain).collect();
+        let offset = mean(&position) - mean(target);
+        let reach = [target, &position].map(range).into_iter().fold(0.0, f64::max);
+        let least = if held_off.is_finite() { reach.max(held_off) } else { reach };
+        (offset.abs() > least && least > 0.0).then(|| Odd {
+            record,
+            column: channel.column.clone(),
+            kind: FaultKind::Beside { other: driven.column.clone(), offset, reach, experiments: 1 },
+        })
     }
 
     /// Whether a channel reads the position that follows the target of a servo, or of a controller that was
@@ -67,6 +97,22 @@ impl Body<'_> {
             omega < natural.min(servo.kp / servo.kd)
         })
     }
+}
+
+/// A target and what follows it, with motions too different for a servo that holds its target.
+fn unlike(record: usize, [position, target]: [Reading<'_>; 2], factor: f64) -> Option<Odd> {
+    let (larger, smaller, factor) =
+        if factor > 1.0 { (position, target, factor) } else { (target, position, 1.0 / factor) };
+    (factor > UNLIKE).then(|| Odd {
+        record,
+        column: larger.column.to_owned(),
+        kind: FaultKind::Units { other: smaller.column.to_owned(), factor, what: COUNTS, experiments: 1 },
+    })
+}
+
+fn range(series: &[f64]) -> f64 {
+    let ends = series.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
+    ends[1] - ends[0]
 }
 
 /// Mean frequency of a series about zero, rad/s.

@@ -19,7 +19,7 @@ pub(super) const STATED: &str = "its own `unit` or `scale` (are its numbers in S
 /// A factor between units that a reading is too small by.
 const TOO_SMALL: &str = "the inverse of a factor between units (converted twice?)";
 /// A factor of no common unit.
-const COUNTS: &str = "no factor of common units (counts?)";
+pub(super) const COUNTS: &str = "no factor of common units (counts?)";
 
 /// A column of a comparison.
 #[derive(Clone, Copy, Debug)]

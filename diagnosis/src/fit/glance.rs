@@ -18,7 +18,8 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
     for (r, record) in dataset.records.iter().enumerate() {
         glance.spacing_s = record.spacing_s;
-        glance.duration_s = glance.duration_s.max(record.len() as f64 * record.spacing_s);
+        let duration_s: f64 = record.earlier().chain([record]).map(Record::duration_s).sum();
+        glance.duration_s = glance.duration_s.max(duration_s);
         let mut is_pushed = true;
         for (driven, command) in dataset.drives.iter().zip(&record.commands) {
             let is_force = matches!(dataset.machine.actuators[driven.drive].kind, ActuatorKind::Force { .. })

@@ -174,6 +174,10 @@ fn parsed<T>(
             return Err(refuse(what.into(), remedy));
         }
     }
+    if xml && text.contains("<xacro:") {
+        let remedy = "expand it by `xacro FILE > robot.urdf`, and name that";
+        return Err(refuse("this is a xacro, which a URDF is made from".into(), remedy));
+    }
     if !xml {
         let remedy = "name a URDF by --urdf, an MJCF model by --mjcf, a machine file by --machine";
         return Err(refuse("this is not XML, so neither URDF nor MJCF".into(), remedy));

@@ -37,16 +37,32 @@ const FAR_OFF_LAG: f64 = 5.0;
 const FAR_OFF_GAIN: f64 = 2.0;
 /// Dry friction shifts where a joint holds its load by up to its level: a load this many times larger shows.
 const LOAD_OVER_FRICTION: f64 = 3.0;
+/// How far a gain may be off that follows from a load: as far as the masses of models, mostly.
+const OFF_BY_LOAD: f64 = 0.5;
+/// The same of a gain that follows from a lag, as a logarithm. A loop of damping ratio `z` lags by
+/// `2 z / omega`, so that the gain goes with `z^2`, and servos have 0.6 to 1.6.
+const OFF_BY_LAG: f64 = 1.0;
 /// Armature that is assumed for a joint whose model moves no mass, kg m2.
 const LEAST_INERTIA: f64 = 1e-6;
 
-/// What is taken of the stated gains, and why, where a loop with them could not move as the log does.
+/// Gains of a servo.
+struct Gains {
+    kp: f64,
+    kd: f64,
+    /// Where they come from.
+    why: String,
+    /// How far `kp` may be off, if it is no belief of anyone.
+    tolerance: Option<f64>,
+}
+
+/// What is taken of the stated gains, why, and how far it may be off, where a loop with them could not move
+/// as the log does.
 ///
 /// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
 /// steadily is followed `(kd + damping) / kp` later. With the damping beside it, a smaller gain lags more.
 /// A target that comes with its speed meets no `kd`.
-fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
-    let as_stated = (1.0, ", as the model states".into());
+fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String, Option<f64>) {
+    let as_stated = (1.0, ", as the model states".into(), None);
     if let Some(held) = seen.held.gain(LOAD_OVER_FRICTION * joint.friction) {
         let share = held / kp;
         if (1.0 / FAR_OFF_GAIN..FAR_OFF_GAIN).contains(&share) {
@@ -56,7 +72,7 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
             ": {} of what the model states, as the errors with which the servo holds its load show",
             short(share)
         );
-        return (share, why);
+        return (share, why, Some(OFF_BY_LOAD));
     }
     let kd = if seen.has_speed { 0.0 } else { joint.kd };
     let stated_s = (kd + joint.damping) / kp;
@@ -74,15 +90,15 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String) {
         short(1e3 * stated_s),
         short(1e3 * lag_s)
     );
-    (share, why)
+    (share, why, Some(OFF_BY_LAG))
 }
 
-/// Gains of a servo, and where they come from.
-fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> ([f64; 2], String) {
+/// The gains of a servo that follows as the log shows.
+fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> Gains {
     if let Some(kp) = joint.kp {
-        let (share, why) = believed_share(kp, joint, seen);
+        let (share, why, tolerance) = believed_share(kp, joint, seen);
         let (kp, kd) = (share * kp, share * joint.kd);
-        return ([kp, kd], format!("kp {} and kd {}{why}", short(kp), short(kd)));
+        return Gains { kp, kd, why: format!("kp {} and kd {}{why}", short(kp), short(kd)), tolerance };
     }
     // The lag behind a target that comes with its speed is that of friction alone.
     let seen_s = seen.lag_s.filter(|lag| *lag > 0.0 && !seen.has_speed);
@@ -96,7 +112,7 @@ fn gains(joint: &JointBelief, inertia: f64, seen: &Seen) -> ([f64; 2], String) {
         short(1e3 * lag),
         if seen_s.is_some() { ", as the position does" } else { "" }
     );
-    ([kp, kd], why)
+    Gains { kp, kd, why, tolerance: Some(OFF_BY_LAG) }
 }
 
 /// A machine file, the names of its signals, and the assumptions.
@@ -114,6 +130,8 @@ pub(super) struct First {
     speed: Option<String>,
     /// Signal of a force that the servo adds, where it takes one.
     lead: Option<String>,
+    /// Whether it is a slide.
+    pub(super) is_straight: bool,
 }
 
 impl First {
@@ -164,6 +182,7 @@ impl First {
                 path.display()
             )],
             load: None,
+            is_straight: machine.axis == Axis::Translational,
         })
     }
 
@@ -177,16 +196,20 @@ impl First {
         let joint = &given.joint;
         let inertia = inertia(belief, middle, is_force, &mut assumptions);
         let name = if is_force { DRIVE } else { SERVO };
+        let mut tolerance = None;
         let kind = if is_force {
             assumptions.push(if seen.is_current { CURRENT } else { FORCE }.into());
             "kind = \"force\"".to_owned()
         } else {
-            let ([kp, kd], why) = gains(joint, inertia, seen);
-            assumptions.push(why);
+            let gains = gains(joint, inertia, seen);
+            assumptions.push(gains.why);
+            tolerance = gains.tolerance;
+            let (kp, kd) = (gains.kp, gains.kd);
             format!("kind = \"position-servo\"\nkp = {kp:?}\nkd = {kd:?}")
         };
         let mut machine = Machine::new(if joint.name.is_empty() { BODY } else { &joint.name });
-        machine.axis = if given.is_straight { Axis::Translational } else { Axis::Rotational };
+        let is_straight = belief.map_or(seen.is_straight, |belief| belief.is_straight);
+        machine.axis = if is_straight { Axis::Translational } else { Axis::Rotational };
         let mut bearing = Spring::new(GROUND, BODY, 0.0, joint.damping);
         if joint.friction > 0.0 {
             bearing.effects.push(EffectUse::of(CoulombFriction { level: joint.friction }));
@@ -225,6 +248,9 @@ impl First {
             let _ = writeln!(text, "resolution = {step:?}");
             assumptions.push(format!("the encoder's step is {}, which its readings show", short(step)));
         }
+        if let Some(tolerance) = tolerance {
+            let _ = writeln!(text, "\n[tolerance]\n\"actuators.{name}.kp\" = {tolerance:?}");
+        }
         Self {
             text,
             input: format!("{name}.{}", if is_force { "command" } else { "target" }),
@@ -233,6 +259,7 @@ impl First {
             load: middle.map(|_| format!("{LOAD}.command")),
             speed: has_speed.then(|| format!("{SPEED}.command")),
             lead: has_lead.then(|| format!("{LEAD}.command")),
+            is_straight,
         }
     }
 }

@@ -6,6 +6,10 @@ use feeler_logs::{Column, Table};
 const INSTANTS: usize = 4000;
 /// Longest lag of the search, s.
 const LONGEST_S: f64 = 0.5;
+/// Smallest correlation of two columns of one motion.
+const ONE_MOTION: f64 = 0.85;
+/// How much better the reverse must match: half a period late, a motion that recurs is its own reverse.
+const CLEARLY: f64 = 0.3;
 /// Number of trial lags.
 const LAGS: usize = 200;
 
@@ -14,11 +18,26 @@ const LAGS: usize = 200;
 pub struct Follow {
     /// How much later, s.
     pub lag_s: f64,
-    /// Correlation at this lag.
+    /// Correlation at this lag; negative if it moves the other way.
     pub correlation: f64,
+    /// How many times as far it moves, in the numbers of the log.
+    pub times: f64,
 }
 
-/// The lag at which a position matches a target best; `None` if either is constant.
+impl Follow {
+    /// Whether it moves the other way.
+    pub fn is_turned(self) -> bool {
+        self.is_of_one_motion() && self.correlation < 0.0
+    }
+
+    /// Whether the two are of one motion.
+    pub(super) fn is_of_one_motion(self) -> bool {
+        self.correlation.abs() > ONE_MOTION
+    }
+}
+
+/// The lag at which a position matches a target best, or its reverse if it matches that alone; `None` if
+/// either is constant.
 pub(super) fn follow(target: (&Table, &Column), position: (&Table, &Column)) -> Option<Follow> {
     let (target, position) = (Readings::of(target)?, Readings::of(position)?);
     let begin = target.times_s[0].max(position.times_s[0]) + LONGEST_S;
@@ -28,13 +47,17 @@ pub(super) fn follow(target: (&Table, &Column), position: (&Table, &Column)) -> 
     }
     let at = |k: usize| begin + (end - begin) * k as f64 / INSTANTS as f64;
     let is: Vec<f64> = (0..INSTANTS).map(|k| position.at(at(k))).collect();
-    (0..=LAGS)
-        .filter_map(|lag| {
-            let lag_s = LONGEST_S * lag as f64 / LAGS as f64;
-            let wanted: Vec<f64> = (0..INSTANTS).map(|k| target.at(at(k) - lag_s)).collect();
-            Some(Follow { lag_s, correlation: correlation(&wanted, &is)? })
-        })
-        .max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+    let tried = (0..=LAGS).filter_map(|lag| {
+        let lag_s = LONGEST_S * lag as f64 / LAGS as f64;
+        let wanted: Vec<f64> = (0..INSTANTS).map(|k| target.at(at(k) - lag_s)).collect();
+        let [correlation, times] = compared(&wanted, &is)?;
+        Some(Follow { lag_s, correlation, times })
+    });
+    let tried: Vec<Follow> = tried.collect();
+    let order = |a: &&Follow, b: &&Follow| a.correlation.total_cmp(&b.correlation);
+    let (along, against) = (tried.iter().max_by(order)?, tried.iter().min_by(order)?);
+    let is_turned = along.correlation + against.correlation < -CLEARLY;
+    Some(if is_turned && against.is_of_one_motion() { *against } else { *along })
 }
 
 struct Readings {
@@ -60,7 +83,8 @@ impl Readings {
     }
 }
 
-fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
+/// Correlation of two series, and the size of the second over that of the first.
+fn compared(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     let n = a.len() as f64;
     let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
@@ -69,7 +93,7 @@ fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
         bb += (y - mean_b).powi(2);
         ab += (x - mean_a) * (y - mean_b);
     }
-    (aa > 0.0 && bb > 0.0).then(|| ab / (aa * bb).sqrt())
+    (aa > 0.0 && bb > 0.0).then(|| [ab / (aa * bb).sqrt(), (bb / aa).sqrt()])
 }
 
 #[cfg(test)]
@@ -101,5 +125,15 @@ mod tests {
         let found = follow((&target.0, &target.1), (&position.0, &position.1)).expect("a lag");
         // Lags are tried in steps of 2.5 ms.
         assert!((found.lag_s - 0.06).abs() <= 0.0025 && found.correlation > 0.999, "{found:?}");
+        assert!((found.times - 1.0).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn truth_a_position_of_the_other_sign_follows_turned() {
+        let (target, mut position) = (series(0.0), series(0.06));
+        position.1.values.iter_mut().for_each(|x| *x *= -50.0);
+        let found = follow((&target.0, &target.1), (&position.0, &position.1)).expect("a lag");
+        assert!((found.lag_s - 0.06).abs() <= 0.0025 && found.correlation < -0.999, "{found:?}");
+        assert!((found.times / 50.0 - 1.0).abs() < 0.01, "{found:?}");
     }
 }

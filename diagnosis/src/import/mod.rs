@@ -7,6 +7,7 @@ mod axis;
 mod first;
 mod follow;
 mod load;
+mod pair;
 mod role;
 mod roles;
 mod seen;
@@ -17,7 +18,7 @@ mod write;
 
 use std::path::Path;
 
-use feeler_logs::{Run, sources};
+use feeler_logs::{LogError, Run, sources};
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
@@ -36,6 +37,7 @@ use crate::error::DiagnosisError;
 pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result<Survey, DiagnosisError> {
     let mut survey = Survey::default();
     let mut writer: Option<write::Writer> = None;
+    let mut missing: Vec<&String> = options.columns.iter().map(|(_, column)| column).collect();
     for source in sources(paths)? {
         let source = source.with_clock(options.clock);
         step(&source.files[0].display().to_string());
@@ -43,6 +45,7 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
             if let Some(rate_hz) = options.rate_hz {
                 run.set_rate(rate_hz);
             }
+            missing.retain(|column| run.find(column).is_none());
             for run in run.recordings() {
                 take(&mut survey, &mut writer, &run, options)?;
             }
@@ -54,8 +57,16 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
         return Err(DiagnosisError::Unreadable {
             file: path.to_path_buf(),
             reason: "it holds no rows of numbers".into(),
-            remedy: "name a log: MCAP, a ROS 2 bag, Parquet, npz, npy or CSV",
+            remedy: "name a log with rows: MCAP, a ROS 2 bag, Parquet, npz, npy or CSV",
         });
+    }
+    if let (Some(path), Some(name)) = (paths.first(), missing.first()) {
+        return Err(LogError::NoColumn {
+            file: path.to_path_buf(),
+            name: (*name).clone(),
+            remedy: "leave out --target, --position and the like: the listing then has every column".into(),
+        }
+        .into());
     }
     if let Some(writer) = writer {
         writer.finish(&mut survey)?;
@@ -75,7 +86,8 @@ fn take(
     run: &Run,
     options: &Options,
 ) -> Result<(), DiagnosisError> {
-    let guesses = roles::guess(run, &options.columns);
+    let mut guesses = roles::guess(run, &options.columns);
+    pair::pair(run, &mut guesses, !options.columns.is_empty());
     survey.runs.push(summary::of(run, &guesses));
     for (joint, guess) in guesses {
         survey.joints.entry(joint).or_insert(guess);

@@ -3,9 +3,9 @@
 use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
 
-use super::follow::{Follow, follow};
+use super::follow::Follow;
 use super::role::Role;
-use super::units::{UnitGuess, unit};
+use super::units::{Reasoned, UnitGuess, by_size, stated};
 
 /// A column that was chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +32,34 @@ pub struct Guess {
     pub columns: IndexMap<Role, Chosen>,
     /// How the position follows the target, if both exist.
     pub follow: Option<Follow>,
+}
+
+impl Guess {
+    /// Replaces units that a joint of this axis cannot have; a sentence for each.
+    pub(super) fn fit_axis(&mut self, is_straight: bool) -> Vec<String> {
+        let mut said = Vec::new();
+        for (role, chosen) in &mut self.columns {
+            let Some((unit, why)) = &chosen.unit else { continue };
+            if unit.is_straight().is_none_or(|is_its| is_its == is_straight) {
+                continue;
+            }
+            let (symbol, axis) = match (is_straight, role) {
+                (true, Role::TargetVelocity) => ("mm/s", "slides"),
+                (true, _) => ("mm", "slides"),
+                (false, Role::TargetVelocity) => ("rad/s", "turns"),
+                (false, _) => ("rad", "turns"),
+            };
+            said.push(format!("`{}` is taken for {symbol}: the joint {axis} (else: {why})", chosen.column));
+            chosen.unit = is_straight.then(|| (UnitGuess::Symbol(symbol), "the joint slides".into()));
+        }
+        said
+    }
+
+    /// Whether its units are those of a slide.
+    pub(super) fn is_straight(&self) -> bool {
+        let mut units = self.columns.values().filter_map(|chosen| chosen.unit.as_ref());
+        units.any(|(unit, _)| unit.is_straight() == Some(true))
+    }
 }
 
 const TARGETS: [&str; 17] = [
@@ -102,7 +130,7 @@ const OTHERS: [&str; 15] = [
     "reward",
 ];
 /// Words that do not identify a joint.
-pub(super) const PLAIN: [&str; 23] = [
+pub(super) const PLAIN: [&str; 24] = [
     "data",
     "motor",
     "joints",
@@ -126,6 +154,7 @@ pub(super) const PLAIN: [&str; 23] = [
     "m",
     "n",
     "nm",
+    "ma",
 ];
 
 /// Whether a column of efforts is one of currents, by its name.
@@ -152,6 +181,14 @@ pub(super) fn words(name: &str) -> Vec<String> {
         last = c;
     }
     found.retain(|word| !word.is_empty());
+    // The unit at the end of `current_mA`.
+    if let [.., m, a] = &found[..]
+        && (m.as_str(), a.as_str()) == ("m", "a")
+        && name.ends_with("mA")
+    {
+        found.truncate(found.len() - 2);
+        found.push("ma".into());
+    }
     found
 }
 
@@ -179,7 +216,9 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
     {
         return None;
     }
-    let target = has(&TARGETS);
+    // The name of a table counts if none of its columns says so itself.
+    let says_so = |column: &Column| words(&column.name).iter().any(|word| TARGETS.contains(&word.as_str()));
+    let target = in_own(&TARGETS).or_else(|| has(&TARGETS).filter(|_| !table.columns.iter().any(says_so)));
     let is_feed = in_own(&FEEDS[..2]).is_some() || FEEDS[2..].iter().all(|word| in_own(&[*word]).is_some());
     let force = in_own(&EFFORTS).or_else(|| {
         let is_motion = in_own(&POSITIONS).is_some() || in_own(&VELOCITIES).is_some();
@@ -234,20 +273,21 @@ fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> Strin
 }
 
 /// Finds columns by role for every joint of a run; those stated by the user have priority.
-pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Guess> {
+pub(super) fn guess(run: &Run, chosen: &[(Role, String)]) -> IndexMap<String, Guess> {
     let mut found: IndexMap<String, Guess> = IndexMap::new();
     let is_alone = run.tables.len() == 1;
-    if !stated.is_empty() {
+    if !chosen.is_empty() {
         let guess = found.entry(String::new()).or_default();
-        for (role, column) in stated {
+        for (role, column) in chosen {
             if let Some((_, numbers)) = run.find(column) {
                 let why = "it is stated".to_owned();
-                let unit = unit(*role, numbers);
-                guess.columns.insert(*role, Chosen { column: column.clone(), why, unit });
+                guess
+                    .columns
+                    .insert(*role, Chosen { column: column.clone(), why, unit: unit(*role, numbers) });
             }
         }
     }
-    for table in if stated.is_empty() { run.tables.as_slice() } else { &[] } {
+    for table in if chosen.is_empty() { run.tables.as_slice() } else { &[] } {
         for column in table.columns.iter().filter(|column| column.present() > 1) {
             let Some((role, joint, word)) = by_name(table, column) else { continue };
             let name = if is_alone && !column.name.is_empty() {
@@ -269,53 +309,16 @@ pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Gu
             }
         }
     }
-    for guess in found.values_mut() {
-        if stated.is_empty() {
-            inputs_beside_target(run, guess);
-        }
-        let of = |role| guess.columns.get(&role).and_then(|chosen| run.find(&chosen.column));
-        if let (Some(target), Some(position)) = (of(Role::Target), of(Role::Position)) {
-            guess.follow = follow(target, position);
-        }
-    }
     found
 }
 
-/// Keeps the speed and the force beside a target that reach the servo with it: those of the same table that
-/// change. A message with positions and efforts of targets gives the efforts as feed-forward.
-fn inputs_beside_target(run: &Run, guess: &mut Guess) {
-    let target = column_of(run, guess, Role::Target);
-    let is_beside = |(table, column): &(&Table, &Column)| {
-        let mut values = column.values.iter().filter(|x| x.is_finite());
-        let first = values.next();
-        target.is_some_and(|(of, _)| std::ptr::eq(of, *table)) && values.any(|x| Some(x) != first)
-    };
-    if let (Some(beside), Some((_, wanted))) =
-        (column_of(run, guess, Role::Command).filter(is_beside), target)
-        && beside.1.name.ends_with(']')
-        && without_quantity(&beside.1.name) == without_quantity(&wanted.name)
-        && !guess.columns.contains_key(&Role::FeedForward)
-        && let Some(command) = guess.columns.shift_remove(&Role::Command)
-    {
-        guess.columns.insert(Role::FeedForward, command);
-    }
-    for role in [Role::TargetVelocity, Role::FeedForward] {
-        if column_of(run, guess, role).is_none_or(|column| !is_beside(&column)) {
-            guess.columns.shift_remove(&role);
-        }
-    }
-    let of_target = guess.columns.get(&Role::Target).and_then(|chosen| chosen.unit.clone());
-    if let (Some((unit, _)), Some(speed)) = (of_target, guess.columns.get_mut(&Role::TargetVelocity)) {
-        speed.unit.get_or_insert_with(|| (unit.per_second(), "as its target is".into()));
-    }
-}
-
-fn column_of<'a>(run: &'a Run, guess: &Guess, role: Role) -> Option<(&'a Table, &'a Column)> {
-    run.find(&guess.columns.get(&role)?.column)
+/// The unit of a column by itself.
+fn unit(role: Role, column: &Column) -> Reasoned {
+    stated(role, column).or_else(|| by_size(role, column))
 }
 
 /// Words of a name besides those that say position or effort.
-fn without_quantity(name: &str) -> Vec<String> {
+pub(super) fn without_quantity(name: &str) -> Vec<String> {
     let is_quantity = |word: &str| POSITIONS.contains(&word) || EFFORTS.contains(&word);
     words(name).into_iter().filter(|word| !is_quantity(word)).collect()
 }

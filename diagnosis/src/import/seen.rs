@@ -15,6 +15,8 @@ pub(super) struct Seen {
     pub(super) held: Held,
     /// Step of the encoder.
     pub(super) step: Option<f64>,
+    /// Whether the units of its columns are those of a slide.
+    pub(super) is_straight: bool,
     /// Whether targets come with their speed.
     pub(super) has_speed: bool,
     /// Whether targets come with a force that the servo adds.
@@ -29,6 +31,7 @@ impl Seen {
         let command = guess.columns.get(&Role::Command);
         Self {
             lag_s: guess.follow.map(|follow| follow.lag_s),
+            is_straight: guess.is_straight(),
             has_speed: guess.columns.contains_key(&Role::TargetVelocity),
             has_lead: guess.columns.contains_key(&Role::FeedForward),
             is_current: command.is_some_and(|chosen| is_current(&chosen.column)),

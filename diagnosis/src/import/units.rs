@@ -1,6 +1,7 @@
 //! Units of columns, by what files state and what numbers show.
 
 use feeler_logs::Column;
+use feeler_problem::short;
 
 use super::role::Role;
 
@@ -25,6 +26,14 @@ impl UnitGuess {
         }
     }
 
+    /// Whether it is one of a slide, or of a joint that turns; `None` if it may be of either.
+    pub(super) fn is_straight(self) -> Option<bool> {
+        match self {
+            Self::Symbol(symbol) => Some(symbol.starts_with('m')),
+            Self::Counts(_) => None,
+        }
+    }
+
     /// One of it in SI.
     pub(super) fn in_si(self) -> f64 {
         match self {
@@ -38,12 +47,16 @@ impl UnitGuess {
 
 /// Counts of one turn of common encoders.
 const TURNS: [f64; 4] = [1024.0, 4096.0, 16_384.0, 65_536.0];
+/// Largest factor by which one motion may differ from another that follows it, in the same unit.
+const SAME: f64 = 1.5;
 /// No joint in radians exceeds this: larger values are degrees.
 const MOST_RADIANS: f64 = 7.0;
 
-/// The unit of a column of positions or their targets' speeds, if the file states it or the numbers of
-/// positions show that it is not SI.
-pub(super) fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
+/// A unit, and why it is guessed.
+pub(super) type Reasoned = Option<(UnitGuess, String)>;
+
+/// The unit of a column of positions or their targets' speeds, if its file or its name states it.
+pub(super) fn stated(role: Role, column: &Column) -> Reasoned {
     let known = match role {
         Role::Target | Role::Position => ["deg", "mm", "rad", "m"],
         Role::TargetVelocity => ["deg/s", "mm/s", "rad/s", "m/s"],
@@ -53,12 +66,15 @@ pub(super) fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
         let known = known.into_iter().find(|symbol| symbol == stated)?;
         return Some((UnitGuess::Symbol(known), "the file states it".into()));
     }
-    if role == Role::TargetVelocity {
-        return None;
-    }
     let ending = column.name.trim_end_matches(']').rsplit_once('_').map(|(_, ending)| ending);
-    if let Some(named) = known.into_iter().find(|symbol| ending == Some(*symbol)) {
-        return Some((UnitGuess::Symbol(named), "its name ends in it".into()));
+    let named = known.into_iter().find(|symbol| ending == Some(*symbol))?;
+    Some((UnitGuess::Symbol(named), "its name ends in it".into()))
+}
+
+/// The unit of a column of positions that states none, if its numbers show that it is not SI.
+pub(super) fn by_size(role: Role, column: &Column) -> Reasoned {
+    if !matches!(role, Role::Target | Role::Position) || column.unit.is_some() {
+        return None;
     }
     let values = || column.values.iter().copied().filter(|x| x.is_finite());
     let most = values().map(f64::abs).fold(0.0, f64::max);
@@ -75,6 +91,17 @@ pub(super) fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
     (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are not radians")))
 }
 
+/// The unit of a column whose motion is `times` that of another in SI, though it is the same motion. `None`
+/// if no common unit makes it so.
+pub(super) fn beside(times: f64, other: &str) -> Reasoned {
+    let degree = UnitGuess::Symbol("deg");
+    let counts = TURNS.map(|turn| UnitGuess::Counts(std::f64::consts::TAU / turn));
+    let known = counts.into_iter().chain([degree, UnitGuess::Counts(1e-3)]);
+    let off = |unit: &UnitGuess| (times * unit.in_si()).ln().abs();
+    let nearest = known.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|unit| off(unit) < SAME.ln())?;
+    Some((nearest, format!("its numbers move {} times as far as `{other}`", short(times))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,12 +111,21 @@ mod tests {
     fn truth_the_end_of_a_name_tells_its_unit() {
         let found = |name: &str, role| {
             let column = Column { name: name.into(), values: vec![0.0, 20.0], ..Column::default() };
-            unit(role, &column).map(|(unit, _)| unit)
+            stated(role, &column).or_else(|| by_size(role, &column)).map(|(unit, _)| unit)
         };
         assert_eq!(found("encoder_m", Role::Position), Some(UnitGuess::Symbol("m")));
         assert_eq!(found("target[elbow_rad]", Role::Target), Some(UnitGuess::Symbol("rad")));
         assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::Symbol("deg")));
         assert_eq!(found("elbow", Role::Position), Some(UnitGuess::Symbol("deg")));
         assert_eq!(found("command_n", Role::Command), None);
+    }
+    /// A motion in degrees is 57.3 times that in radians.
+    #[test]
+    fn truth_the_size_of_one_motion_tells_its_unit() {
+        let found = |times: f64| beside(times, "target").map(|(unit, _)| unit);
+        assert_eq!(found(55.0), Some(UnitGuess::Symbol("deg")));
+        assert_eq!(found(990.0), Some(UnitGuess::Counts(1e-3)));
+        assert_eq!(found(640.0), Some(UnitGuess::Counts(std::f64::consts::TAU / 4096.0)));
+        assert_eq!([found(0.02), found(4.0), found(1e7)], [None; 3]);
     }
 }

@@ -77,7 +77,12 @@ impl Writer {
                 Some(Model::Machine(path)) => Some(First::given(path)?),
                 _ => None,
             };
+            let mut guess = (*guess).clone();
             let mut assumptions = Vec::new();
+            let axis = given.as_ref().map(|given| given.is_straight);
+            if let Some(is_straight) = axis.or_else(|| Some(belief.as_ref()?.0.is_straight)) {
+                assumptions.extend(guess.fit_axis(is_straight));
+            }
             match (&belief, &beliefs) {
                 (Some((belief, why)), _) => assumptions
                     .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
@@ -97,7 +102,8 @@ impl Writer {
             });
             joints.push(Joint {
                 name: (*name).clone(),
-                guess: (*guess).clone(),
+                seen: Seen::of(&guess),
+                guess,
                 folder: out.clone(),
                 experiments: Vec::new(),
                 still: Vec::new(),
@@ -105,7 +111,6 @@ impl Writer {
                 belief: belief.map(|(belief, _)| belief.clone()),
                 assumptions,
                 arm: middle,
-                seen: Seen::of(guess),
             });
         }
         if joints.is_empty() {
@@ -136,9 +141,11 @@ impl Writer {
         for joint in self.joints {
             survey.notes.extend(joint.left_out());
             if joint.experiments.is_empty() {
-                survey
-                    .notes
-                    .push(format!("`{}`: no run has enough rows, so that nothing was written", joint.name));
+                survey.notes.push(format!(
+                    "nothing was written{}: record at least {FEWEST_ROWS} rows in which the {} changes",
+                    if joint.name.is_empty() { String::new() } else { format!(" for `{}`", joint.name) },
+                    joint.input().noun()
+                ));
                 continue;
             }
             let middle = joint.arm.as_ref().map(|(_, inertia)| *inertia);
@@ -185,7 +192,7 @@ impl Joint {
         (!runs.is_empty()).then(|| {
             format!(
                 "`{}`: left out where the {} never changes, in {}",
-                self.name,
+                if self.name.is_empty() { "joint" } else { &self.name },
                 self.input().noun(),
                 runs.join(", ")
             )
@@ -240,6 +247,16 @@ impl Joint {
             return Ok(());
         }
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
+        for (pick, bad) in picks.iter().zip(&series.bad) {
+            if let Some((first, cells)) = bad {
+                notes.push(format!(
+                    "run `{}`: `{}` holds no number in row {} ({cells} such cells): left empty",
+                    run.name,
+                    pick.name,
+                    series.rows_before + first + 1
+                ));
+            }
+        }
         let mut name = format!("{}.csv", file_name(&run.name));
         let mut copies = 1;
         while self.experiments.contains(&name) {

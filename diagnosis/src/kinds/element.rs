@@ -136,7 +136,7 @@ pub(crate) struct Glance {
     pub(crate) command_change: f64,
     /// Row spacing, s.
     pub(crate) spacing_s: f64,
-    /// Length of the longest record, s.
+    /// Length of the longest record with those that it goes on from, s.
     pub(crate) duration_s: f64,
     /// Largest contact force measured, N.
     pub(crate) force: f64,

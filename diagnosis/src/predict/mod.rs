@@ -10,6 +10,7 @@ mod anchor;
 mod begin;
 mod close;
 mod flow;
+mod imposed;
 mod leeway;
 mod loops;
 mod machine;
@@ -17,6 +18,7 @@ mod presliding;
 mod run;
 mod sensor;
 mod state;
+mod warm;
 
 pub(crate) use anchor::{Anchoring, chain};
 pub(crate) use begin::pace;

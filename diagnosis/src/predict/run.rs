@@ -1,19 +1,17 @@
 //! Prediction along a whole record.
 
-use std::sync::Arc;
-
-use feeler_engine::knots;
 use feeler_lanes::dispatch;
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::{Profile, Quantity};
 
 use super::anchor::{Anchor, Anchoring, pace_of, place};
 use super::begin::Parabola;
+use super::imposed::impose;
 use super::leeway::{Leeway, means_between_rows};
 use super::loops::{PredictedLoop, RowSpan, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision};
 use super::sensor::readings;
 use super::state::State;
+use super::warm::by_commands;
 use crate::dataset::{Dataset, Driven, Record};
 use crate::error::DiagnosisError;
 
@@ -24,6 +22,8 @@ const COARSE: f64 = 4.0;
 const FEWEST_STARTING: usize = 6;
 const MOST_STARTING: usize = 50;
 const STARTS: usize = 3;
+/// Time constants after which a winding has forgotten its heat, to 2 %.
+const FORGOTTEN: f64 = 4.0;
 /// A command that arrives within this share of a row arrives with the row.
 const NEGLIGIBLE_PART: f64 = 1e-6;
 
@@ -53,6 +53,8 @@ pub struct Prediction {
     pub(crate) compressions: Vec<Vec<f64>>,
     /// Natural frequency of the anchoring, rad/s; zero without anchoring.
     pub(crate) omega: f64,
+    /// Heat of every drive's winding after the last row; zero without one.
+    heats: Vec<f64>,
 }
 
 /// A machine prepared to follow one record.
@@ -93,7 +95,41 @@ impl<'a> Predictor<'a> {
         Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 
+    /// Prepares a machine whose windings are as warm as the records before have left them.
     fn following(
+        mut assembly: Assembly,
+        surfaces: Vec<usize>,
+        precision: Precision,
+        dataset: &'a Dataset,
+        record: &'a Record,
+        late_rows: f64,
+    ) -> Result<Self, DiagnosisError> {
+        let windings = assembly.drives.iter().filter_map(|drive| drive.warming);
+        let mut known_s = FORGOTTEN * windings.map(|winding| winding.time_constant).fold(0.0, f64::max);
+        let is_known = |earlier: &&Record| {
+            let is_known = known_s > 0.0;
+            known_s -= earlier.duration_s();
+            is_known
+        };
+        let earlier: Vec<&Record> = record.earlier().take_while(is_known).collect();
+        // On the measured motion, rounding is of no use to a heat.
+        let rows = if precision == Precision::Rounding { Precision::Rows(1) } else { precision };
+        for &record in earlier.iter().rev() {
+            let heats = if let Some(heats) = by_commands(&assembly, dataset, record) {
+                heats
+            } else {
+                let (then, surfaces) = (assembly.clone(), surfaces.clone());
+                Self::as_warm(then, surfaces, rows, dataset, record, late_rows)?.anchored()?.heats
+            };
+            for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
+                drive.warming.iter_mut().for_each(|winding| winding.heat = heat);
+            }
+        }
+        Self::as_warm(assembly, surfaces, precision, dataset, record, late_rows)
+    }
+
+    /// Prepares a machine whose windings are as warm as its assembly says.
+    fn as_warm(
         mut assembly: Assembly,
         surfaces: Vec<usize>,
         precision: Precision,
@@ -200,6 +236,9 @@ impl<'a> Predictor<'a> {
                 Ok(())
             },
         )?;
+        let layout = self.machine.motion.layout();
+        let heat = |drive| layout.heat(drive).map_or(0.0, |heat| state.xi[heat]);
+        prediction.heats = (0..self.machine.motion.assembly().drives.len()).map(heat).collect();
         for (channel, signal) in self.dataset.channels.iter().zip(&signals) {
             let (read, smooth, dead_zone) = match channel.source {
                 Source::Sensor(i) => {
@@ -387,30 +426,5 @@ impl<'a> Predictor<'a> {
             self.machine.set_input(state, drive, value);
         }
         self.machine.advance(state, dt - now)
-    }
-}
-
-/// Gives every imposed motion the positions of a record. Its speed in each row is as measured, if a column
-/// holds the body's own speed, else that from the row before to the row after.
-fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
-    for (&Driven { drive, .. }, commands) in dataset.drives.iter().zip(&record.commands) {
-        let part = &mut assembly.drives[drive];
-        if part.imposed.is_none() {
-            continue;
-        }
-        let at = |row: usize| (row as f64 * record.spacing_s + part.delay, part.held(commands[row]));
-        let points: Vec<(f64, f64)> = (0..commands.len()).map(at).collect();
-        let mut knots = knots(&points);
-        let of_body = Source::Node(part.on, Quantity::Velocity);
-        let measured = dataset.channels.iter().position(|channel| channel.source == of_body);
-        // A deadband stops the motion at times, which the measured speed does not show.
-        if let Some(c) = measured.filter(|c| !record.silent[*c] && part.deadband == 0.0) {
-            for (k, speed) in record.series[c].iter().enumerate().filter(|(k, _)| !record.is_bridged(c, *k)) {
-                knots[k].rate_m_per_s = part.gain * speed;
-            }
-        }
-        if let Ok(profile) = Profile::new(&knots) {
-            part.imposed = Some(Arc::new(profile));
-        }
     }
 }

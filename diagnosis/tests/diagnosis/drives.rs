@@ -5,11 +5,14 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::fs;
 
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
+use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_engine::{Program, Simulation, Trace};
 use feeler_files::Document;
+use feeler_plant::assembly::{Source, assemble};
+use feeler_plant::description::Quantity;
 use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 2e-3;
@@ -138,4 +141,46 @@ fn truth_a_resonance_behind_a_servo_is_flexibility_and_not_delay() {
     let answer = diagnosed(&format!("{joint}{AXIS}{SERVO}"), hidden, "drive.target", command);
     is_found(&answer, Kind::TransmissionFlexibility, 1.2e4);
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
+}
+
+/// Share of the error of a cold start that may be left. After four time constants 2 % are left of a heat.
+const FORGOTTEN: f64 = 0.1;
+
+/// The force of a drive tells its heat, and so does how far a servo stays behind.
+#[test]
+fn truth_a_piece_of_a_record_begins_as_warm_as_the_rows_before_left_it() {
+    let heats = "[actuators.drive.effects.thermal-derating]\nforce = 40.0\ntime_constant = 1.0\n";
+    let [force, servo]: [fn(i32) -> f64; 2] =
+        [|k| 10.0 + 2.0 * (0.05 * f64::from(k)).sin(), |k| 0.5 * (0.02 * f64::from(k)).sin()];
+    for (kind, tells, command) in [("kind = \"force\"\n", 1, force), (SERVO, 0, servo)] {
+        let text = format!("{AXIS}{kind}{heats}");
+        let machine = Document::parse(&text, "real.toml").expect("a machine").scenario.machine;
+        let channel =
+            |column: &str, source| Channel { column: column.into(), source, noise: 1e-6, resolution: 0.0 };
+        let channels =
+            vec![channel("encoder", Source::Sensor(0)), channel("force", Source::Drive(0, Quantity::Force))];
+        let commands: Vec<f64> = (0..900).map(command).collect();
+        let blank = vec![vec![0.0; commands.len()]; channels.len()];
+        let drives = vec![Driven { drive: 0, column: "u".into(), hold_s: Some(0.01) }];
+        let record = Record::even("long.csv", 0.01, vec![commands], blank);
+        let mut dataset = Dataset::new("long", machine, drives, channels, vec![record]);
+        let free = |dataset: &Dataset, record: usize| {
+            let assembly = assemble(&dataset.machine).expect("it assembles");
+            let moved = Predictor::new(assembly, dataset, &dataset.records[record]);
+            moved.and_then(|mut moved| moved.free()).expect("it moves").series
+        };
+        dataset.records[0].series = free(&dataset, 0);
+        let pieces = dataset.in_pieces();
+        assert_eq!(pieces.records.len(), 9);
+        let error = |dataset: &Dataset, i: usize| {
+            let (measured, predicted) = (&dataset.records[i].series[tells], &free(dataset, i)[tells]);
+            measured.iter().zip(predicted).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        for i in 1..9 {
+            let mut alone = pieces.clone();
+            alone.records[i].before = None;
+            let [warm, cold] = [error(&pieces, i), error(&alone, i)];
+            assert!(warm < FORGOTTEN * cold, "{kind} piece {i}: {warm:e} {cold:e}");
+        }
+    }
 }

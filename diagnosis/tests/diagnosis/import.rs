@@ -186,7 +186,8 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     assert!((follow.correlation - 0.9127).abs() < 1e-3, "{follow:?}");
     let machine = fs::read_to_string(folder.path().join("elbow/machine.toml")).expect("written");
     // so101.xml: the class sts3215, and the force range of the joint's own actuator.
-    for stated in ["limit = 3.35", "damping = 0.6", "0.052", "armature 0.028"] {
+    for stated in ["limit = 3.35", "damping = 0.6", "0.052", "armature 0.028", "\"actuators.servo.kp\" = 0.5"]
+    {
         assert!(machine.contains(stated), "{stated}: {machine}");
     }
     // so101.xml states 998.22, which no error of this servo under its load agrees with. That of the file is

@@ -8,6 +8,7 @@ mod emps;
 mod faults;
 mod fuzz;
 mod import;
+mod import_units;
 mod inputs;
 mod one_machine;
 mod recovery;

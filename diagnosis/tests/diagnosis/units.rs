@@ -38,6 +38,12 @@ type Column<'a> = (&'a str, &'a str, &'a str, fn(f64) -> f64);
 
 /// The columns in a wrong unit, with what is said of each; that of `spoilt` is multiplied.
 fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
+    let all = warned(machine, columns, spoilt);
+    all.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()
+}
+
+/// All warnings.
+fn warned(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut dataset = "machine = \"machine.toml\"\n".to_owned();
     for (name, signal, keys, _) in columns {
@@ -60,8 +66,7 @@ fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -
     }
     fs::write(folder.path().join("machine.toml"), machine).expect("written");
     fs::write(folder.path().join("dataset.toml"), dataset).expect("written");
-    let dataset = Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{error}"));
-    dataset.warnings.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()
+    Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{error}")).warnings
 }
 
 /// That one column is named, with these words.
@@ -133,6 +138,7 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
             (180.0 / std::f64::consts::PI, "57.3 (degrees for radians?)"),
             (4096.0 / std::f64::consts::TAU, "652 (counts of 4096 a turn for radians?)"),
             (1e3, "1000 (mm for m?)"),
+            (17.5, "no factor of common units (counts?)"),
             (2e5, "no factor of common units (counts?)"),
         ] {
             for column in ["asked", "place"] {
@@ -144,6 +150,23 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
             names(&accused(&machine, &columns, Some((column, -1.0))), "place", "-1 (a sign?)");
         }
     }
+}
+
+/// The sines add up to 0.9 rad from end to end at most. An encoder that counts from half a turn stands 3.1
+/// rad beside its target; one that a load of a servo holds off by 0.3 rad does not.
+#[test]
+fn truth_a_position_with_another_zero_than_its_target_is_named() {
+    let machine = format!("{JOINT}{SERVO}");
+    let beside = |place: fn(f64) -> f64| {
+        let columns: [Column<'_>; 2] =
+            [("asked", "drive.target", "", |t| wave(t)[0]), ("place", "encoder.reading", "", place)];
+        let found = warned(&machine, &columns, None).into_iter();
+        found.filter(|fault| matches!(fault.kind, FaultKind::Beside { .. })).collect::<Vec<Fault>>()
+    };
+    assert_eq!(beside(|t| wave(t - 0.04)[0] + 0.3), Vec::<Fault>::new());
+    let found = beside(|t| wave(t - 0.04)[0] + std::f64::consts::PI);
+    names(&found, "place", "stands 3.1");
+    assert!(found[0].remedy().contains("`offset`") && !found[0].kind.is_contradiction(), "{}", found[0]);
 }
 
 /// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo. The link does a 71st of it, turned:

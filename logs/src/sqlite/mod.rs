@@ -10,6 +10,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::error::{LogError, LogPlace};
+use crate::packed;
 use record::{DAMAGED, varint};
 pub(crate) use record::{Record, Value};
 
@@ -46,7 +47,7 @@ impl Schema {
 
 impl Database {
     pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
-        let mut file = File::open(path).map_err(LogError::open(path))?;
+        let mut file = packed::open(path)?;
         let size = file.metadata().map_err(LogError::open(path))?.len();
         let mut header = [0; 100];
         file.read_exact(&mut header).map_err(|_| {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
-use feeler_logs::{LogError, read_file};
+use feeler_logs::{LogError, Run, read_file};
 use proptest::prelude::*;
 
 const CASES: u32 = 200;
@@ -73,12 +73,15 @@ fn parquet_table() -> Vec<u8> {
     bytes
 }
 
-fn read(name: &str, bytes: &[u8]) -> Result<usize, LogError> {
+fn runs(name: &str, bytes: &[u8]) -> Result<Vec<Run>, LogError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).expect("written");
     read_file(&path, None)
-        .map(|runs| runs.iter().flat_map(|run| &run.tables).map(feeler_logs::Table::rows).sum())
+}
+
+fn read(name: &str, bytes: &[u8]) -> Result<usize, LogError> {
+    runs(name, bytes).map(|runs| runs.iter().flat_map(|run| &run.tables).map(feeler_logs::Table::rows).sum())
 }
 
 fn whole() -> Vec<(&'static str, Vec<u8>)> {
@@ -230,4 +233,29 @@ fn truth_a_folder_without_logs_says_so() {
     let remedy = feeler_problem::Remedy::remedy(&error).into_owned();
     assert!(error.to_string().contains("compressed by zstd") && remedy.contains("zstd -d"), "{error}");
     assert!(feeler_logs::sources(&[Path::new("no such file")]).is_err());
+}
+
+/// The bag of the tests, packed as a whole. What is cut off in its only block tells no sort.
+#[test]
+fn truth_a_packed_bag_is_read_as_the_bag_in_it() {
+    let plain = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bag.db3")).expect("the bag");
+    let packed = zstd::bulk::compress(&plain, 3).expect("packed");
+    let columns = |name: &str, bytes: &[u8]| {
+        let found = runs(name, bytes).expect("read");
+        let tables = found.into_iter().flat_map(|run| run.tables);
+        // As text: an empty cell is no number, and equal to none.
+        tables.map(|table| format!("{:?}", (table.name, table.times_s, table.columns))).collect::<Vec<_>>()
+    };
+    let held = columns("bag_0.db3", &plain);
+    assert!(!held.is_empty());
+    for name in ["bag_0.db3.zstd", "bag_0.DB3.zst", "bag"] {
+        assert_eq!(columns(name, &packed), held, "{name}");
+    }
+    for end in [packed.len() / 2, packed.len() - 1] {
+        let error = read("bag_0.db3.zstd", &packed[..end]).expect_err("cut");
+        assert!(is_clear(&error, "bag_0.db3.zstd"), "{error}");
+    }
+    let other = read("a.csv.zst", &zstd::bulk::compress(b"t_s,x\n0,1\n", 3).expect("packed"));
+    let remedy = feeler_problem::Remedy::remedy(&other.expect_err("a table")).into_owned();
+    assert!(remedy.contains("zstd -d"), "{remedy}");
 }

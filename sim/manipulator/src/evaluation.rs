@@ -49,7 +49,7 @@ pub(crate) struct Evaluation<'a> {
     /// Force between tip and workpiece and its elastic part, N.
     pub(crate) force_n: f64,
     pub(crate) spring_n: f64,
-    /// Torque of each drive after its lags.
+    /// Torque of each drive, after its lags and with the heat of its winding.
     pub(crate) drive: Vec<f64>,
     gear: Vec<f64>,
     /// Torque on each motor without its dry friction.
@@ -71,8 +71,7 @@ impl Plant {
             values
         });
         for (i, joint) in self.joints.iter().enumerate() {
-            let lags = joint.drive.lags.len();
-            let torque = if lags == 0 { inputs[i] } else { x[layout.lags[i] + lags - 1] };
+            let [torque, _] = self.torque(x, i, inputs);
             let between = joint.gear_torque(self.twist(x, i), mode.flanks[i]);
             net.push(
                 torque + joint.ripple(motors[i]) + joint.guide.load
@@ -83,6 +82,14 @@ impl Plant {
             gear.push(between);
         }
         Evaluation { posture, touch, law_n, force_n, spring_n, drive, gear, net }
+    }
+
+    /// Torque of a drive after its lags, and the rate of its winding's heat.
+    fn torque(&self, x: &DVector<f64>, joint: usize, inputs: &[f64]) -> [f64; 2] {
+        let (layout, part) = (&self.layout, &self.joints[joint]);
+        let lags = part.drive.lags.len();
+        let cold = if lags == 0 { inputs[joint] } else { x[layout.lags[joint] + lags - 1] };
+        part.warmed(cold, layout.heats[joint].map_or(0.0, |heat| x[heat]))
     }
 
     /// Depth, normal and Jacobian of the contact; `None` if tip and workpiece are far apart.
@@ -142,6 +149,9 @@ impl Plant {
                 let own = layout.lags[i] + k;
                 slope[own] = (command - x[own]) / tau;
                 command = x[own];
+            }
+            if let Some(heat) = layout.heats[i] {
+                [_, slope[heat]] = self.torque(x, i, inputs);
             }
         }
         let speeds = layout.link_speeds(x);

@@ -41,6 +41,7 @@ const ELEMENTS: [(HostKind, &[Kind]); 4] = [
             Kind::DriveDeadband,
             Kind::ForceLimit,
             Kind::ForceRipple,
+            Kind::ThermalDerating,
         ],
     ),
     (HostKind::MotionSensor, &[Kind::EncoderResolution]),
@@ -143,6 +144,14 @@ impl JointPart {
             NonlinearTerm { law }.value(position, 0.0)
         };
         self.drive.ripples.iter().map(term).sum()
+    }
+
+    /// Torque of the drive from that of the cold one, and the rate of its winding's heat.
+    pub(crate) fn warmed(&self, cold: f64, heat: f64) -> [f64; 2] {
+        let Some(winding) = self.drive.warming else { return [cold, 0.0] };
+        let term = |law| NonlinearTerm { law }.value(cold, heat);
+        let warms = term(NonlinearLaw::Heat { drive: 0, force: winding.force });
+        [cold - term(NonlinearLaw::Derating { drive: 0 }), (warms - heat) / winding.time_constant]
     }
 
     /// Magnitude of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero

@@ -364,8 +364,10 @@ fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, Mani
         .iter()
         .map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio))
         .fold(0.0, f64::max);
-    let of_drives =
-        plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau).fold(0.0, f64::max);
+    let drives = || plant.joints.iter().map(|joint| &joint.drive);
+    let heats = drives().filter_map(|drive| drive.warming).map(|winding| winding.time_constant);
+    let lags = drives().flat_map(|drive| drive.lags.iter().copied());
+    let of_drives = lags.chain(heats).map(|tau| 1.0 / tau).fold(0.0, f64::max);
     let of_contact = law.damping / reduction.link_mass_kg;
     let rate_per_s = of_modes.max(of_drives).max(of_contact).max(1.0);
     let step_s = match cell.step_s {

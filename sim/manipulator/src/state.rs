@@ -6,12 +6,15 @@ use nalgebra::DVector;
 
 use crate::joint::JointPart;
 
-/// Positions of the numbers in the state: motors, links, their speeds, lags of drives, filters of sensors.
+/// Positions of the numbers in the state: motors, links, their speeds, lags of drives, heats of windings,
+/// filters of sensors.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub(crate) joints: usize,
     /// First lag of each drive.
     pub(crate) lags: Vec<usize>,
+    /// Heat of each drive's winding, if it weakens the drive.
+    pub(crate) heats: Vec<Option<usize>>,
     /// First number of each sensor's filters.
     pub(crate) filters: Vec<usize>,
     pub(crate) length: usize,
@@ -26,8 +29,9 @@ impl Layout {
             next - count
         };
         let lags = joints.iter().map(|joint| take(joint.drive.lags.len())).collect();
+        let heats = joints.iter().map(|joint| joint.drive.warming.map(|_| take(1))).collect();
         let filters = sensors.iter().map(|sensor| take(sensor.filters.iter().map(order).sum())).collect();
-        Self { joints: n, lags, filters, length: next }
+        Self { joints: n, lags, heats, filters, length: next }
     }
 
     pub(crate) fn motors<'a>(&self, x: &'a DVector<f64>) -> &'a [f64] {

@@ -280,6 +280,27 @@ fn truth_a_motor_crosses_half_its_play_under_its_own_inertia() {
     assert!((meets[0] / expected_s - 1.0).abs() < ALMOST_LEVEL, "{meets:?}");
 }
 
+/// With `c` the heat in the end, a constant torque falls to `1 / (1 + c)` of it. The heat goes with the
+/// square of a torque that falls by [`ALMOST_LEVEL`] itself.
+#[test]
+fn truth_a_joint_weakens_as_its_winding_warms() {
+    let (force_n, halved_n_m, tau) = (10.0, 8.0, 0.02);
+    let effect: (&str, &[f64]) = ("thermal-derating", &[halved_n_m, tau]);
+    let cell = lever(&drive(1.1, 3e4, 25.0, 0.0, 0.0), &[effect], 0.0, force_n);
+    let mut simulation = CellSimulation::new(&cell, 1e3, 1).unwrap();
+    assert!(simulation.run_to(0.05).end.is_none_or(|end| end == RunEnd::Completed));
+    simulation.finish();
+    let motion = simulation.into_record().motion;
+    let cold = force_n * 0.8;
+    let c = f64::powi(cold / halved_n_m, 2);
+    let torques = motion.column("joints.hinge.torque").unwrap();
+    assert!(torques.len() > 40);
+    for (torque, t) in torques.iter().zip(&motion.t_s).skip(1) {
+        let expected = cold / (1.0 + c * (1.0 - (-t / tau).exp()));
+        assert!((torque.abs() / expected - 1.0).abs() < 3.0 * ALMOST_LEVEL, "{torque} {expected} at {t} s");
+    }
+}
+
 /// Tolerance of row times, from the arithmetic of the clocks.
 const ROW: f64 = 1e-9;
 

@@ -19,6 +19,10 @@ const fn other(begins: &'static [u8], what: &'static str, remedy: &'static str) 
     Sort { begins, what, remedy }
 }
 
+const fn pickle(begins: &'static [u8]) -> Sort {
+    other(begins, "this is a Python pickle", TO_NPZ)
+}
+
 /// An MCAP log.
 pub const MCAP: Sort = log(b"\x89MCAP0\r\n", "this is an MCAP log");
 /// A ROS 2 bag.
@@ -34,12 +38,15 @@ pub const ZIP: Sort = other(
     "unpack it, and name the file in it; an .npz goes to `feeler import` as it is",
 );
 
+/// Any file in the compression of `zstd`.
+pub const ZSTD: Sort = other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`");
+
 const TO_NPZ: &str = "write its arrays with numpy.savez, and give that to `feeler import`";
 const PICTURE: &str = "this is a picture";
 const DRAWN: &str = "name the file that it was drawn from";
 
 /// Every sort with first bytes of its own.
-pub const ALL: [Sort; 20] = [
+pub const ALL: [Sort; 27] = [
     MCAP,
     SQLITE,
     PARQUET,
@@ -63,10 +70,21 @@ pub const ALL: [Sort; 20] = [
         "this is an Arrow or Feather file",
         "write it as Parquet: pyarrow.parquet.write_table(pyarrow.feather.read_table(FILE), NAME)",
     ),
-    other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`"),
+    ZSTD,
     other(b"\x1f\x8b", "this is compressed by gzip", "unpack it: `gunzip FILE`"),
     other(b"BZh", "this is compressed by bzip2", "unpack it: `bunzip2 FILE`"),
     other(b"\xfd7zXZ", "this is compressed by xz", "unpack it: `unxz FILE`"),
+    pickle(b"\x80\x02"),
+    pickle(b"\x80\x03"),
+    pickle(b"\x80\x04"),
+    pickle(b"\x80\x05"),
+    other(b"TDSm", "this is a LabVIEW file (.tdms)", "convert it to CSV, as with the Python package npTDMS"),
+    other(
+        b"RRF2",
+        "this is a Rerun recording (.rrd)",
+        "write its columns as Parquet, with the package rerun-sdk",
+    ),
+    other(b"\xd0\xcf\x11\xe0", "this is a file of an office program", "save its table as CSV"),
     other(b"%PDF", "this is a PDF", DRAWN),
     other(b"\x89PNG", PICTURE, DRAWN),
     other(b"\xff\xd8\xff", PICTURE, DRAWN),

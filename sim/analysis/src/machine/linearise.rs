@@ -153,13 +153,14 @@ impl LinearMachine {
         Ok(output)
     }
 
-    /// The drive whose command a signal is.
+    /// The drive whose command a signal is, or its [`Self::input`].
     ///
     /// # Errors
     /// [`AnalysisError::NotAnInput`] for any other signal.
     pub fn drive(&self, signal: &SignalName) -> Result<usize, AnalysisError> {
         match self.source(signal)? {
             Source::Drive(i, Quantity::Command) => Ok(i),
+            Source::Drive(i, _) if *signal == self.input(i) => Ok(i),
             _ => Err(AnalysisError::NotAnInput { name: signal.to_string() }),
         }
     }

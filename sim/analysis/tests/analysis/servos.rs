@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::common::{sensor, spring};
 use feeler_analysis::frf::{Excitation, FrfExperiment};
-use feeler_analysis::{AnalysisError, LinearMachine, Request, View, analyze};
+use feeler_analysis::{AnalysisError, LinearMachine, Request, View, analyze, curves};
 use feeler_engine::{RunSettings, Scenario};
 use feeler_lti::C64;
 use feeler_plant::description::{
@@ -220,4 +220,23 @@ fn regress_poles_of_a_sampled_servo_without_its_loop_are_those_from_its_force() 
         let request = Request { brief: true, ..Request::default() };
         assert_eq!(analyze(&scenario, &request).unwrap().input, expected);
     }
+}
+
+#[test]
+fn regress_curves_of_a_sampled_servo_are_drawn_from_its_force() {
+    let kind = ActuatorKind::PositionServo(servo(Some(2e-3)));
+    let scenario = Scenario {
+        machine: machine(kind, DAMPING),
+        controllers: std::iter::empty().collect(),
+        run: RunSettings::default(),
+    };
+    let request = Request::default();
+    let report = analyze(&scenario, &request).unwrap();
+    let drawn = curves(&scenario, &request, &report).unwrap();
+    assert_eq!(report.input, "drive.force");
+    for (f, found) in drawn.frequencies_hz.iter().zip(&drawn.plant) {
+        let s = C64::new(0.0, TAU * f);
+        close(*found, (s * s * MASS_KG + s * DAMPING).inv(), ROUNDING, &format!("{f} Hz"));
+    }
+    assert!(drawn.plant.len() > 100 && drawn.open_sampled.is_some());
 }

@@ -167,6 +167,8 @@ pub struct Warming {
     pub force: f64,
     /// `tau`, s.
     pub time_constant: f64,
+    /// `h` at the start.
+    pub heat: f64,
 }
 
 impl Drive {

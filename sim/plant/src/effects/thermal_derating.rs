@@ -44,8 +44,9 @@ alone, cold and warm.
 
 ## How it is recognised
 Repeat one motion for several time constants, then again after a rest. The force per command falls by an
-exponential, and starts anew after the rest. A diagnosis tries it on records of at least 30 s, and takes each
-to begin cold. One long record is cut into pieces: record two or more, each after a rest.
+exponential, and starts anew after the rest. A diagnosis tries it on records of at least 30 s. It takes each
+to begin cold, and says so beside a finding. The pieces of one long record, and files whose clock goes on from
+file to file, carry the heat on.
 
 ## Numerical treatment
 The heat is one more state, and the law is smooth: an extrapolation method integrates it to rounding. Its
@@ -71,7 +72,7 @@ impl ChangesPlant for ThermalDerating {
         let Self { force, time_constant } = self;
         let drive = machine.force_drive_mut(host, &DEFINITION)?;
         if force.is_finite() {
-            drive.warming = Some(Warming { force, time_constant });
+            drive.warming = Some(Warming { force, time_constant, heat: 0.0 });
         }
         Ok(())
     }

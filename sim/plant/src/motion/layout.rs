@@ -175,6 +175,11 @@ impl Layout {
         self.drives[drive].force
     }
 
+    /// The state of the heat of a drive's winding.
+    pub fn heat(&self, drive: usize) -> Option<usize> {
+        self.drives[drive].heat
+    }
+
     /// The first of the four states of a contact's moving gap: its offset, its rate, and higher derivatives.
     /// They are scaled by [`GAP_TIME_S`] to comparable sizes: `offset`, `offset'`, `GAP_TIME_S offset''`,
     /// `GAP_TIME_S^2 offset'''`.

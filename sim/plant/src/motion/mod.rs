@@ -167,8 +167,8 @@ impl Motion {
         xi
     }
 
-    /// The initial state: positions and velocities as given, drives and filters at rest, gaps with their
-    /// initial motion.
+    /// The initial state: positions and velocities as given, drives and filters at rest, windings as warm as
+    /// the assembly says, gaps with their initial motion.
     pub fn initial_state(&self) -> Vec<f64> {
         let mut state = vec![0.0; self.layout.states()];
         for g in 0..self.coordinates.count() {
@@ -178,6 +178,11 @@ impl Motion {
         }
         for (i, input) in self.initial_inputs() {
             self.layout.ramp(i).into_iter().for_each(|ramp| state[ramp] = input);
+        }
+        for (i, drive) in self.assembly.drives.iter().enumerate() {
+            if let (Some(heat), Some(warming)) = (self.layout.heat(i), drive.warming) {
+                state[heat] = warming.heat;
+            }
         }
         self.set_gaps(0.0, &mut state);
         state

@@ -1,0 +1,107 @@
+//! What the columns of one joint tell of each other: which belong together, and their units.
+
+use feeler_logs::{Column, Run, Table};
+use indexmap::IndexMap;
+
+use super::follow::follow;
+use super::role::Role;
+use super::roles::{Guess, without_quantity};
+use super::units::{beside, stated};
+
+/// Largest factor between a target and what follows it: a loop that is too slow for its target moves less.
+const APART: f64 = 5.0;
+
+/// Pairs targets and positions. Columns that the user chose (`is_chosen`) stay as they are.
+pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bool) {
+    if !is_chosen {
+        pair_lone_columns(found);
+    }
+    for guess in found.values_mut() {
+        if !is_chosen {
+            inputs_beside_target(run, guess);
+        }
+        let (target, position) = (column_of(run, guess, Role::Target), column_of(run, guess, Role::Position));
+        if let (Some(target), Some(position)) = (target, position) {
+            guess.follow = follow(target, position);
+            let are_stated = [(Role::Target, target.1), (Role::Position, position.1)]
+                .map(|(role, column)| stated(role, column).is_some());
+            unit_by_the_other(guess, are_stated);
+        }
+    }
+}
+
+/// Where one joint has the only target, one other the only position, and either has no name, both are one.
+fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
+    let only = |role: Role| {
+        let mut having = found.iter().filter(|(_, guess)| guess.columns.contains_key(&role));
+        having.next().filter(|_| having.next().is_none()).map(|(joint, _)| joint.clone())
+    };
+    if let (Some(target), Some(position)) = (only(Role::Target), only(Role::Position))
+        && target != position
+        && (target.is_empty() || position.is_empty())
+        && let Some(lone) = found.shift_remove(&target)
+        && let Some(guess) = found.get_mut(&position)
+    {
+        for (role, chosen) in lone.columns {
+            guess.columns.entry(role).or_insert(chosen);
+        }
+    }
+}
+
+/// Of a target and what follows it, gives the one of no stated unit the unit that makes them one motion.
+fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
+    let Some(follow) = guess.follow.filter(|follow| follow.is_of_one_motion()) else { return };
+    let (Some(target), Some(position)) =
+        (guess.columns.get(&Role::Target), guess.columns.get(&Role::Position))
+    else {
+        return;
+    };
+    let times = follow.times * position.in_si() / target.in_si();
+    if (1.0 / APART..APART).contains(&times) {
+        return;
+    }
+    let sides = [
+        (Role::Position, are_stated[1], follow.times / target.in_si(), target.column.clone()),
+        (Role::Target, are_stated[0], 1.0 / (follow.times * position.in_si()), position.column.clone()),
+    ];
+    let mut open = sides.into_iter().filter(|(_, is_stated, ..)| !is_stated);
+    let told = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other)?)));
+    if let Some((role, unit)) = told
+        && let Some(chosen) = guess.columns.get_mut(&role)
+    {
+        chosen.unit = Some(unit);
+    }
+}
+
+/// Keeps the speed and the force beside a target that reach the servo with it: those of the same table that
+/// change. A message with positions and efforts of targets gives the efforts as feed-forward.
+fn inputs_beside_target(run: &Run, guess: &mut Guess) {
+    let target = column_of(run, guess, Role::Target);
+    let is_beside = |(table, column): &(&Table, &Column)| {
+        let mut values = column.values.iter().filter(|x| x.is_finite());
+        let first = values.next();
+        target.is_some_and(|(of, _)| std::ptr::eq(of, *table)) && values.any(|x| Some(x) != first)
+    };
+    if let (Some(beside), Some((_, wanted))) =
+        (column_of(run, guess, Role::Command).filter(is_beside), target)
+        && beside.1.name.ends_with(']')
+        && without_quantity(&beside.1.name) == without_quantity(&wanted.name)
+        && !guess.columns.contains_key(&Role::FeedForward)
+        && let Some(command) = guess.columns.shift_remove(&Role::Command)
+    {
+        guess.columns.insert(Role::FeedForward, command);
+    }
+    for role in [Role::TargetVelocity, Role::FeedForward] {
+        if column_of(run, guess, role).is_none_or(|column| !is_beside(&column)) {
+            guess.columns.shift_remove(&role);
+        }
+    }
+    let of_target = guess.columns.get(&Role::Target).and_then(|chosen| chosen.unit.clone());
+    if let (Some((unit, _)), Some(speed)) = (of_target, guess.columns.get_mut(&Role::TargetVelocity)) {
+        speed.unit.get_or_insert_with(|| (unit.per_second(), "as its target is".into()));
+    }
+}
+
+fn column_of<'a>(run: &'a Run, guess: &Guess, role: Role) -> Option<(&'a Table, &'a Column)> {
+    run.find(&guess.columns.get(&role)?.column)
+}

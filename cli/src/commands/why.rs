@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use feeler_files::{Document, Draft, with_settings};
+use feeler_files::{Document, Draft};
 use feeler_studies::doubts;
 use feeler_studies::why::{Counterfactual, Explanation, explain};
 
@@ -90,7 +90,8 @@ pub(super) fn write_set(
     let folder =
         |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
     let from = folder(file).filter(|from| folder(out).as_ref() != Some(from));
-    let text = with_settings(document.text(), settings, from.as_deref())
+    let text = document
+        .with_settings(settings, from.as_deref())
         .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
     terminal::write(out, text.as_bytes())?;
     Draft::load(out)?.build()?;

@@ -166,6 +166,40 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
+/// Of a list each entry has a slider. What a `--set` says of one is written with it.
+#[test]
+fn truth_points_of_a_reference_are_moved_and_written() {
+    let bench = Bench::new();
+    let line = PRESS.lines().find(|line| line.starts_with("reference")).unwrap();
+    let text = |points: &str| PRESS.replace(line, &format!("reference = {points}   # a step"));
+    bench.write("press.toml", &text("[[0.0, \"10 N\"], [0.2, \"14 N\"]]"));
+    let set = "controllers.force.reference=[[0.0, \"10 N\"], [0.2, \"16 N\"]]";
+    let served = Served::new(&bench, &["press.toml", "--set", set]);
+    let force = || {
+        let (_, listed) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+        let listed: Value = serde_json::from_str(&listed).unwrap();
+        let numbers = listed["numbers"].as_array().unwrap();
+        let number = numbers.iter().find(|number| number["key"] == "controllers.force.reference.1.1");
+        number.unwrap_or_else(|| panic!("{numbers:?}")).clone()
+    };
+    assert_eq!((&force()["value"], &force()["unit"]), (&json!(16.0), &json!("N")));
+    let moved = json!({ "controllers.force.reference.1.0": 0.3 });
+    let reference = |settings: &Value| {
+        let state = served.post("state", &json!({ "settings": settings, "part": "run" }));
+        let series = state["charts"]["force"]["series"].as_array().unwrap().clone();
+        series.into_iter().find(|one| one["name"].as_str().unwrap().contains("reference")).unwrap()
+    };
+    assert_ne!(reference(&moved), reference(&json!({})));
+    let late = served.post("state", &json!({ "settings": { "controllers.force.reference.0.0": 0.7 } }));
+    assert!(late["problem"].as_str().unwrap().contains("controllers.force.reference"), "{late}");
+    let written = served.post("write", &json!({ "settings": moved }));
+    assert!(written["problem"].is_null(), "{written}");
+    assert_eq!(bench.read("press.toml"), text("[[0.0, \"10 N\"], [0.3, \"16 N\"]]"));
+    // The file says it from now on.
+    bench.write("press.toml", &text("[[0.0, \"10 N\"], [0.3, \"12 N\"]]"));
+    assert_eq!(force()["value"], 12.0);
+}
+
 #[test]
 fn truth_a_base_machine_is_watched_as_its_file_is() {
     let bench = Bench::new();

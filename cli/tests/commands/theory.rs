@@ -1,32 +1,8 @@
 //! `feeler analyze`.
 
 use std::io::Write as _;
-use std::path::Path;
 
-use assert_cmd::Command;
-use serde_json::Value;
-
-fn feeler() -> Command {
-    let mut command = Command::cargo_bin("feeler").unwrap();
-    command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
-    command
-}
-
-pub(crate) fn printed(arguments: &[&str]) -> String {
-    let output = feeler().args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-pub(crate) fn refused(arguments: &[&str]) -> String {
-    let output = feeler().args(arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    String::from_utf8(output.stderr).unwrap()
-}
-
-pub(crate) fn json(arguments: &[&str]) -> Value {
-    serde_json::from_str(&printed(arguments)).unwrap()
-}
+use crate::bench::{json, printed, refused};
 
 #[test]
 fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
@@ -85,6 +61,27 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     );
     let raises = |line: &str| line.contains("(bandwidth +0.13 %, limit +0.51 %)");
     assert!(raises(second) && !raises(text.lines().nth(3).unwrap()), "{text}");
+}
+
+/// Of a loop with one gain both are one number. Damping beside it is scaled by the margin, not by the limit.
+#[test]
+fn truth_a_gain_margin_that_differs_from_the_limit_is_explained() {
+    let of = |owner: &str, key: &str| {
+        format!(
+            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit is \
+             that of {key} alone."
+        )
+    };
+    let text = printed(&["analyze", "control/impedance.toml"]);
+    assert!(text.contains(&of("controllers.spring", "stiffness")), "{text}");
+    let found = json(&["analyze", "control/impedance.toml", "--json"]);
+    let (margin, gain) = (&found["margins"]["gain"], &found["gain"]);
+    let alone = gain["sampled"]["stable"][1].as_f64().unwrap() / gain["present"].as_f64().unwrap();
+    assert!(alone > 2.0 * margin.as_f64().unwrap(), "{found}");
+    let text = printed(&["analyze", "paper/flexible-contact.toml"]);
+    assert!(!text.contains("The gain margin is a factor"), "{text}");
+    let text = printed(&["analyze", "paper/flexible-contact.toml", "--set", "controllers.force.damping=300"]);
+    assert!(text.contains(&of("controllers.force", "kp")), "{text}");
 }
 
 #[test]
@@ -233,62 +230,6 @@ fn truth_a_delay_of_hundreds_of_samples_is_analysed_or_refused_with_the_arithmet
 }
 
 #[test]
-fn truth_bad_requests_are_refused_with_what_to_do() {
-    let cases: [(&[&str], &str); 22] = [
-        (
-            &["frf", "paper/rigid.toml", "--output", "tol.force"],
-            "no signal `tol.force`\n  help: did you mean `tool.force`? there is `motor.position`",
-        ),
-        (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is not an input"),
-        (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
-        (
-            &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
-            "not a whole number of holds",
-        ),
-        (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
-        (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
-        (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
-        (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
-        (
-            &["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"],
-            "--set applies to a simulated experiment",
-        ),
-        (&["frf", "datasets/bench-axis", "--offset", "1"], "--offset applies to a simulated experiment"),
-        (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods applies to a simulated experiment"),
-        (
-            &["frf", "datasets/bench-axis", "--realisations", "3"],
-            "--realisations applies to a simulated experiment",
-        ),
-        (&["frf", "datasets/bench-axis", "--points", "3"], "--points applies to a simulated experiment"),
-        (
-            &["frf", "paper/rigid.toml", "--points", "3"],
-            "--points has no meaning for --excitation white-noise",
-        ),
-        (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
-        (
-            &["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"],
-            "at most 1e8 are possible",
-        ),
-        (
-            &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],
-            "drive.command does not reach tool.force",
-        ),
-        (
-            &["frf", "datasets/bench-axis", "--output", "force_n"],
-            "drive.command does not reach force.reading",
-        ),
-        (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
-        (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
-        (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),
-        (&["run", "datasets/bench-axis/dataset.toml"], "`feeler diagnose` takes it"),
-    ];
-    for (arguments, expected) in cases {
-        let said = refused(arguments);
-        assert!(said.contains(expected) && said.contains("help:"), "{arguments:?}: {said}");
-    }
-}
-
-#[test]
 fn regress_what_an_analysis_leaves_out_is_listed() {
     for (file, of, property, taken) in [
         ("backlash", "springs.transmission", "backlash", "closed"),
@@ -393,30 +334,6 @@ fn regress_a_number_of_tiny_effect_is_not_recommended() {
         !text.contains(", first: ") && text.contains("No single mass, stiffness or damping helps much"),
         "{text}"
     );
-}
-
-#[test]
-fn regress_mistakes_of_a_request_name_what_there_is() {
-    for (arguments, parts) in [
-        (
-            &["analyze", "paper/flexible.toml", "--gain", "nope.kp"][..],
-            &["no controller `nope`", "being `force`"][..],
-        ),
-        (&["analyze", "paper/flexible.toml", "--gain", "force.kq"], &["no gain `kq`", "kp, ki, kd"]),
-        (
-            &["analyze", "paper/flexible.toml", "--preload", "-3"],
-            &["--preload must be a force above zero (got -3 N)", "--preload 30"],
-        ),
-        (&["frf", "paper/flexible.toml", "--from", "0"], &["no band from 0", "must be above zero"]),
-        (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
-        (
-            &["fit-landmarks", "--start", "paper/machines/flexible.toml"],
-            &["paper/machines/flexible.toml", "not a velocity source", "--out FILE"],
-        ),
-    ] {
-        let said = refused(arguments);
-        assert!(parts.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
-    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::theory::{json, printed, refused};
+use crate::bench::{json, printed, refused};
 
 const FILE: &str = "paper/flexible-contact.toml";
 

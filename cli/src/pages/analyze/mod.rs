@@ -124,7 +124,7 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
         tiles.push(Tile::new(
             "gain margin",
             margins.gain.map_or_else(|| "unlimited".to_owned(), plain),
-            "factor",
+            "factor on the whole output",
         ));
         let crossover = margins
             .crossover_hz

@@ -71,8 +71,13 @@ impl Document {
             },
             _ => return,
         };
-        let unit = unit_of_key(&key, &self.scenario);
+        let unit = self.unit(&key);
         found.push(Number { key, value, unit });
+    }
+
+    /// The SI unit of the number at a key; empty if it has none.
+    pub fn unit(&self, key: &str) -> String {
+        unit_of_key(key, &self.scenario)
     }
 
     /// Every key of the scenario with its content, without defaults: equivalent documents give the same list.

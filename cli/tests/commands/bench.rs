@@ -56,7 +56,7 @@ pub(crate) fn exists(path: impl AsRef<Path>) -> bool {
 }
 
 /// `feeler` among the shipped scenarios.
-fn shipped() -> Command {
+pub(crate) fn shipped() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_feeler"));
     command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
     command

@@ -270,7 +270,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     // Each name stands over its column.
     let head = of_runs.out.lines().next().unwrap();
     let row = of_runs.out.lines().find(|line| line.contains("controllers.force.kp")).unwrap();
-    assert_eq!(head.find("out/press"), row.find("0.2"), "{}", of_runs.out);
+    assert_eq!(head.find("press"), row.find("0.2"), "{}", of_runs.out);
     // The same figures: a run is repeated bit for bit.
     let figures = |text: &str| {
         let from = text.find("peak force").unwrap();
@@ -290,7 +290,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(planes.len(), 2, "Nyquist's curves, and root loci");
     for (kind, plane) in ["nyquist", "roots"].iter().zip(planes) {
         assert_eq!(plane["kind"], *kind);
-        for (colour, name) in ["out/press", "out/press,kp=0.3"].iter().enumerate() {
+        for (colour, name) in ["press", "press,kp=0.3"].iter().enumerate() {
             let own = |path: &&Value| path["colour"] == colour && path["name"] == format!("{name} sampled");
             let of = |path: &&Value| path["colour"] == colour && path["name"] == *name;
             let paths = plane["paths"].as_array().unwrap();

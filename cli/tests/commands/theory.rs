@@ -2,7 +2,9 @@
 
 use std::io::Write as _;
 
-use crate::bench::{json, printed, refused};
+use serde_json::Value;
+
+use crate::bench::{json, printed, refused, shipped};
 
 #[test]
 fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
@@ -133,7 +135,7 @@ fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
         json(&["analyze", "effects/hertz-contact.toml", "--clamped", "--json"])["poles"],
         hertz["poles"]
     );
-    let note = feeler().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
+    let note = shipped().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
     assert!(String::from_utf8(note).unwrap().contains("linearised at the final reference, 30 N"));
 }
 

@@ -67,6 +67,9 @@ pub(crate) fn page(
     page.heading("Poles and zeros");
     for plane in planes::loci(report, curves) {
         page.plane(&plane);
+        if let Some(near) = planes::near_the_limit(report, plane) {
+            page.plane(&near);
+        }
     }
     if curves.open_sampled.is_some() && curves.locus_sampled.is_none() {
         page.paragraph(

@@ -1,10 +1,12 @@
 //! `feeler analyze`.
 
+use std::f64::consts::TAU;
 use std::io::Write as _;
 
 use serde_json::Value;
 
 use crate::bench::{json, printed, refused, shipped};
+use crate::live::data_of;
 
 #[test]
 fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
@@ -70,8 +72,8 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
 fn truth_a_gain_margin_that_differs_from_the_limit_is_explained() {
     let of = |owner: &str, key: &str| {
         format!(
-            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit is \
-             that of {key} alone."
+            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit \
+             is that of {key} alone."
         )
     };
     let text = printed(&["analyze", "control/impedance.toml"]);
@@ -183,12 +185,23 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
         "Nyquist",
         "Root locus of the continuous loop",
         "Root locus of the sampled loop",
+        "The same near z = 1,",
         "Poles and zeros of the plant,",
     ];
     for part in parts {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && page.len() < 3_000_000);
+    // The root that leaves the circle, at 31.04 Hz and 1 kHz, lies in a view of its own.
+    let (sin, cos) = (TAU * 31.04e-3).sin_cos();
+    let data = data_of(&page);
+    let views = data["planes"].as_array().unwrap().iter().filter(|plane| plane["period_s"].is_number());
+    let views: Vec<[f64; 4]> =
+        views.map(|plane| [0, 1, 2, 3].map(|i| plane["view"][i].as_f64().unwrap())).collect();
+    let holds =
+        |[left, right, low, high]: &[f64; 4]| (left..right).contains(&&cos) && (low..high).contains(&&sin);
+    let narrowest = views.iter().filter(|view| holds(view)).map(|[left, right, ..]| right - left);
+    assert!(views.len() == 2 && narrowest.fold(f64::INFINITY, f64::min) < 1.5, "{views:?}");
     let kept: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
     assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);

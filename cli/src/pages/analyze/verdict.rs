@@ -160,8 +160,8 @@ fn margin_of_all(report: &Report, gain: &GainReport) -> Option<String> {
     let is_alike = (margin / alone - 1.0).abs() < ALIKE;
     (!is_alike && alone.is_finite()).then(|| {
         format!(
-            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit is \
-             that of {key} alone."
+            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit \
+             is that of {key} alone."
         )
     })
 }

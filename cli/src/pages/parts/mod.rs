@@ -203,8 +203,8 @@ impl Page {
         );
     }
 
-    /// A table; columns in `right` hold numbers. On a narrow screen a row of many columns wraps, each cell below
-    /// its heading.
+    /// A table; columns in `right` hold numbers. On a narrow screen a row of many columns wraps, each cell
+    /// below its heading.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let kind = if header.len() < MANY_COLUMNS { "scroll" } else { "scroll cards" };
         self.table_of(kind, header, right, rows);

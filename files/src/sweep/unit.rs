@@ -57,13 +57,13 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     let of_variant = chosen.and_then(|variant| variant.keys.iter().find(|key| key.name == *name));
     let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
     match (key.kind, rest) {
-        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), []) => Some(unit),
-        (Kind::Reference(_), []) => Some(Unit::Reference),
         // Entries of lists count from zero; of points the first number is the time.
-        (Kind::Numbers(unit, _) | Kind::Range(unit), [_]) => Some(unit),
         (Kind::Points(_) | Kind::Reference(_), [point, "0"]) if is_place(point) => Some(TIME),
-        (Kind::Points(unit), [_, _]) => Some(unit),
         (Kind::Reference(_), [point, _]) if is_place(point) => Some(Unit::Reference),
+        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), [])
+        | (Kind::Numbers(unit, _) | Kind::Range(unit), [_])
+        | (Kind::Points(unit), [_, _]) => Some(unit),
+        (Kind::Reference(_), []) => Some(Unit::Reference),
         (
             Kind::Table(shape)
             | Kind::QuantityOrTable(_, _, shape)

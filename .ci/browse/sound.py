@@ -16,7 +16,7 @@ MOST_CPU_S = 1.0
 # WCAG's contrast of text, and of bold text; lines below the last can hardly be seen.
 LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE = 4.5, 3.0, 1.3
 # Pages of paper: of those with a chart for each signal or record, and of all others.
-MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "compare-records": 14}
+MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "analyze-servo": 11, "compare-records": 14}
 OTHER_PAPER = 8
 
 SMALL_TEXT = """

@@ -5,7 +5,7 @@ use std::io::Write as _;
 
 use serde_json::Value;
 
-use crate::bench::{json, printed, refused, shipped};
+use crate::bench::{Bench, DONE, json, printed, refused, shipped};
 use crate::live::data_of;
 
 #[test]
@@ -205,6 +205,25 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
     let kept: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
     assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);
+}
+
+/// Live pages draw the same curves.
+#[test]
+fn truth_a_sampled_servo_has_a_page_of_theory_and_is_compared() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "servo", "--out", "servo.toml"]).code, DONE);
+    let said = bench.feeler(&["analyze", "servo.toml", "--out", "theory"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let page = bench.read("theory/report.html");
+    for part in
+        ["from servo.force to link.position", "Nyquist's curve", "Root locus of the sampled loop over kp"]
+    {
+        assert!(page.contains(part) || page.contains(&part.replace('\'', "&#39;")), "{part}");
+    }
+    let said = bench.feeler(&["compare", "servo.toml", "--set", "actuators.servo.kp=20 N m/rad"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let margins = said.out.lines().find(|line| line.contains("phase margin")).unwrap();
+    assert_eq!(margins.matches('°').count(), 2, "{}", said.out);
 }
 
 #[test]

@@ -149,13 +149,13 @@ impl LinearMachine {
         Ok(output)
     }
 
-    /// The drive whose command a signal is.
+    /// The drive whose command a signal is, or whose force, as [`Self::input`] names that of a sampled servo.
     ///
     /// # Errors
     /// [`AnalysisError::NotAnInput`] for any other signal.
     pub fn drive(&self, signal: &SignalName) -> Result<usize, AnalysisError> {
         match self.source(signal)? {
-            Source::Drive(i, Quantity::Command) => Ok(i),
+            Source::Drive(i, quantity) if quantity == Quantity::Command || *signal == self.input(i) => Ok(i),
             _ => Err(AnalysisError::NotAnInput { name: signal.to_string() }),
         }
     }

@@ -152,6 +152,8 @@ def live(browser, axe_text, shots, problems, out):
         browser.wait(SETTLED, "the state after the pin")
         if "pinned" not in browser.run("return document.querySelector('#force').textContent"):
             wrong("nothing is pinned")
+        browser.drag(browser.find("#knob-controllers\\.force\\.reference\\.1\\.1"), [(3, 0)] * 5)
+        browser.wait(SETTLED, "the state after a point of the reference")
         text = file.read_text()
         browser.run(
             "[...document.querySelectorAll('.acts button')]"
@@ -160,6 +162,9 @@ def live(browser, axe_text, shots, problems, out):
         time.sleep(1.5)
         written = file.read_text()
         comments = lambda t: re.findall(r"#.*", t)
+        points = lambda t: re.search(r"(?m)^reference = \[\[0\.0, 20\.0\], \[1\.0, (.+)\]\]", t)
+        if not points(written) or points(written)[1] == points(text)[1]:
+            wrong("a point of the reference is not written")
         if (
             written == text
             or comments(written) != comments(text)

@@ -16,7 +16,7 @@ MOST_CPU_S = 1.0
 # WCAG's contrast of text, and of bold text; lines below the last can hardly be seen.
 LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE = 4.5, 3.0, 1.3
 # Pages of paper: of those with a chart for each signal or record, and of all others.
-MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "compare-records": 14}
+MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "analyze-servo": 11, "compare-records": 14}
 OTHER_PAPER = 8
 
 SMALL_TEXT = """
@@ -31,6 +31,15 @@ while (walk.nextNode()) {
   if (px < arguments[0] - 0.05) found.push(`${px.toFixed(1)} px: ${text.slice(0, 40)}`);
 }
 return found;
+"""
+# Tables of which a column is out of sight.
+CUT = """
+const folded = [...document.querySelectorAll("main details:not([open])")];
+folded.forEach((fold) => { fold.open = true; });
+const cut = [...document.querySelectorAll(".scroll")].filter((box) => box.scrollWidth > box.clientWidth + 1)
+  .map((box) => `${box.scrollWidth - box.clientWidth} px of ${box.getAttribute("aria-label")}`);
+folded.forEach((fold) => { fold.open = false; });
+return cut;
 """
 UNREACHED = """
 return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
@@ -173,6 +182,8 @@ def check(browser, name, address, axe_text, shots, problems):
                 time.sleep(0.3)
                 if small := browser.run(SMALL_TEXT, LEAST_PX):
                     wrong(f"small text at {NARROW} px: {small[:4]}")
+                if cut := browser.run(CUT):
+                    wrong(f"tables that {NARROW} px do not hold: {cut[:3]}")
                 overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
                 if overflow > 1:
                     wrong(f"is {overflow} px wider than {NARROW} px")

@@ -3,7 +3,7 @@
 import re
 import time
 
-from browse.sound import NARROW, WIDE
+from browse.sound import WIDE
 
 
 def map_zooms(browser, address, problems):
@@ -133,25 +133,3 @@ def map_shows_variants(browser, address, problems):
         problems.append(f"sweep-dense: {zoomed} variants are found where {wanted} lie; {whole} in the whole")
     if image != [COLUMNS, ROWS]:
         problems.append(f"sweep-dense: the map under zoom has {image} places for {COLUMNS} x {ROWS} variants")
-
-
-# Of the first row of each comparison, scrolled to either end: the place of the first cell, and the number of
-# cells beside it that are wholly seen.
-SEEN_CELLS = """
-return [...document.querySelectorAll(".versus")].flatMap((box) => [0, box.scrollWidth].map((to) => {
-  box.scrollLeft = to;
-  const cells = [...box.querySelector("tbody tr").cells].map((cell) => cell.getBoundingClientRect());
-  const [first, ...others] = cells, { left, right } = box.getBoundingClientRect();
-  const seen = others.filter((cell) => cell.left >= first.right - 1 && cell.right <= right + 1);
-  return [first.left - left, seen.length];
-}));
-"""
-
-
-def versus_narrow(browser, name, address, problems):
-    """On a narrow screen a comparison shows two of what it compares beside what each row is of."""
-    browser.look(NARROW)
-    browser.ask("POST", "/url", {"url": address})
-    seen = browser.run(SEEN_CELLS)
-    if not seen or any(abs(place) > 1 or count < 2 for place, count in seen):
-        problems.append(f"{name}: of its tables {NARROW} px show {seen} (place of the first cell, others)")

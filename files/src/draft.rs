@@ -15,7 +15,7 @@ use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{self, OVERRIDE, Origin, Source, Sources};
-use super::tree::{Entry, Node, Table, Value, from_table, from_value};
+use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value, moved};
 
 /// Machine files are a few kilobytes; a larger file is of another kind.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -197,24 +197,33 @@ impl Draft {
         let Some((last, way)) = segments.split_last() else { return Ok(()) };
         let mut table = &mut self.root;
         let mut walked = String::new();
-        for segment in way {
+        for (depth, segment) in way.iter().enumerate() {
             walked = join(&walked, segment);
             let entry = table
                 .entry((*segment).to_owned())
                 .or_insert_with(|| Entry { key: at.clone(), node: Node::table(at.clone()) });
             let kind = entry.node.value.kind();
-            if let Some(inner) = entry.node.as_table_mut() {
-                table = inner;
-            } else {
-                let mut problems = Problems::default();
-                problems.add(
-                    at,
-                    path,
-                    format!("`{walked}` is {kind}, not a table"),
-                    format!("set `{walked}` as a whole"),
-                );
-                return Err(problems.into_error(self.sources.clone()));
-            }
+            let (message, remedy) = match &mut entry.node.value {
+                Value::Table(inner) => {
+                    table = inner;
+                    continue;
+                }
+                Value::Array(items) => {
+                    let last = items.len().saturating_sub(1);
+                    if let Some(inside) = entry_mut(items, &segments[depth + 1..]) {
+                        *inside = node;
+                        return Ok(());
+                    }
+                    (
+                        format!("`{walked}` is a list, and has no such entry"),
+                        format!("entries count from zero: `{walked}.0` to `{walked}.{last}`"),
+                    )
+                }
+                _ => (format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole")),
+            };
+            let mut problems = Problems::default();
+            problems.add(at, path, message, remedy);
+            return Err(problems.into_error(self.sources.clone()));
         }
         let key = at.clone();
         table.insert((*last).to_owned(), Entry { key, node });
@@ -328,26 +337,6 @@ pub(crate) fn lay_over(base: &mut Table, over: Table, depth: usize) {
             }
         }
     }
-}
-
-/// A node whose places start `by` bytes later.
-fn moved(mut node: Node, by: usize) -> Node {
-    node.origin.span = node.origin.span.start + by..node.origin.span.end + by;
-    match &mut node.value {
-        Value::Array(items) => {
-            for item in items.iter_mut() {
-                *item = moved(item.clone(), by);
-            }
-        }
-        Value::Table(table) => {
-            for entry in table.values_mut() {
-                entry.key.span = entry.key.span.start + by..entry.key.span.end + by;
-                entry.node = moved(entry.node.clone(), by);
-            }
-        }
-        _ => {}
-    }
-    node
 }
 
 /// The text of a file that Feeler reads: a machine, a sweep, a dataset's description.

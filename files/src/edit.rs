@@ -7,7 +7,9 @@ use feeler_catalogue::{CORNER, DAMPING_RATIO};
 use feeler_engine::Scenario;
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
+use super::document::Document;
 use super::draft::Setting;
+use super::tree::{Value as Node, node_at};
 use super::write::to_toml;
 
 /// The key of the base file.
@@ -53,26 +55,51 @@ pub fn assignment(key: &str, setting: &Setting) -> String {
     }
 }
 
-/// The text of a file with keys set as `--set` sets them, and everything else unchanged. `None` if it is not
-/// TOML, or if a path leads through something other than a table. With the folder of the file, its base
-/// machine is found from another folder, too.
-pub fn with_settings(text: &str, settings: &[String], folder: Option<&Path>) -> Option<String> {
-    let mut document: DocumentMut = text.parse().ok()?;
-    if let (Some(folder), Some(base)) = (folder, document.get(BASE).and_then(Item::as_str)) {
-        let path = folder.join(base).display().to_string();
-        set(&mut document, BASE, Value::from(path))?;
+impl Document {
+    /// The text of the file with keys set as `--set` sets them, and everything else unchanged. `None` if a
+    /// path leads through something other than tables and lists. With the folder of the file, its base
+    /// machine is found from another folder, too.
+    pub fn with_settings(&self, settings: &[String], folder: Option<&Path>) -> Option<String> {
+        let mut document: DocumentMut = self.text().parse().ok()?;
+        if let (Some(folder), Some(base)) = (folder, document.get(BASE).and_then(Item::as_str)) {
+            let path = folder.join(base).display().to_string();
+            set(&mut document, BASE, Value::from(path)).ok()?;
+        }
+        let pairs = settings.iter().map(|setting| setting.split_once('='));
+        let pairs: Vec<(&str, &str)> = pairs.collect::<Option<_>>()?;
+        self.own_lists(&mut document, pairs.iter().map(|(key, _)| key.trim()));
+        for (key, value) in pairs {
+            let text = value.trim();
+            set(&mut document, key.trim(), text.parse().unwrap_or_else(|_| Value::from(text))).ok()?;
+        }
+        Some(document.to_string())
     }
-    for setting in settings {
-        let (key, value) = setting.split_once('=')?;
-        let text = value.trim();
-        set(&mut document, key.trim(), text.parse().unwrap_or_else(|_| Value::from(text)))?;
+
+    /// Writes each list of another file, or of a `--set`, that one of `keys` leads into: an entry alone
+    /// cannot be written over that of a base machine.
+    pub(super) fn own_lists<'k>(&self, document: &mut DocumentMut, keys: impl Iterator<Item = &'k str>) {
+        let draft = self.draft();
+        for key in keys {
+            let mut ways = key.match_indices('.').map(|(end, _)| &key[..end]);
+            let list = ways.find_map(|way| {
+                let parts: Vec<&str> = way.split('.').collect();
+                let node = node_at(&draft.root, &parts)?;
+                matches!(node.value, Node::Array(_)).then_some((way, &node.origin))
+            });
+            let Some((way, origin)) = list.filter(|(_, origin)| origin.source != draft.main) else {
+                continue;
+            };
+            if let Ok(written) = draft.sources.0[origin.source].text[origin.span.clone()].parse::<Value>() {
+                // A path that is no table is refused where its entry is set.
+                let _ = set(document, way, written);
+            }
+        }
     }
-    Some(document.to_string())
 }
 
 /// The table of a dotted key, created if necessary, and the key's last part. The error names the part of its
 /// path that is not a table.
-pub(super) fn table_of<'d, 'k>(
+fn table_of<'d, 'k>(
     document: &'d mut DocumentMut,
     key: &'k str,
 ) -> Result<(&'d mut dyn TableLike, &'k str), &'k str> {
@@ -86,15 +113,32 @@ pub(super) fn table_of<'d, 'k>(
     Ok((table, last))
 }
 
-fn set(document: &mut DocumentMut, key: &str, mut value: Value) -> Option<()> {
-    let (table, last) = table_of(document, key).ok()?;
-    if let Some(old) = table.get_mut(last).and_then(Item::as_value_mut) {
+/// The value at a dotted key; entries of lists count from zero.
+pub(super) fn value_mut<'d>(document: &'d mut DocumentMut, key: &str) -> Option<&'d mut Value> {
+    let mut parts = key.split('.');
+    let mut table: &mut dyn TableLike = document.as_table_mut();
+    loop {
+        let item = table.get_mut(parts.next()?)?;
+        if !item.is_table_like() {
+            return parts.try_fold(item.as_value_mut()?, |value, part| {
+                value.as_array_mut()?.get_mut(part.parse::<usize>().ok()?)
+            });
+        }
+        table = item.as_table_like_mut()?;
+    }
+}
+
+/// Sets a value, in the place and with the comments of the one that it replaces. The error names the part of
+/// its path that is not a table.
+pub(super) fn set<'k>(document: &mut DocumentMut, key: &'k str, mut value: Value) -> Result<(), &'k str> {
+    if let Some(old) = value_mut(document, key) {
         *value.decor_mut() = old.decor().clone();
         *old = value;
-    } else {
-        table.insert(last, Item::Value(value));
+        return Ok(());
     }
-    Some(())
+    let (table, last) = table_of(document, key)?;
+    table.insert(last, Item::Value(value));
+    Ok(())
 }
 
 /// Every value of a table except tables, with its dotted key.
@@ -120,7 +164,6 @@ fn setting(value: &toml::Value) -> Option<Setting> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Document;
     use super::*;
 
     const FILE: &str = r#"# A block on a spring.
@@ -144,7 +187,7 @@ force = 3.0
         let settings = settings_between(&document.scenario, &other).unwrap();
         let words: Vec<String> = settings.iter().map(|(key, value)| assignment(key, value)).collect();
         assert_eq!(words, ["bodies.block.mass=3", "springs.leaf.damping=7.5"]);
-        let text = with_settings(FILE, &words, None).unwrap();
+        let text = document.with_settings(&words, None).unwrap();
         assert_eq!(Document::parse(&text, "block.toml").unwrap().scenario, other);
         assert!(text.contains("# A block on a spring.") && text.contains("mass = 3    # weighed"), "{text}");
         other.machine.springs["leaf"].effects.clear();

@@ -53,7 +53,7 @@ pub use cell::CellFile;
 pub use dataset::DatasetFile;
 pub use document::{Document, FilePlace};
 pub use draft::{Draft, Setting, read_text};
-pub use edit::{Assignment, assignment, settings_between, with_settings};
+pub use edit::{Assignment, assignment, settings_between};
 pub use followed::followed_by;
 pub use keys::dataset::{Column, Experiment, LogClock, Role};
 pub use keys::sweep::{Keep, Sampling};

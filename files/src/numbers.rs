@@ -1,19 +1,22 @@
 //! The numbers of a file that can be changed, and the file with some of them changed: comments, order and
 //! units stay.
 
-use toml_edit::{DocumentMut, Item, Value as Toml};
+use toml_edit::{DocumentMut, Value as Toml};
 
 use super::document::Document;
-use super::edit::{flatten, table_of};
+use super::edit::{flatten, set, value_mut};
 use super::keys::TOLERANCE;
 use super::problem::{FormatError, Problems};
+use super::read::join;
 use super::source::Origin;
 use super::sweep::unit_of_key;
-use super::tree::{Table, Value};
+use super::tree::Value;
 use super::units;
 
 /// Significant digits of numbers that are written into a file.
 const DIGITS: usize = 6;
+/// Entries of the longest list whose numbers are changed one by one; more are data.
+const MOST_LISTED: usize = 64;
 
 /// A number of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,33 +39,45 @@ pub struct Edit {
 }
 
 impl Document {
-    /// Every number of the file and of its base machine, in their order, except those of lists and
-    /// tolerances.
+    /// Every number of the file and of its base machine, in their order, except tolerances and lists of more
+    /// than 64 entries. Entries of lists count from zero, as in `controllers.force.reference.1.0`.
     pub fn numbers(&self) -> Vec<Number> {
         let mut found = Vec::new();
-        self.gather(&self.draft().root, "", &mut found);
+        for (name, entry) in self.draft().root.iter().filter(|(name, _)| *name != TOLERANCE) {
+            self.gather(name.clone(), &entry.node.value, &mut found);
+        }
         found
     }
 
-    fn gather(&self, table: &Table, path: &str, found: &mut Vec<Number>) {
-        for (name, entry) in table {
-            let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-            let value = match &entry.node.value {
-                Value::Table(inner) if key != TOLERANCE => {
-                    self.gather(inner, &key, found);
-                    continue;
+    fn gather(&self, key: String, value: &Value, found: &mut Vec<Number>) {
+        let value = match value {
+            Value::Table(inner) => {
+                for (name, entry) in inner {
+                    self.gather(join(&key, name), &entry.node.value, found);
                 }
-                Value::Integer(whole) => *whole as f64,
-                Value::Float(value) => *value,
-                Value::Text(text) => match units::parse_any(text) {
-                    Ok(value) => value,
-                    Err(_) => continue,
-                },
-                _ => continue,
-            };
-            let unit = unit_of_key(&key, &self.scenario);
-            found.push(Number { key, value, unit });
-        }
+                return;
+            }
+            Value::Array(items) if items.len() <= MOST_LISTED => {
+                for (index, item) in items.iter().enumerate() {
+                    self.gather(join(&key, &index.to_string()), &item.value, found);
+                }
+                return;
+            }
+            Value::Integer(whole) => *whole as f64,
+            Value::Float(value) => *value,
+            Value::Text(text) => match units::parse_any(text) {
+                Ok(value) => value,
+                Err(_) => return,
+            },
+            _ => return,
+        };
+        let unit = self.unit(&key);
+        found.push(Number { key, value, unit });
+    }
+
+    /// The SI unit of the number at a key; empty if it has none.
+    pub fn unit(&self, key: &str) -> String {
+        unit_of_key(key, &self.scenario)
     }
 
     /// Every key of the scenario with its content, without defaults: equivalent documents give the same list.
@@ -75,12 +90,16 @@ impl Document {
     }
 
     /// The text of the file with some numbers changed. A number with a unit keeps its unit. A number of the
-    /// base machine gets a key in this file, which overrides it.
+    /// base machine gets a key in this file, which overrides it; of a list, the whole list does.
     ///
     /// # Errors
-    /// A path that leads through something other than tables.
+    /// A path that leads through something other than tables and lists.
     pub fn edited(&self, edits: &[Edit]) -> Result<String, FormatError> {
-        with_numbers(self.text(), edits).map_err(|(key, message)| {
+        let changed = parsed(self.text()).and_then(|mut document| {
+            self.own_lists(&mut document, edits.iter().map(|edit| edit.key.as_str()));
+            changed(document, edits)
+        });
+        changed.map_err(|(key, message)| {
             let mut problems = Problems::default();
             let remedy = "change it in the file by hand";
             problems.add(&Origin { source: self.draft().main, span: 0..0 }, &key, message, remedy);
@@ -92,20 +111,21 @@ impl Document {
 /// The text of a file with some numbers changed.
 ///
 /// # Errors
-/// The key and the reason, if the text is no TOML or the key leads through something other than tables.
+/// The key and the reason, if the text is no TOML or the key leads through something other than tables and
+/// lists.
 pub fn with_numbers(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
-    let mut document: DocumentMut =
-        text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))?;
-    for edit in edits {
-        let (table, last) = table_of(&mut document, &edit.key)
-            .map_err(|part| (edit.key.clone(), format!("`{part}` is not a table")))?;
-        if let Some(value) = table.get_mut(last).and_then(Item::as_value_mut) {
-            let mut changed = written(edit.value, value);
-            *changed.decor_mut() = value.decor().clone();
-            *value = changed;
-        } else {
-            table.insert(last, Item::Value(rounded(edit.value, DIGITS).into()));
-        }
+    changed(parsed(text)?, edits)
+}
+
+fn parsed(text: &str) -> Result<DocumentMut, (String, String)> {
+    text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))
+}
+
+fn changed(mut document: DocumentMut, edits: &[Edit]) -> Result<String, (String, String)> {
+    for Edit { key, value } in edits {
+        let number = value_mut(&mut document, key)
+            .map_or_else(|| rounded(*value, DIGITS).into(), |before| written(*value, before));
+        set(&mut document, key, number).map_err(|part| (key.clone(), format!("`{part}` is not a table")))?;
     }
     Ok(document.to_string())
 }
@@ -127,6 +147,7 @@ pub fn rounded(value: f64, digits: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::draft::Draft;
     use super::*;
 
     const TEXT: &str = r#"# An axis.
@@ -167,6 +188,46 @@ coulomb-friction = { level = 3.0 } # guessed
         let found = with_numbers(text, &[edit("controllers.force.kp", 0.8)]).unwrap();
         assert_eq!(found, "machine = \"axis.toml\"\n\n[controllers.force]\nkp = 0.8\n");
         assert!(with_numbers(text, &[edit("machine.x.y", 1.0)]).is_err());
+    }
+
+    /// Entries keep unit and place. A list of the base machine, or of a `--set`, is written as a whole.
+    #[test]
+    fn truth_entries_of_lists_are_numbers_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let load = |name: &str, set: &[&str]| {
+            let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+            Draft::load_with(&folder.path().join(name), &set).unwrap().build().unwrap()
+        };
+        let axis = |points: &str| {
+            format!(
+                "{TEXT}\n[actuators.drive]\non = \"tip\"\n\n[controllers.a]\nlaw = \"open-loop\"\n\
+                 drives = \"drive\"\nperiod = \"1 ms\"\nreference = {points} # a step\n"
+            )
+        };
+        let text = axis("[[0.0, 0.0], [\"100 ms\",  \"2 kN\"]]");
+        std::fs::write(folder.path().join("axis.toml"), &text).unwrap();
+        std::fs::write(folder.path().join("over.toml"), "machine = \"axis.toml\"\n").unwrap();
+        let (own, over) = (load("axis.toml", &[]), load("over.toml", &[]));
+        for (key, value, unit) in [("1.0", 0.1, "s"), ("1.1", 2000.0, "N")] {
+            let key = format!("controllers.a.reference.{key}");
+            let found = own.numbers().into_iter().find(|number| number.key == key);
+            assert_eq!(found, Some(Number { key, value, unit: unit.into() }));
+        }
+        let [first, second, third] = [0, 1, 2].map(|i| format!("controllers.a.reference.{i}.1"));
+        let edits = [edit(&second, 3e3), edit(&first, 1e3)];
+        let changed = "[[0.0, 1000.0], [\"100 ms\",  \"3 kN\"]]";
+        assert_eq!(own.edited(&edits).unwrap(), axis(changed));
+        let written = format!("machine = \"axis.toml\"\n\n[controllers.a]\nreference = {changed}\n");
+        assert_eq!(over.edited(&edits).unwrap(), written);
+        let set = [format!("{second}=3 kN"), format!("{first}=1 kN")];
+        let written = over.with_settings(&set, None).unwrap();
+        assert!(written.ends_with("reference = [[0.0, \"1 kN\"], [\"100 ms\",  \"3 kN\"]]\n"), "{written}");
+        let longer = load("axis.toml", &["controllers.a.reference=[[0.0, 0.0], [0.1, 1.0], [0.2, 2.0]]"]);
+        let written = longer.edited(&[edit(&third, 3.0)]).unwrap();
+        assert_eq!(written, axis("[[0.0, 0.0], [0.1, 1.0], [0.2, 3.0]]"));
+        let beyond = Draft::load_with(&folder.path().join("axis.toml"), &[format!("{third}=1")]).unwrap_err();
+        let [problem] = beyond.problems.as_slice() else { panic!("{beyond:?}") };
+        assert!(problem.remedy.contains("`controllers.a.reference.1`"), "{beyond:?}");
     }
 
     #[test]

@@ -96,6 +96,26 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     Node { value, origin }
 }
 
+/// A node whose places start `by` bytes later.
+pub(crate) fn moved(mut node: Node, by: usize) -> Node {
+    node.origin.span = node.origin.span.start + by..node.origin.span.end + by;
+    match &mut node.value {
+        Value::Array(items) => {
+            for item in items.iter_mut() {
+                *item = moved(item.clone(), by);
+            }
+        }
+        Value::Table(table) => {
+            for entry in table.values_mut() {
+                entry.key.span = entry.key.span.start + by..entry.key.span.end + by;
+                entry.node = moved(entry.node.clone(), by);
+            }
+        }
+        _ => {}
+    }
+    node
+}
+
 /// Place of the deepest existing part of a dotted path, and whether this is the whole path. Entries of lists
 /// count from zero.
 pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
@@ -122,4 +142,14 @@ pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {
         table = table.get(*segment)?.node.as_table()?;
     }
     table.get(*last).map(|entry| &entry.node)
+}
+
+/// The entry of a list, or of a list within it; entries count from zero.
+pub(crate) fn entry_mut<'a>(items: &'a mut [Node], path: &[&str]) -> Option<&'a mut Node> {
+    let (first, rest) = path.split_first()?;
+    let entry = items.get_mut(first.parse::<usize>().ok()?)?;
+    if rest.is_empty() {
+        return Some(entry);
+    }
+    if let Value::Array(inner) = &mut entry.value { entry_mut(inner, rest) } else { None }
 }

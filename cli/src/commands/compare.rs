@@ -1,6 +1,6 @@
 //! `feeler compare`.
 
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_engine::Scenario;
@@ -73,8 +73,8 @@ fn is_dataset(path: &Path) -> bool {
 
 fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
     let mut documents = Vec::new();
-    for path in &arguments.what {
-        documents.push((path.display().to_string(), document(path)?));
+    for (path, name) in arguments.what.iter().zip(names(&arguments.what)) {
+        documents.push((name, document(path)?));
     }
     if let [(_, only)] = documents.as_slice()
         && !arguments.settings.is_empty()
@@ -93,6 +93,14 @@ fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
         ));
     }
     Ok(documents)
+}
+
+/// The paths without the folders that all share.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let parts: Vec<Vec<Component<'_>>> = paths.iter().map(|path| path.components().collect()).collect();
+    let is_shared = |i: &usize| parts.iter().all(|own| own.len() > i + 1 && own[*i] == parts[0][*i]);
+    let shared = (0..).take_while(is_shared).count();
+    parts.iter().map(|own| own[shared..].iter().collect::<PathBuf>().display().to_string()).collect()
 }
 
 /// A scenario from its file, or from the folder of its run.

@@ -1,5 +1,6 @@
 //! `feeler tune`.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use feeler_diagnosis::difference::Difference;
@@ -32,19 +33,17 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     steps.done();
     let tuned = tuned?;
     let mut written = String::new();
-    if let Some(out) = &arguments.out {
-        let all: Vec<String> = arguments.settings.iter().chain(&tuned.settings).cloned().collect();
-        write_set(&arguments.file, &document, &all, out)?;
-        written = format!("\n\nwrote\n  {}", out.display());
-    }
     if let Some(folder) = &arguments.code {
         let code = &tuned.equation.code;
         let files = [("controller.c", code.c.clone()), ("controller.rs", code.rust.clone())];
-        written += &terminal::write_all(folder, &files)?;
+        written = terminal::write_all(folder, &files)?;
     }
     if let Some(out) = &arguments.out {
-        written += "\n\n";
-        written += &next(&arguments.file, out);
+        let all: Vec<String> = arguments.settings.iter().chain(&tuned.settings).cloned().collect();
+        write_set(&arguments.file, &document, &all, out)?;
+        let head = if written.is_empty() { "\n\nwrote" } else { "" };
+        let next = next(&arguments.file, out);
+        let _ = write!(written, "{head}\n  {}\n\n{next}", out.display());
     }
     if arguments.json {
         return terminal::print(&terminal::json(&tuned)?);

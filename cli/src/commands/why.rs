@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use feeler_files::{Document, Draft, with_settings};
+use feeler_files::{Document, Draft};
 use feeler_studies::doubts;
 use feeler_studies::why::{Counterfactual, Explanation, explain};
 
@@ -74,13 +74,13 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     terminal::print(&format!("{}: {}\n\n{next}", out.display(), settings.join("; ")))
 }
 
-/// The command that shows a changed file beside the one that it was made from. Both have one name: by default
-/// a run of one replaces the results of the other.
+/// The command that shows a changed file beside the one that it was made from.
 pub(super) fn next(file: &Path, out: &Path) -> String {
     format!("next: feeler compare {} {}", terminal::quoted_path(file), terminal::quoted_path(out))
 }
 
-/// Writes a file with changed settings, and reads it back. Comments stay.
+/// Writes a file with changed settings, and reads it back. Comments stay. A copy is named after its file:
+/// `feeler run` writes into a folder of that name, and so leaves the results of the original alone.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,
@@ -90,7 +90,14 @@ pub(super) fn write_set(
     let folder =
         |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
     let from = folder(file).filter(|from| folder(out).as_ref() != Some(from));
-    let text = with_settings(document.text(), settings, from.as_deref())
+    let is_copy = out.canonicalize().ok() != file.canonicalize().ok();
+    let is_named = settings.iter().any(|setting| setting.starts_with("name="));
+    let mut settings = settings.to_vec();
+    if let Some(stem) = out.file_stem().filter(|_| is_copy && !is_named && document.place("name").is_some()) {
+        settings.push(format!("name={:?}", stem.to_string_lossy()));
+    }
+    let text = document
+        .with_settings(&settings, from.as_deref())
         .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
     terminal::write(out, text.as_bytes())?;
     Draft::load(out)?.build()?;

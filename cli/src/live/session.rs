@@ -184,7 +184,9 @@ impl Session {
         let moved: Vec<(String, f64)> = values(asked).collect();
         let key_of = |setting: &str| setting.split_once('=').map(|(key, _)| key.trim().to_owned());
         let set: Vec<String> = file.settings.iter().filter_map(|setting| key_of(setting)).collect();
-        let is_set_only = |key: &String| set.contains(key) && moved.iter().all(|(other, _)| other != key);
+        let is_set_only = |key: &String| {
+            set.iter().any(|set| is_within(key, set)) && moved.iter().all(|(other, _)| other != key)
+        };
         let numbers = file.document.numbers().into_iter().filter(|number| is_set_only(&number.key));
         let edits: Vec<Edit> = numbers
             .map(|number| Edit { key: number.key, value: number.value })
@@ -198,7 +200,7 @@ impl Session {
             edited.and_then(|text| terminal::rewrite(&self.path, &text).map_err(|error| error.to_string()));
         match written {
             Ok(backup) => {
-                let is_left = |key: String| edits.iter().all(|edit| edit.key != key);
+                let is_left = |key: String| edits.iter().all(|edit| !is_within(&edit.key, &key));
                 file.settings.retain(|setting| key_of(setting).is_none_or(is_left));
                 json!({ "written": self.path.display().to_string(), "backup": backup.display().to_string() })
             }
@@ -239,6 +241,11 @@ impl Session {
     fn current(&self) -> MutexGuard<'_, File> {
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Whether a number is that of a key, or one of its list.
+fn is_within(number: &str, key: &str) -> bool {
+    number.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 /// The numbers of a request.

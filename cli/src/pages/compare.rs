@@ -3,7 +3,9 @@
 mod planes;
 mod taken;
 
-use feeler_analysis::{Curves, Report};
+use std::collections::HashMap;
+
+use feeler_analysis::{Curves, MarginReport, Report};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_files::rounded;
 use feeler_lti::C64;
@@ -35,8 +37,10 @@ pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
 /// The keys that differ, with the content of each.
 pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
     let mut keys: IndexMap<String, Vec<Option<String>>> = IndexMap::new();
+    let mut units: HashMap<String, String> = HashMap::new();
     for (i, one) in taken.iter().enumerate() {
         for (key, value) in one.document.keys() {
+            units.entry(key.clone()).or_insert_with(|| one.document.unit(&key));
             keys.entry(key).or_insert_with(|| vec![None; taken.len()])[i] = Some(value);
         }
     }
@@ -47,8 +51,10 @@ pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
         .map(|(key, values)| {
             let brief: Vec<Option<String>> = values.iter().map(|value| value.as_deref().map(short)).collect();
             let told = if differs(&brief) { brief } else { values };
-            let shown = told.into_iter().map(|value| value.unwrap_or_else(|| "-".into()));
-            std::iter::once(key).chain(shown).collect()
+            let shown = told.into_iter().map(|value| value.unwrap_or_else(|| "not set".into()));
+            let unit = units.get(&key).filter(|unit| !unit.is_empty());
+            let head = unit.map_or_else(|| key.clone(), |unit| format!("{key} ({unit})"));
+            std::iter::once(head).chain(shown).collect()
         })
         .collect()
 }
@@ -74,7 +80,11 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         std::iter::once(name.to_owned()).chain(taken.iter().map(value)).collect::<Vec<_>>()
     };
     let hz = |value: f64| with_unit(value, "Hz");
-    let margins = |report: &Report| report.margins().filter(|m| m.unstable_poles == 0).cloned();
+    // Figures of a loop that is unstable exist on paper only.
+    let stable = |report: &Report, of: &dyn Fn(&MarginReport) -> Option<String>| match report.margins() {
+        Some(margins) if margins.unstable_poles > 0 => Some("unstable".to_owned()),
+        margins => margins.and_then(of),
+    };
     vec![
         of_run("outcome", &|summary, _| words::label(summary).to_owned()),
         of_run("peak force", &|summary, units| with_unit(summary.peak_force_n, units.force)),
@@ -84,10 +94,10 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         of_run("oscillates at", &|s, _| s.oscillation.map_or_else(none, |o| hz(o.frequency_hz))),
         of_theory("gain", &|r| r.gain().map(|gain| plain(gain.present))),
         of_theory("largest stable gain", &|r| r.gain()?.sampled.stable[1].map(plain)),
-        of_theory("phase margin", &|r| margins(r)?.phase_deg.map(|deg| format!("{}°", plain(deg)))),
-        of_theory("gain margin", &|r| margins(r)?.gain.map(plain)),
-        of_theory("largest sensitivity", &|r| margins(r).map(|m| plain(m.sensitivity_peak))),
-        of_theory("bandwidth", &|r| r.looped.as_ref()?.bandwidth_hz.map(hz)),
+        of_theory("phase margin", &|r| stable(r, &|m| m.phase_deg.map(|deg| format!("{}°", plain(deg))))),
+        of_theory("gain margin, of all gains", &|r| stable(r, &|m| m.gain.map(plain))),
+        of_theory("largest sensitivity", &|r| stable(r, &|m| Some(plain(m.sensitivity_peak)))),
+        of_theory("bandwidth", &|r| stable(r, &|_| r.looped.as_ref()?.bandwidth_hz.map(hz))),
     ]
 }
 
@@ -110,10 +120,10 @@ pub(crate) fn page(taken: &[Taken]) -> String {
     }
     if !keys.is_empty() {
         page.heading("What differs");
-        page.versus(&heads(taken), &[], &keys);
+        page.versus(&heads(taken), &keys);
     }
     page.heading("What comes of it");
-    page.versus(&heads(taken), &[], &figures(taken));
+    page.versus(&heads(taken), &figures(taken));
     page.heading("Runs");
     page.paragraph("Drag across a chart to zoom; double-click to see the whole again.");
     for chart in over_time(taken) {
@@ -253,7 +263,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
     let Some(first) = sets.first() else { return page.render() };
     match record_rows(sets) {
         rows if rows.is_empty() => page.paragraph(NOTHING_COMMON),
-        rows => page.versus(&RECORD_HEADS, &[3, 4, 5], &rows),
+        rows => page.table(&RECORD_HEADS, &[3, 4, 5], &rows),
     }
     for record in &first.records {
         let same: Vec<_> = (sets.iter())

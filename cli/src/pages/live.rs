@@ -19,6 +19,7 @@ use crate::units::Units;
 use crate::words;
 
 const STYLE: &str = include_str!("../../assets/live.css");
+const MAP_SCRIPT: &str = include_str!("../../assets/live-map.js");
 const SCRIPT: &str = include_str!("../../assets/live.js");
 
 /// Points of a plane nearer to the previous one than this share of its frame are omitted.
@@ -79,7 +80,7 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
         "path": path, "file": file, "outcomes": outcomes, "gain": gain, "records": records,
         "chunk": chunk,
     });
-    own_page(&format!("{} · live", machine.name), STYLE, &body, &data, &[SCRIPT])
+    own_page(&format!("{} · live", machine.name), STYLE, &body, &data, &[MAP_SCRIPT, SCRIPT])
 }
 
 /// One state of the page, or a part of it.

@@ -1,8 +1,9 @@
-//! A folder in which `feeler` runs.
+//! Folders in which `feeler` runs.
 
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use serde_json::Value;
 
 pub(crate) const DONE: i32 = 0;
 pub(crate) const CHECK_FAILED: i32 = 1;
@@ -52,4 +53,30 @@ pub(crate) const PRESS: &str = include_str!("../data/press.toml");
 
 pub(crate) fn exists(path: impl AsRef<Path>) -> bool {
     path.as_ref().exists()
+}
+
+/// `feeler` among the shipped scenarios.
+pub(crate) fn shipped() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_feeler"));
+    command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
+    command
+}
+
+/// What `feeler` prints of shipped scenarios.
+pub(crate) fn printed(arguments: &[&str]) -> String {
+    let output = shipped().args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What it says against a request that it refuses.
+pub(crate) fn refused(arguments: &[&str]) -> String {
+    let output = shipped().args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// What it prints for programs.
+pub(crate) fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(arguments)).unwrap()
 }

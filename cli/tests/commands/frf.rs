@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::theory::{json, printed, refused};
+use crate::bench::{json, printed, refused};
 
 /// Closed and simulated responses of a linear machine under noise: leakage of local polynomials near a
 /// resonance of 2 % damping.

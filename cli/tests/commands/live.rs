@@ -166,6 +166,40 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
+/// Of a list each entry has a slider. What a `--set` says of one is written with it.
+#[test]
+fn truth_points_of_a_reference_are_moved_and_written() {
+    let bench = Bench::new();
+    let line = PRESS.lines().find(|line| line.starts_with("reference")).unwrap();
+    let text = |points: &str| PRESS.replace(line, &format!("reference = {points}   # a step"));
+    bench.write("press.toml", &text("[[0.0, \"10 N\"], [0.2, \"14 N\"]]"));
+    let set = "controllers.force.reference=[[0.0, \"10 N\"], [0.2, \"16 N\"]]";
+    let served = Served::new(&bench, &["press.toml", "--set", set]);
+    let force = || {
+        let (_, listed) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
+        let listed: Value = serde_json::from_str(&listed).unwrap();
+        let numbers = listed["numbers"].as_array().unwrap();
+        let number = numbers.iter().find(|number| number["key"] == "controllers.force.reference.1.1");
+        number.unwrap_or_else(|| panic!("{numbers:?}")).clone()
+    };
+    assert_eq!((&force()["value"], &force()["unit"]), (&json!(16.0), &json!("N")));
+    let moved = json!({ "controllers.force.reference.1.0": 0.3 });
+    let reference = |settings: &Value| {
+        let state = served.post("state", &json!({ "settings": settings, "part": "run" }));
+        let series = state["charts"]["force"]["series"].as_array().unwrap().clone();
+        series.into_iter().find(|one| one["name"].as_str().unwrap().contains("reference")).unwrap()
+    };
+    assert_ne!(reference(&moved), reference(&json!({})));
+    let late = served.post("state", &json!({ "settings": { "controllers.force.reference.0.0": 0.7 } }));
+    assert!(late["problem"].as_str().unwrap().contains("controllers.force.reference"), "{late}");
+    let written = served.post("write", &json!({ "settings": moved }));
+    assert!(written["problem"].is_null(), "{written}");
+    assert_eq!(bench.read("press.toml"), text("[[0.0, \"10 N\"], [0.3, \"16 N\"]]"));
+    // The file says it from now on.
+    bench.write("press.toml", &text("[[0.0, \"10 N\"], [0.3, \"12 N\"]]"));
+    assert_eq!(force()["value"], 12.0);
+}
+
 #[test]
 fn truth_a_base_machine_is_watched_as_its_file_is() {
     let bench = Bench::new();
@@ -236,7 +270,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     // Each name stands over its column.
     let head = of_runs.out.lines().next().unwrap();
     let row = of_runs.out.lines().find(|line| line.contains("controllers.force.kp")).unwrap();
-    assert_eq!(head.find("out/press"), row.find("0.2"), "{}", of_runs.out);
+    assert_eq!(head.find("press"), row.find("0.2"), "{}", of_runs.out);
     // The same figures: a run is repeated bit for bit.
     let figures = |text: &str| {
         let from = text.find("peak force").unwrap();
@@ -256,7 +290,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(planes.len(), 2, "Nyquist's curves, and root loci");
     for (kind, plane) in ["nyquist", "roots"].iter().zip(planes) {
         assert_eq!(plane["kind"], *kind);
-        for (colour, name) in ["out/press", "out/press,kp=0.3"].iter().enumerate() {
+        for (colour, name) in ["press", "press,kp=0.3"].iter().enumerate() {
             let own = |path: &&Value| path["colour"] == colour && path["name"] == format!("{name} sampled");
             let of = |path: &&Value| path["colour"] == colour && path["name"] == *name;
             let paths = plane["paths"].as_array().unwrap();

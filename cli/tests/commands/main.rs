@@ -11,6 +11,7 @@ mod live;
 mod print;
 mod records;
 mod reduce;
+mod requests;
 mod run;
 #[cfg(target_os = "linux")]
 mod slurm;

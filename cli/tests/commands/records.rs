@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use feeler_lti::C64;
 use serde_json::Value;
 
-use crate::theory::{json, printed, refused};
+use crate::bench::{json, printed, refused};
 
 /// The machine of the synthetic records: one free mass behind a viscous guide, and its sensors.
 const MACHINE: &str = r#"
@@ -209,7 +209,7 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
 #[test]
 fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
     let folder = record(|k| draw(k) - 0.5, 400);
-    crate::theory::printed(&["check", path(folder.path())]);
+    crate::bench::printed(&["check", path(folder.path())]);
     let file = folder.path().join("record.csv");
     let sound = fs::read_to_string(&file).unwrap();
     let lines: Vec<&str> = sound.lines().collect();
@@ -223,7 +223,7 @@ fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
     ];
     for (text, expected) in cases {
         fs::write(&file, text).unwrap();
-        let said = crate::theory::refused(&["check", path(folder.path())]);
+        let said = crate::bench::refused(&["check", path(folder.path())]);
         assert!(said.contains(expected), "{expected}: {said}");
     }
     // A gap that interpolation repairs is a warning, with the assumption.

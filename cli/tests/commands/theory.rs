@@ -1,32 +1,12 @@
 //! `feeler analyze`.
 
+use std::f64::consts::TAU;
 use std::io::Write as _;
-use std::path::Path;
 
-use assert_cmd::Command;
 use serde_json::Value;
 
-fn feeler() -> Command {
-    let mut command = Command::cargo_bin("feeler").unwrap();
-    command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
-    command
-}
-
-pub(crate) fn printed(arguments: &[&str]) -> String {
-    let output = feeler().args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-pub(crate) fn refused(arguments: &[&str]) -> String {
-    let output = feeler().args(arguments).output().unwrap();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    String::from_utf8(output.stderr).unwrap()
-}
-
-pub(crate) fn json(arguments: &[&str]) -> Value {
-    serde_json::from_str(&printed(arguments)).unwrap()
-}
+use crate::bench::{Bench, DONE, json, printed, refused, shipped};
+use crate::live::data_of;
 
 #[test]
 fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
@@ -87,6 +67,27 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     assert!(raises(second) && !raises(text.lines().nth(3).unwrap()), "{text}");
 }
 
+/// Of a loop with one gain both are one number. Damping beside it is scaled by the margin, not by the limit.
+#[test]
+fn truth_a_gain_margin_that_differs_from_the_limit_is_explained() {
+    let of = |owner: &str, key: &str| {
+        format!(
+            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit \
+             is that of {key} alone."
+        )
+    };
+    let text = printed(&["analyze", "control/impedance.toml"]);
+    assert!(text.contains(&of("controllers.spring", "stiffness")), "{text}");
+    let found = json(&["analyze", "control/impedance.toml", "--json"]);
+    let (margin, gain) = (&found["margins"]["gain"], &found["gain"]);
+    let alone = gain["sampled"]["stable"][1].as_f64().unwrap() / gain["present"].as_f64().unwrap();
+    assert!(alone > 2.0 * margin.as_f64().unwrap(), "{found}");
+    let text = printed(&["analyze", "paper/flexible-contact.toml"]);
+    assert!(!text.contains("The gain margin is a factor"), "{text}");
+    let text = printed(&["analyze", "paper/flexible-contact.toml", "--set", "controllers.force.damping=300"]);
+    assert!(text.contains(&of("controllers.force", "kp")), "{text}");
+}
+
 #[test]
 fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);
@@ -136,7 +137,7 @@ fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
         json(&["analyze", "effects/hertz-contact.toml", "--clamped", "--json"])["poles"],
         hertz["poles"]
     );
-    let note = feeler().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
+    let note = shipped().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
     assert!(String::from_utf8(note).unwrap().contains("linearised at the final reference, 30 N"));
 }
 
@@ -184,15 +185,45 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
         "Nyquist",
         "Root locus of the continuous loop",
         "Root locus of the sampled loop",
+        "The same near z = 1,",
         "Poles and zeros of the plant,",
     ];
     for part in parts {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && page.len() < 3_000_000);
+    // The root that leaves the circle, at 31.04 Hz and 1 kHz, lies in a view of its own.
+    let (sin, cos) = (TAU * 31.04e-3).sin_cos();
+    let data = data_of(&page);
+    let views = data["planes"].as_array().unwrap().iter().filter(|plane| plane["period_s"].is_number());
+    let views: Vec<[f64; 4]> =
+        views.map(|plane| [0, 1, 2, 3].map(|i| plane["view"][i].as_f64().unwrap())).collect();
+    let holds =
+        |[left, right, low, high]: &[f64; 4]| (left..right).contains(&&cos) && (low..high).contains(&&sin);
+    let narrowest = views.iter().filter(|view| holds(view)).map(|[left, right, ..]| right - left);
+    assert!(views.len() == 2 && narrowest.fold(f64::INFINITY, f64::min) < 1.5, "{views:?}");
     let kept: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
     assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);
+}
+
+/// Live pages draw the same curves.
+#[test]
+fn truth_a_sampled_servo_has_a_page_of_theory_and_is_compared() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "servo", "--out", "servo.toml"]).code, DONE);
+    let said = bench.feeler(&["analyze", "servo.toml", "--out", "theory"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let page = bench.read("theory/report.html");
+    for part in
+        ["from servo.force to link.position", "Nyquist's curve", "Root locus of the sampled loop over kp"]
+    {
+        assert!(page.contains(part) || page.contains(&part.replace('\'', "&#39;")), "{part}");
+    }
+    let said = bench.feeler(&["compare", "servo.toml", "--set", "actuators.servo.kp=20 N m/rad"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let margins = said.out.lines().find(|line| line.contains("phase margin")).unwrap();
+    assert_eq!(margins.matches('°').count(), 2, "{}", said.out);
 }
 
 #[test]
@@ -230,62 +261,6 @@ fn truth_a_delay_of_hundreds_of_samples_is_analysed_or_refused_with_the_arithmet
         "controllers.force.damping=10",
     ]);
     assert!(said.contains("hold 500 samples") && said.contains("lengthen the period"), "{said}");
-}
-
-#[test]
-fn truth_bad_requests_are_refused_with_what_to_do() {
-    let cases: [(&[&str], &str); 22] = [
-        (
-            &["frf", "paper/rigid.toml", "--output", "tol.force"],
-            "no signal `tol.force`\n  help: did you mean `tool.force`? there is `motor.position`",
-        ),
-        (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is not an input"),
-        (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
-        (
-            &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
-            "not a whole number of holds",
-        ),
-        (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
-        (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
-        (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
-        (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
-        (
-            &["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"],
-            "--set applies to a simulated experiment",
-        ),
-        (&["frf", "datasets/bench-axis", "--offset", "1"], "--offset applies to a simulated experiment"),
-        (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods applies to a simulated experiment"),
-        (
-            &["frf", "datasets/bench-axis", "--realisations", "3"],
-            "--realisations applies to a simulated experiment",
-        ),
-        (&["frf", "datasets/bench-axis", "--points", "3"], "--points applies to a simulated experiment"),
-        (
-            &["frf", "paper/rigid.toml", "--points", "3"],
-            "--points has no meaning for --excitation white-noise",
-        ),
-        (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
-        (
-            &["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"],
-            "at most 1e8 are possible",
-        ),
-        (
-            &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],
-            "drive.command does not reach tool.force",
-        ),
-        (
-            &["frf", "datasets/bench-axis", "--output", "force_n"],
-            "drive.command does not reach force.reading",
-        ),
-        (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
-        (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
-        (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),
-        (&["run", "datasets/bench-axis/dataset.toml"], "`feeler diagnose` takes it"),
-    ];
-    for (arguments, expected) in cases {
-        let said = refused(arguments);
-        assert!(said.contains(expected) && said.contains("help:"), "{arguments:?}: {said}");
-    }
 }
 
 #[test]
@@ -393,30 +368,6 @@ fn regress_a_number_of_tiny_effect_is_not_recommended() {
         !text.contains(", first: ") && text.contains("No single mass, stiffness or damping helps much"),
         "{text}"
     );
-}
-
-#[test]
-fn regress_mistakes_of_a_request_name_what_there_is() {
-    for (arguments, parts) in [
-        (
-            &["analyze", "paper/flexible.toml", "--gain", "nope.kp"][..],
-            &["no controller `nope`", "being `force`"][..],
-        ),
-        (&["analyze", "paper/flexible.toml", "--gain", "force.kq"], &["no gain `kq`", "kp, ki, kd"]),
-        (
-            &["analyze", "paper/flexible.toml", "--preload", "-3"],
-            &["--preload must be a force above zero (got -3 N)", "--preload 30"],
-        ),
-        (&["frf", "paper/flexible.toml", "--from", "0"], &["no band from 0", "must be above zero"]),
-        (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
-        (
-            &["fit-landmarks", "--start", "paper/machines/flexible.toml"],
-            &["paper/machines/flexible.toml", "not a velocity source", "--out FILE"],
-        ),
-    ] {
-        let said = refused(arguments);
-        assert!(parts.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
-    }
 }
 
 #[test]

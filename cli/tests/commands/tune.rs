@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::theory::{json, printed, refused};
+use crate::bench::{json, printed, refused};
 
 const FILE: &str = "paper/flexible-contact.toml";
 
@@ -18,8 +18,10 @@ fn truth_a_tuned_file_keeps_its_comments_and_does_what_was_said() {
     {
         assert!(said.contains(word), "{word}: {said}");
     }
+    assert_eq!(said.matches("\nwrote\n").count(), 1, "{said}");
     let text = fs::read_to_string(&out).unwrap();
     assert!(text.contains("# f_a = f_d + kp (f_d - f_s)") && text.contains("duration = 1"), "{text}");
+    assert!(text.contains("name    = \"tuned\""), "{text}");
     let found = json(&["analyze", tuned, "--json"]);
     assert!(found["margins"]["phase_deg"].as_f64().unwrap() >= 45.0);
     let [c, rust] =

@@ -19,18 +19,24 @@ fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments(
     let compared = bench.feeler(&said_next.split(' ').collect::<Vec<_>>());
     assert_eq!(compared.code, DONE, "{}", compared.err);
     let (before, after) = (bench.read("chatter.toml"), bench.read("cured.toml"));
-    let changed: Vec<&str> = after.lines().filter(|line| !before.lines().any(|old| old == *line)).collect();
+    let mut changed: Vec<&str> =
+        after.lines().filter(|line| !before.lines().any(|old| old == *line)).collect();
+    let name = changed.remove(0);
+    assert!(name.starts_with("name") && name.contains("\"cured\""), "{name}");
     assert!(!changed.is_empty() && changed.len() <= 3, "{changed:?}");
     assert!(changed[0].starts_with(key.rsplit('.').next().unwrap()), "{key}: {changed:?}");
     let comments = |text: &str| text.lines().filter(|line| line.contains('#')).count();
     assert_eq!(comments(&before), comments(&after));
     let outcome = |file: &str| -> Value {
-        let ran = bench.feeler(&["run", file, "--json", "--out", "out"]);
+        let ran = bench.feeler(&["run", file, "--json"]);
         assert_eq!(ran.code, DONE, "{}", ran.err);
         serde_json::from_str::<Value>(&ran.out).unwrap()["outcome"].take()
     };
     assert_eq!(outcome("chatter.toml"), "chatter");
+    let baseline = bench.read("out/chatter/summary.json");
     let cured = outcome("cured.toml");
+    assert!(exists(bench.path("out/cured/summary.json")));
+    assert_eq!(bench.read("out/chatter/summary.json"), baseline, "what a remedy gives replaces nothing");
     assert!(["settled", "bounces-then-settles"].contains(&cured.as_str().unwrap()), "{cured}");
 }
 

@@ -7,6 +7,8 @@ use feeler_plant::effects;
 
 use super::super::keys::{EFFECTS, ELEMENTS, RUN};
 
+const TIME: Unit = Unit::Of(Dimension::TIME);
+
 /// The SI unit of the number at a key path of a scenario; empty if it has none.
 pub(crate) fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     let turns = scenario.machine.axis == Axis::Rotational;
@@ -55,7 +57,12 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     let of_variant = chosen.and_then(|variant| variant.keys.iter().find(|key| key.name == *name));
     let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
     match (key.kind, rest) {
-        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), []) => Some(unit),
+        // Entries of lists count from zero; of points the first number is the time.
+        (Kind::Points(_) | Kind::Reference(_), [point, "0"]) if is_place(point) => Some(TIME),
+        (Kind::Reference(_), [point, _]) if is_place(point) => Some(Unit::Reference),
+        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), [])
+        | (Kind::Numbers(unit, _) | Kind::Range(unit), [_])
+        | (Kind::Points(unit), [_, _]) => Some(unit),
         (Kind::Reference(_), []) => Some(Unit::Reference),
         (
             Kind::Table(shape)
@@ -66,6 +73,11 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
         ) => unit(shape, None, rest),
         _ => None,
     }
+}
+
+/// Whether a part of a key is the place of an entry in a list.
+fn is_place(part: &str) -> bool {
+    part.parse::<usize>().is_ok()
 }
 
 fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dimension> {
@@ -105,6 +117,12 @@ mod tests {
             ("controllers.force.kp", "", "m/(N s)"),
             ("controllers.force.ki", "1/s", "m/(N s^2)"),
             ("controllers.force.reference", "N", "N"),
+            ("controllers.force.reference.1.0", "s", "s"),
+            ("controllers.force.reference.1.1", "N", "N"),
+            ("controllers.force.reference.points.1.0", "s", "s"),
+            ("controllers.force.reference.points.1.1", "N", "N"),
+            ("controllers.force.reference.band.0", "Hz", "Hz"),
+            ("contacts.tool.profile.offset.1.1", "m", "m"),
             ("controllers.force.delay", "s", "s"),
             ("controllers.force.approach.speed", "m/s", "m/s"),
             ("sensors.force.noise", "N", "N"),

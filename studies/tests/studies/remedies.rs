@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
 
 use feeler_analysis::{ControlLoop, View};
-use feeler_files::{Document, with_settings};
+use feeler_files::Document;
 use feeler_studies::why::{ChatterCause, Counterfactual, Explanation, explain};
 
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
@@ -136,7 +136,7 @@ fn truth_remedies_are_settings_that_cure() {
         assert!(found.remedies.len() > 2, "{found:?}");
         for remedy in &found.remedies {
             assert!(remedy.settles && !remedy.settings.is_empty(), "{remedy:?}");
-            let written = with_settings(&text, &remedy.settings, None).unwrap();
+            let written = document(&text).with_settings(&remedy.settings, None).unwrap();
             assert!(written.contains(comment));
             let result = feeler_studies::run::run(&document(&written).scenario, &mut |_| {}).unwrap();
             let verdict = result.summary.verdict;
@@ -157,7 +157,7 @@ fn truth_a_remedy_that_rests_later_brings_a_longer_run() {
     assert!(!found.remedies.is_empty(), "{}", found.verdict);
     let mut longer = 0;
     for remedy in &found.remedies {
-        let written = with_settings(&text, &remedy.settings, None).unwrap();
+        let written = document(&text).with_settings(&remedy.settings, None).unwrap();
         let result = feeler_studies::run::run(&document(&written).scenario, &mut |_| {}).unwrap();
         assert!(result.summary.outcome.is_stable(), "{remedy:?}: {:?}", result.summary.verdict);
         let lengthens = remedy.settings.iter().any(|set| set.starts_with("run.duration="));

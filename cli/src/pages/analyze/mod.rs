@@ -67,6 +67,9 @@ pub(crate) fn page(
     page.heading("Poles and zeros");
     for plane in planes::loci(report, curves) {
         page.plane(&plane);
+        if let Some(near) = planes::near_the_limit(report, plane) {
+            page.plane(&near);
+        }
     }
     if curves.open_sampled.is_some() && curves.locus_sampled.is_none() {
         page.paragraph(
@@ -124,7 +127,7 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
         tiles.push(Tile::new(
             "gain margin",
             margins.gain.map_or_else(|| "unlimited".to_owned(), plain),
-            "factor",
+            "factor on the whole output",
         ));
         let crossover = margins
             .crossover_hz

@@ -101,6 +101,26 @@ pub(crate) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
     sampled.chain(continuous).collect()
 }
 
+/// Height over the angle of the limit's frequency, of a view of what decides it, and the largest such view.
+const AROUND_LIMIT: f64 = 1.6;
+const LARGEST_PART: f64 = 0.5;
+
+/// The same locus near z = 1, if the roots that decide the limit fill a small part of the plane only.
+pub(super) fn near_the_limit(report: &Report, locus: Plane) -> Option<Plane> {
+    let limit_hz = report.gain()?.sampled.edge_hz.filter(|hz| *hz > 0.0)?;
+    let half = AROUND_LIMIT * TAU * limit_hz * locus.period_s?;
+    if half > LARGEST_PART.min(0.5 * locus.view[3]) {
+        return None;
+    }
+    let right = 1.0 + 0.5 * half;
+    Some(Plane {
+        title: "The same near z = 1,".into(),
+        caption: format!("where the loop reaches its limit and oscillates at {}.", with_unit(limit_hz, "Hz")),
+        view: [right - 2.0 * ASPECT * half, right, -half, half],
+        ..locus
+    })
+}
+
 fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, kind: PlaneKind) -> Plane {
     let place = |p: &C64| if kind == PlaneKind::S { [p.re, p.im / TAU] } else { [p.re, p.im] };
     let path = |branch: &Vec<C64>| PlanePath {

@@ -131,6 +131,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
         }
     }
     said.extend(stable_interval(report, gain));
+    said.extend(margin_of_all(report, gain));
     let unbounded = gain
         .continuous
         .as_ref()
@@ -146,6 +147,23 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
         ));
     }
     said
+}
+
+/// Relative difference of two numbers that a reader takes for one.
+const ALIKE: f64 = 0.01;
+
+/// Why the gain margin is not the limit over the gain: it is a margin of all gains together.
+fn margin_of_all(report: &Report, gain: &GainReport) -> Option<String> {
+    let margin = report.margins().filter(|margins| margins.unstable_poles == 0)?.gain?;
+    let alone = gain.sampled.stable[1]? / gain.present;
+    let (owner, key) = gain.key.rsplit_once('.')?;
+    let is_alike = (margin / alone - 1.0).abs() < ALIKE;
+    (!is_alike && alone.is_finite()).then(|| {
+        format!(
+            "The gain margin is a factor on the whole output of {owner}, all its gains together. The limit \
+             is that of {key} alone."
+        )
+    })
 }
 
 /// The stable gains, if [`as_set`] does not say all of them.

@@ -32,6 +32,9 @@ const MAP_SCRIPT: &str = include_str!("../../../assets/map.js");
 const SCENE_SCRIPT: &str = include_str!("../../../assets/scene.js");
 const STYLE: &str = include_str!("../../../assets/page.css");
 
+/// Columns that a narrow screen does not hold side by side.
+const MANY_COLUMNS: usize = 6;
+
 /// Assessment of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tone {
@@ -200,14 +203,16 @@ impl Page {
         );
     }
 
-    /// A table; columns in `right` hold numbers.
+    /// A table; columns in `right` hold numbers. On a narrow screen a row of many columns wraps, each cell
+    /// below its heading.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
-        self.table_of("scroll", header, right, rows);
+        let kind = if header.len() < MANY_COLUMNS { "scroll" } else { "scroll cards" };
+        self.table_of(kind, header, right, rows);
     }
 
-    /// A table with a column for each of several things. What a row is of stays in sight on a narrow screen.
-    pub(crate) fn versus(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
-        self.table_of("scroll versus", header, right, rows);
+    /// A table with a column for each of several things. On a narrow screen what a row is of stands above it.
+    pub(crate) fn versus(&mut self, header: &[&str], rows: &[Vec<String>]) {
+        self.table_of("scroll versus", header, &[], rows);
     }
 
     fn table_of(&mut self, kind: &str, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
@@ -216,8 +221,9 @@ impl Page {
         let label = escape(&label);
         let _ = write!(
             self.body,
-            "<div class=\"{kind}\" tabindex=\"0\" role=\"region\" aria-label=\"table: \
-             {label}\"><table><thead><tr>"
+            "<div class=\"{kind}\" style=\"--columns:{}\" tabindex=\"0\" role=\"region\" \
+             aria-label=\"table: {label}\"><table><thead><tr>",
+            header.len().saturating_sub(1)
         );
         for (i, name) in header.iter().enumerate() {
             // An empty header cell is an ordinary cell.
@@ -225,10 +231,14 @@ impl Page {
             let _ = write!(self.body, "<{cell}{}>{}</{cell}>", class(i), escape(name));
         }
         self.body.push_str("</tr></thead><tbody>");
+        let heads: Vec<String> =
+            header.iter().map(|name| format!(" data-head=\"{}\"", escape(name))).collect();
+        let wraps = kind.ends_with("cards");
         for row in rows {
             self.body.push_str("<tr>");
             for (i, cell) in row.iter().enumerate() {
-                let _ = write!(self.body, "<td{}>{}</td>", class(i), escape(cell));
+                let head = heads.get(i).filter(|_| wraps).map_or("", String::as_str);
+                let _ = write!(self.body, "<td{}{head}>{}</td>", class(i), escape(cell));
             }
             self.body.push_str("</tr>");
         }

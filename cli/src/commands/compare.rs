@@ -98,8 +98,8 @@ fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
 /// The paths without the folders that all share.
 fn names(paths: &[PathBuf]) -> Vec<String> {
     let parts: Vec<Vec<Component<'_>>> = paths.iter().map(|path| path.components().collect()).collect();
-    let is_shared = |i: &usize| parts.iter().all(|own| own.len() > i + 1 && own[*i] == parts[0][*i]);
-    let shared = (0..).take_while(is_shared).count();
+    let folders = parts.iter().map(|own| own.len().saturating_sub(1)).min().unwrap_or(0);
+    let shared = (0..folders).take_while(|&i| parts.iter().all(|own| own[i] == parts[0][i])).count();
     parts.iter().map(|own| own[shared..].iter().collect::<PathBuf>().display().to_string()).collect()
 }
 

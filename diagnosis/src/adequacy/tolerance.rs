@@ -4,8 +4,12 @@
 use crate::dataset::Dataset;
 use crate::fit::scored::Scored;
 
-/// The believed values at the limits of their tolerances, and commands that act as late or early as they may,
-/// in words.
+/// Rows by which commands of which no hold is stated may act late without doubt. A drive that is quick
+/// follows lines from row to row, or holds each value, which is early; a short lag is late.
+const MOST_LATE_ROWS: f64 = 0.2;
+
+/// The believed values at the limits of their tolerances, and commands that act late, or as early as they
+/// may, in words.
 pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let say = |(key, [believed, fitted]): (String, [f64; 2])| {
@@ -20,12 +24,13 @@ pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
         )
     };
     let values = model.at_limits(theta).into_iter().map(say);
-    let column = dataset.first_sampled().filter(|_| model.is_timing_at_limit(theta));
+    let rows = model.leeway(theta).late_rows;
+    let is_doubtful = model.is_timing_at_limit(theta) || rows > MOST_LATE_ROWS;
+    let column = dataset.first_sampled().filter(|_| is_doubtful);
     let shifted = column.map(|column| {
-        let rows = model.leeway(theta).late_rows;
         format!(
-            "commands of `{column}` act {rows:+.2} rows after theirs, the most that is possible: something \
-             else may shift them, such as a delay (state `hold`)"
+            "commands of `{column}` act {rows:+.2} rows after theirs, as fitted: something else may shift \
+             them, such as a delay or a lag (state `hold`)"
         )
     });
     values.chain(shifted).collect()

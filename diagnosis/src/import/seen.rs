@@ -8,6 +8,7 @@ const LEAST_EXPLAINED: f64 = 0.25;
 
 /// What the log shows of a joint.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(super) struct Seen {
     /// How much later the position follows, s.
     pub(super) lag_s: Option<f64>,

@@ -257,12 +257,7 @@ impl Joint {
                 ));
             }
         }
-        let mut name = format!("{}.csv", file_name(&run.name));
-        let mut copies = 1;
-        while self.experiments.contains(&name) {
-            copies += 1;
-            name = format!("{}-{copies}.csv", file_name(&run.name));
-        }
+        let name = self.unused(&run.name);
         let mut header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
         let mut held = self.seen.held;
         if let Some((arm, _)) = &self.arm {
@@ -295,6 +290,19 @@ impl Joint {
         }
         self.experiments.push(name);
         Ok(())
+    }
+
+    /// The name of a file for a run that no other run has.
+    fn unused(&self, run: &str) -> String {
+        let of = |copy: usize| {
+            let end = if copy > 1 { format!("-{copy}") } else { String::new() };
+            format!("{}{end}.csv", file_name(run))
+        };
+        let mut copy = 1;
+        while self.experiments.contains(&of(copy)) {
+            copy += 1;
+        }
+        of(copy)
     }
 
     fn dataset(&self, first: &First) -> String {

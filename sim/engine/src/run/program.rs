@@ -123,7 +123,8 @@ impl Program {
             match record(&scenario, signal, &mut wanted) {
                 Ok(source) => recorded.push(source),
                 Err(problem) => {
-                    problems.push(Problem { key: format!("run.{}", RunSettings::RECORD.key.name), ..problem })
+                    problems
+                        .push(Problem { key: format!("run.{}", RunSettings::RECORD.key.name), ..problem });
                 }
             }
         }

@@ -44,7 +44,7 @@ fn step_through<L: Lane>(
                 stops.records += 1;
                 observer.record(simulation.time_s(), simulation.recorded());
             }
-            _ => {
+            Stop::End => {
                 ends_s.next();
             }
         }

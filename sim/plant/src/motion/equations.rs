@@ -6,7 +6,7 @@ use super::forces::Forces;
 use super::layout::{GAP_TIME_S, add, scaled};
 use super::modes::joined;
 use super::{FrictionState, Guard, Mode, Motion, Row, Switch};
-use crate::assembly::{Assembly, Link, NodeId};
+use crate::assembly::{Assembly, NodeId};
 
 /// Everything that is valid while no switch changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,14 +158,11 @@ impl Motion {
         friction: &'a [Row],
     ) -> impl Iterator<Item = ([NodeId; 2], &'a Row)> {
         let Assembly { links, weights, contacts, .. } = &self.assembly;
-        let of_link =
-            |((link, force), (friction, bristle)): ((&'a Link, &'a Row), (&'a Row, &'a Option<[Row; 2]>))| {
-                let all = [Some(force), Some(friction), bristle.as_ref().map(|[force, _]| force)];
-                let nodes = [link.b, link.a];
-                all.into_iter().flatten().map(move |force| (nodes, force))
-            };
-        let of_links =
-            links.iter().zip(&forces.link).zip(friction.iter().zip(&forces.bristle)).flat_map(of_link);
+        let of_links = links.iter().enumerate().flat_map(|(i, link)| {
+            let bristle = forces.bristle[i].as_ref().map(|[force, _]| force);
+            let all = [Some(&forces.link[i]), Some(&friction[i]), bristle];
+            all.into_iter().flatten().map(|force| ([link.b, link.a], force))
+        });
         let of_weights = weights.iter().map(|weight| [weight.on, weight.reacts_on]).zip(&forces.weight);
         let of_contacts = contacts.iter().map(|contact| [contact.b, contact.a]).zip(&forces.contact);
         of_links.chain(of_weights).chain(of_contacts)

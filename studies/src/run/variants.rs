@@ -14,6 +14,9 @@ use crate::run::{Ended, Judged, Outcome, Summary, engine};
 
 /// Number of variants side by side.
 pub const LANES: usize = 8;
+/// A step of all lanes costs as much as one of this many lone variants. As few undecided ones run again alone
+/// instead of keeping the others' lanes, which would idle.
+const CHEAPER_ALONE: usize = 2;
 
 /// A variant prepared for measuring.
 #[derive(Clone, Debug)]
@@ -164,6 +167,15 @@ fn measure_lanes<L: Lane>(
                 results[l] = Some(measured);
                 lanes.close(l);
                 simulation.stop(l);
+            }
+        }
+        let open = lanes.open();
+        if L::WIDTH > 1 && open.len() <= CHEAPER_ALONE {
+            for l in open {
+                let mut measured = block[l].measure(tail)?;
+                // Steps of variants side by side are counted together.
+                measured.summary.steps = 0;
+                results[l] = Some(measured);
             }
         }
     }

@@ -260,10 +260,6 @@ impl Polynomial {
                 b = s;
             }
             let newton = s - value / slope;
-            // Where no more than a rounding of its parts is left, further steps would only wander.
-            if value.abs() <= f64::EPSILON * self.size {
-                return if newton > a && newton < b { newton } else { s };
-            }
             let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
             if (next - s).abs() <= f64::EPSILON * b || b - a <= f64::EPSILON * b {
                 return next;

@@ -12,7 +12,7 @@ pub(super) const PADDED_TERMS: usize = MOST_TERMS.next_multiple_of(STRANDS);
 /// Longest part of a span in the search for a zero, times the mode's norm. Each part is then below 0.4 rad of
 /// the fastest oscillation.
 const PART_REACH: f64 = 0.375;
-/// Number of parts of the longest span that a [`Flow`] allows.
+/// Number of parts of the longest span that a mode allows.
 const MOST_PARTS: f64 = 8.0;
 
 /// Powers of an instant, which join the strands of a polynomial.
@@ -278,6 +278,20 @@ mod tests {
         let mut all = [0.0; PADDED_TERMS];
         all[..c.len()].copy_from_slice(c);
         Polynomial { c: all, terms: c.len(), size: 1.0, rate: 3.0 }
+    }
+
+    /// The beginnings of `exp(s)`, with every number of terms: the slope of one is the value of the one before.
+    #[test]
+    fn truth_strands_give_value_and_slope() {
+        let terms: Vec<f64> = (0..MOST_TERMS).map(|k| (1..=k).fold(1.0, |f, j| f / j as f64)).collect();
+        for count in 2..=MOST_TERMS {
+            let s = 0.7_f64;
+            let sum = |count: usize| (0..count).rev().map(|k| terms[k] * s.powi(k as i32)).sum::<f64>();
+            let found = polynomial(&terms[..count]);
+            let (value, slope) = found.value_and_slope(s);
+            assert!((value - sum(count)).abs() < 1e-15 && (slope - sum(count - 1)).abs() < 1e-15, "{count}");
+            assert!((found.at(s) - value).abs() < 1e-15, "{count}");
+        }
     }
 
     #[test]

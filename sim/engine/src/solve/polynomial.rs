@@ -280,7 +280,7 @@ mod tests {
         Polynomial { c: all, terms: c.len(), size: 1.0, rate: 3.0 }
     }
 
-    /// The beginnings of `exp(s)`, with every number of terms: the slope of one is the value of the one before.
+    /// The beginnings of `exp(s)`, with every number of terms: the slope of each is the one before it.
     #[test]
     fn truth_strands_give_value_and_slope() {
         let terms: Vec<f64> = (0..MOST_TERMS).map(|k| (1..=k).fold(1.0, |f, j| f / j as f64)).collect();

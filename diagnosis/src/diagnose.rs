@@ -169,7 +169,9 @@ impl<'a> Composing<'a> {
             judge.check(accepted, scored) >= asked.check
                 && judge.gain(accepted, scored, &judge.everything()) >= asked.all
         };
-        further.retain(|scored| judge.is_finding(scored) && enough(scored));
+        // What cannot be meant patches errors of what was found.
+        let is_meant = |scored: &Scored| judge.is_meant(scored) || !judge.is_meant(accepted);
+        further.retain(|scored| judge.is_finding(scored) && enough(scored) && is_meant(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         let required = Asked::beside(accepted);
         prefer_simple(&mut further, required.parsimony, |scored| judge.all(scored));

@@ -6,7 +6,7 @@ use super::horizons::share;
 use crate::fit::candidates::Candidate;
 use crate::fit::scored::{Scored, distinct};
 use crate::inverse::Smooth;
-use crate::judge::Judge;
+use crate::judge::{Asked, Judge};
 
 /// Largest number of rival sets that are named.
 const MOST_NAMED: usize = 2;
@@ -84,8 +84,8 @@ pub(crate) fn as_good<'b>(
     named
 }
 
-/// Describes the best set with one cause more than the accepted ones, if it gains clearly but too little to
-/// be accepted.
+/// Describes the best set with one cause more than the accepted ones that is in doubt: it gains clearly, but
+/// too little to be accepted, or enough, but with values that cannot be meant.
 pub(crate) fn further(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -98,14 +98,14 @@ pub(crate) fn further(
     };
     let brings =
         |more: &Scored| [judge.check(accepted, more), judge.gain(accepted, more, &judge.everything())];
+    let asked = Asked::beside(accepted);
     let enough = |more: &&&Scored| {
         let [check, all] = brings(more);
-        check > most.further_nats
-            && all > 2.0 * most.further_nats
-            && judge.is_finding(more)
-            && judge.is_meant(more)
+        let is_clear = judge.weight > 0.0 && check > most.further_nats && all > 2.0 * most.further_nats;
+        let is_refused = || check >= asked.check && all >= asked.all && !judge.is_meant(more);
+        judge.is_finding(more) && (is_clear && judge.is_meant(more) || is_refused())
     };
-    if judge.weight == 0.0 || accepted.causes.is_empty() {
+    if accepted.causes.is_empty() {
         return Vec::new();
     }
     let best =
@@ -113,7 +113,11 @@ pub(crate) fn further(
     let said = best.and_then(|more| {
         let cause = more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause)))?;
         let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
-        Some(format!("a further {name} would explain more, but too little to be accepted"))
+        Some(if judge.is_meant(more) {
+            format!("a further {name} would explain more, but too little to be accepted")
+        } else {
+            format!("a further {name} would explain more, but with values that cannot be meant")
+        })
     });
     said.into_iter().collect()
 }

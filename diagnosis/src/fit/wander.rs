@@ -25,7 +25,7 @@ fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
-/// The record with as much noise again on its first command; `None` where that has none.
+/// The record with as much noise again on its first command. `None` if that has no noise.
 pub(crate) fn with_noise_again(dataset: &Dataset, record: usize) -> Option<Record> {
     let (_, command) = pushed(dataset, record)?;
     let sigma = Some(command_noise(command)).filter(|sigma| *sigma > 0.0)?;

@@ -42,31 +42,39 @@ impl LaneMask for bool {
     }
 }
 
-/// The truth values of a [`crate::Pack`] of `N` lanes.
+/// The truth values of a [`crate::Pack`] of `N` lanes: all bits of a lane that holds, none of another. So
+/// masks stay in vector registers, and a choice between two packs is bitwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PackMask<const N: usize>(pub(crate) [bool; N]);
+#[repr(align(64))]
+pub struct PackMask<const N: usize>(pub(crate) [u64; N]);
+
+/// All bits if `truth` holds, else none.
+#[inline(always)]
+pub(crate) fn bits(truth: bool) -> u64 {
+    0_u64.wrapping_sub(u64::from(truth))
+}
 
 impl<const N: usize> LaneMask for PackMask<N> {
     #[inline(always)]
     fn splat(value: bool) -> Self {
-        Self([value; N])
+        Self([bits(value); N])
     }
     #[inline(always)]
-    fn from_fn(f: impl FnMut(usize) -> bool) -> Self {
-        Self(std::array::from_fn(f))
+    fn from_fn(mut f: impl FnMut(usize) -> bool) -> Self {
+        Self(std::array::from_fn(|i| bits(f(i))))
     }
     #[inline(always)]
     fn test(self, i: usize) -> bool {
-        self.0[i]
+        self.0[i] != 0
     }
     #[inline(always)]
     fn any(self) -> bool {
         // Folding without a branch keeps the loop a vector reduction.
-        self.0.iter().fold(false, |a, b| a | b)
+        self.0.iter().fold(0, |a, b| a | b) != 0
     }
     #[inline(always)]
     fn all(self) -> bool {
-        self.0.iter().fold(true, |a, b| a & b)
+        self.0.iter().fold(u64::MAX, |a, b| a & b) != 0
     }
 }
 
@@ -90,6 +98,6 @@ impl<const N: usize> Not for PackMask<N> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(self.0.map(|b| !b))
+        Self(self.0.map(|bits| !bits))
     }
 }

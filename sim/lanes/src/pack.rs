@@ -2,6 +2,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use crate::mask::bits;
 use crate::{Lane, PackMask};
 
 /// `N` numbers with the same operations; 8 of them fill one AVX-512 register or two AVX2 registers.
@@ -90,14 +91,15 @@ impl<const N: usize> Lane for Pack<N> {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
-        PackMask(std::array::from_fn(|i| self.0[i] < other.0[i]))
+        PackMask(std::array::from_fn(|i| bits(self.0[i] < other.0[i])))
     }
     #[inline(always)]
     fn le(self, other: Self) -> Self::Mask {
-        PackMask(std::array::from_fn(|i| self.0[i] <= other.0[i]))
+        PackMask(std::array::from_fn(|i| bits(self.0[i] <= other.0[i])))
     }
     #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
-        Self(std::array::from_fn(|i| if mask.0[i] { a.0[i] } else { b.0[i] }))
+        let choose = |i: usize| (mask.0[i] & a.0[i].to_bits()) | (!mask.0[i] & b.0[i].to_bits());
+        Self(std::array::from_fn(|i| f64::from_bits(choose(i))))
     }
 }

@@ -14,6 +14,9 @@ use crate::run::{Ended, Judged, Outcome, Summary, engine};
 
 /// Number of variants side by side.
 pub const LANES: usize = 8;
+/// A step of all lanes costs as much as one of this many lone variants. As few undecided ones run again alone
+/// instead of keeping the others' lanes, which would idle.
+const CHEAPER_ALONE: usize = 2;
 
 /// A variant prepared for measuring.
 #[derive(Clone, Debug)]
@@ -166,6 +169,15 @@ fn measure_lanes<L: Lane>(
                 simulation.stop(l);
             }
         }
+        let open = lanes.open();
+        if L::WIDTH > 1 && open.len() <= CHEAPER_ALONE {
+            for l in open {
+                let mut measured = block[l].measure(tail)?;
+                // Steps of variants side by side are counted together.
+                measured.summary.steps = 0;
+                results[l] = Some(measured);
+            }
+        }
     }
     Ok(results.into_iter().flatten().collect())
 }
@@ -205,13 +217,13 @@ mod tests {
         assert!((2..10).contains(&sustained), "{sustained}");
     }
 
-    /// A cell of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then chatters with
-    /// a bounded amplitude.
+    /// A cell between those of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then
+    /// chatters with a bounded amplitude. It does so too with a stiffness larger by some 1e-13 of it.
     #[test]
     fn regress_impacts_that_rise_at_first_are_not_called_unstable() {
         let settings = [
-            ("contacts.tool.stiffness", Setting::Number(2_682_695.795_279_727_3)),
-            ("controllers.force.kp", Setting::Number(2.079_781_081_535_923_4)),
+            ("contacts.tool.stiffness", Setting::Number(2.524e6)),
+            ("controllers.force.kp", Setting::Number(2.03)),
             ("run.duration", Setting::Number(2.0)),
         ];
         let document = file("paper/flexible-contact.toml").with(settings).unwrap();

@@ -181,7 +181,7 @@ impl<L: Lane> Carrier<L> {
     fn travel(&mut self, lanes: &mut Lanes<L>, index: usize) -> Result<(), EngineError> {
         self.transitions[index].refresh(lanes.formation.number, &mut lanes.cores)?;
         let travelling = lanes.formation.travelling;
-        if !travelling.all() {
+        if lanes.formation.any_alone {
             self.leave_behind(lanes, index, !travelling);
         }
         let mut together = travelling;

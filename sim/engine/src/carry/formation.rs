@@ -13,6 +13,8 @@ pub(crate) struct Formation<L: Lane> {
     pub(crate) number: u64,
     /// Lanes that travel by exponentials: they are in a linear mode and have not ended.
     pub(crate) travelling: L::Mask,
+    /// Whether some lane that has not ended goes alone.
+    pub(crate) any_alone: bool,
     pub(crate) all_linear: bool,
     pub(crate) all_ended: bool,
     /// Whether guides stick bodies to each other in some lane. Their speeds are then kept bitwise equal.
@@ -26,6 +28,7 @@ impl<L: Lane> Formation<L> {
         let mut formation = Self {
             number: 0,
             travelling: L::Mask::splat(false),
+            any_alone: false,
             all_linear: false,
             all_ended: false,
             any_joined: false,
@@ -39,6 +42,7 @@ impl<L: Lane> Formation<L> {
     pub(crate) fn form(&mut self, lanes: &[LaneCore]) {
         self.number += 1;
         self.travelling = L::Mask::from_fn(|l| lanes[l].flow().linear && !lanes[l].has_ended());
+        self.any_alone = lanes.iter().any(|lane| !lane.flow().linear && !lane.has_ended());
         self.all_linear = lanes.iter().all(|lane| lane.flow().linear);
         self.all_ended = lanes.iter().all(LaneCore::has_ended);
         self.any_joined = lanes.iter().any(LaneCore::joins_bodies);

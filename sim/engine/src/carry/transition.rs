@@ -175,7 +175,7 @@ impl<L: Lane> Transition<L> {
         let mut suspect = L::Mask::splat(false);
         for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
-            // The tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
+            // The tangents at both ends meet below zero (see `polynomial::Polynomial::dip`).
             let below =
                 (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;

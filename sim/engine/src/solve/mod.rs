@@ -6,4 +6,5 @@ pub(crate) mod exponentials;
 pub(crate) mod extrapolation;
 pub(crate) mod flow;
 pub(crate) mod flows;
+mod polynomial;
 pub(crate) mod taylor;

@@ -15,6 +15,8 @@ const CLEARLY: f64 = 1.02;
 const LEAST_TREADS: usize = 3;
 /// Largest ratio between the longest and the shortest of them.
 const EVEN: f64 = 1.5;
+/// Rows that are compared at once in search of a change.
+const ROWS_AT_ONCE: usize = 64;
 
 /// Behaviour of a reference in the last part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,9 +127,12 @@ impl Answer<'_> {
 
     /// The scale of the band: the reference, or for a zero reference the earlier ones, or the force.
     fn scale_n(&self, reference: f64) -> f64 {
+        if reference.abs() > 0.0 {
+            return reference.abs();
+        }
         let before_n =
             self.reference_n.iter().filter(|r| r.is_finite()).fold(0.0_f64, |most, r| most.max(r.abs()));
-        [reference.abs(), before_n, self.peak_force_n].into_iter().find(|scale| *scale > 0.0).unwrap_or(0.0)
+        [before_n, self.peak_force_n].into_iter().find(|scale| *scale > 0.0).unwrap_or(0.0)
     }
 
     /// For a rise the largest force counts; for a fall the smallest.
@@ -164,7 +169,17 @@ impl Answer<'_> {
 /// Time of the last change of a reference, s; zero if it never changed.
 pub(in crate::run) fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
     // The controller's first sample may follow the first row.
-    (1..reference_n.len()).rev().find(|&row| changes(reference_n, row)).map_or(0.0, |row| t_s[row])
+    let mut end = reference_n.len();
+    while end > 1 {
+        let start = end.saturating_sub(ROWS_AT_ONCE).max(1);
+        // References are mostly held: many rows are compared without a branch for each.
+        let differ = |pair: &[f64]| pair[0].to_bits() != pair[1].to_bits();
+        if reference_n[start - 1..end].windows(2).fold(false, |any, pair| any | differ(pair)) {
+            return (start..end).rev().find(|&row| changes(reference_n, row)).map_or(0.0, |row| t_s[row]);
+        }
+        end = start;
+    }
+    0.0
 }
 
 /// Whether a reference changes at a row. Bitwise: a held one repeats exactly.

@@ -3,7 +3,7 @@
 use crate::pages::analyze::{loci, nyquist};
 use crate::pages::parts::{Page, Plane, PlaneKind, PlaneShape};
 
-use super::taken::Taken;
+use crate::pages::compare::taken::Taken;
 
 /// The colours of the curves, in order.
 const INKS: [&str; 6] =

@@ -33,7 +33,7 @@ pub enum Axis {
         /// Number of points.
         points: u64,
     },
-    /// These.
+    /// The listed values.
     List(Vec<Setting>),
     /// Drawn uniformly.
     Uniform {

@@ -1,4 +1,4 @@
-//! What an import found and wrote, for programs.
+//! The findings and datasets of an import, for programs.
 
 use feeler_diagnosis::import::{
     Chosen, ColumnSummary, Guess, Role, RunSummary, Survey, TableSummary, UnitGuess, Written,

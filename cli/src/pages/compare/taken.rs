@@ -40,7 +40,7 @@ pub(super) struct LoopFigures {
     pub(super) gain: Option<f64>,
     /// The largest stable gain; `None` if there is none.
     pub(super) largest_stable_gain: Option<f64>,
-    /// Phase margin; `None` if the loop is unstable.
+    /// Phase margin; `None` without a crossover, or if the loop is unstable.
     pub(super) phase_margin_deg: Option<f64>,
     /// Factor by which the gain may rise; `None` if no rise destabilises or the loop is unstable.
     pub(super) gain_margin: Option<f64>,

@@ -1,4 +1,4 @@
-//! What is wrong with a series, and what to do about it, in words.
+//! Faults of a series and their remedies, in words.
 
 use std::borrow::Cow;
 
@@ -12,7 +12,7 @@ const NOT_PLACED: &str = "the position of the machine is unknown, so the experim
                           the encoder, and record again";
 
 impl FaultKind {
-    /// What is wrong.
+    /// The fault.
     pub(super) fn message(&self) -> String {
         match self {
             Self::MissingColumn { known, .. } if known.is_empty() => "the column is missing".into(),
@@ -80,7 +80,7 @@ impl FaultKind {
         }
     }
 
-    /// What to do about it in column `column`.
+    /// The remedy in column `column`.
     pub(super) fn remedy(&self, column: &str) -> Cow<'static, str> {
         let remedy = match self {
             Self::MissingColumn { near: Some(near), .. } => {

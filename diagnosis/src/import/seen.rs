@@ -24,7 +24,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// What the choice of columns shows.
+    /// Findings on the choice of columns.
     pub(super) fn of(guess: &Guess) -> Self {
         let command = guess.columns.get(&Role::Command);
         Self {

@@ -34,7 +34,7 @@ pub struct CellRecord {
     pub measures: Trace,
     /// The same, with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
-    /// What happened in the joints.
+    /// Events of the joints.
     pub joint_events: Vec<JointEvent>,
 }
 

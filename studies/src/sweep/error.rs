@@ -50,7 +50,7 @@ pub enum SweepError {
     /// No threads to be had.
     #[error("threads cannot be started: {source}")]
     Threads {
-        /// What the thread pool says.
+        /// Message of the thread pool.
         source: rayon::ThreadPoolBuildError,
     },
 }

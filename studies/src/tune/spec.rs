@@ -4,7 +4,7 @@ use serde::{Serialize, Serializer};
 
 use crate::Refusal;
 
-/// What may be limited, beside gains.
+/// Quantities that may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// Smallest phase margin of the sampled loop, degrees.
@@ -81,7 +81,7 @@ impl<T> Limit<T> {
     }
 }
 
-/// What is tuned beside the gains.
+/// Parts that are tuned beside the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
@@ -95,7 +95,7 @@ pub enum Part {
 
 const PARTS: [(Part, &str); 3] = [(Part::Filter, "filter"), (Part::Lead, "lead"), (Part::Notch, "notch")];
 
-/// What is asked of a tuned controller.
+/// Requirements on a tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spec {
     /// Limits on margins, overshoot and the like.

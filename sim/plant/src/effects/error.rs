@@ -25,7 +25,7 @@ pub enum EffectError {
     #[error("`{kind}` needs {needs}")]
     WrongSite {
         kind: Kind,
-        /// What the element must be.
+        /// Requirement on the element.
         needs: &'static str,
     },
     /// Parameters are missing, or there are too many.

@@ -1,4 +1,4 @@
-//! Weighs sets of causes against each other: evidence, simplicity, and whether values can be meant.
+//! Weighs sets of causes against each other by evidence, simplicity and plausible values.
 
 use feeler_plant::effects::Trait;
 
@@ -58,7 +58,7 @@ pub(crate) struct Asked {
 }
 
 impl Asked {
-    /// No more than of a first cause.
+    /// The evidence required of a first cause.
     const FIRST: Self =
         Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS };
 

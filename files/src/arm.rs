@@ -26,7 +26,7 @@ pub struct ArmFile {
     pub about: String,
     /// Links, joints and drives.
     pub arm: Arm,
-    /// What is missing and not needed so far.
+    /// Elements that are missing and not needed so far.
     pub doubts: Vec<Problem>,
 }
 

@@ -33,7 +33,7 @@ pub struct Draft {
     pub(crate) root: Table,
     /// Index of the file itself among the sources.
     pub(crate) main: usize,
-    /// What was computed of its surfaces before.
+    /// Results for its surfaces from earlier builds.
     pub(crate) gaps: Gaps,
 }
 

@@ -39,7 +39,7 @@ pub(crate) enum UnitError {
     Malformed {
         /// The text that was written.
         unit: String,
-        /// What is wrong with it.
+        /// The mistake in words.
         why: &'static str,
     },
     /// A unit of another dimension.

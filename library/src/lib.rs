@@ -67,7 +67,7 @@ pub fn trace(scenario: &Scenario) -> Result<Trace, EngineError> {
     Ok(trace)
 }
 
-/// What most programs need.
+/// The names that most programs need.
 pub mod prelude {
     pub use crate::trace;
     pub use feeler_control::{Approach, ControllerSpec, ForceGains, Law, PositionGains, ReferenceSpec};

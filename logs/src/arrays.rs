@@ -25,7 +25,7 @@ struct Kind {
     is_big: bool,
 }
 
-/// What a header says.
+/// Content of a header.
 #[derive(Debug, PartialEq)]
 struct Header {
     /// Fields with their names; a plain array has one without a name.

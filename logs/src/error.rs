@@ -61,7 +61,7 @@ pub enum LogError {
     OtherSort {
         file: PathBuf,
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: Cow<'static, str>,
     },
     /// The file ends early, or its bytes violate its format.
@@ -71,7 +71,7 @@ pub enum LogError {
         /// Where.
         place: LogPlace,
         what: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// A requested column does not exist.

@@ -20,11 +20,11 @@ const MOST_COLUMNS: usize = 4096;
 const SAME_CLOCK_S: f64 = 1.0;
 /// Names that a message with a single number omits.
 const PLAIN: [&str; 2] = ["value", "data"];
-/// What gives a bag its definitions.
+/// The remedy for a bag without definitions.
 const CONVERT: &str = "`ros2 bag convert` of ROS 2 Iron or later adds it";
 /// First bytes of a message that the recorder compressed by itself. No CDR and no JSON begins like this.
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
-/// Largest message, bytes: that of a sound one is far smaller.
+/// Largest message, bytes. A sound message is far smaller.
 const LARGEST: u64 = 1 << 28;
 /// Path of a header's time, which is the clock and not a column.
 const STAMP: &str = "header.stamp.";
@@ -40,7 +40,7 @@ enum Form {
 struct Topic {
     name: String,
     form: Form,
-    /// The type, where the bag does not define it and the usual definition is taken.
+    /// The type, if the bag does not define it and the usual definition is assumed.
     supposed: Option<String>,
     /// Definitions of earlier releases, for a first message that the present one does not fit.
     earlier: Vec<Decoder>,

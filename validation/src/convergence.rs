@@ -188,6 +188,7 @@ pub fn markdown(study: &Study) -> String {
          ```console\n\
          # long: some minutes\n\
          feeler validate convergence\n\
+         benches/peers/run              # measures the simulators of the picture, and draws it\n\
          ```\n\
          \n\
          ![Error of the peak force against computing time](work-precision.svg)\n\
@@ -195,7 +196,7 @@ pub fn markdown(study: &Study) -> String {
          The reference machines M1, M2 and M4 (`scenarios/reference/`) meet a wall or a workpiece under\n\
          sampled force control. The tables show the relative error of the largest contact force, by\n\
          integrator and step. The order is the slope of log error over log step, by regression. The\n\
-         command makes this page; the picture is that of [performance](performance.md).\n\
+         first command makes this page, the second one the picture ([performance](performance.md)).\n\
          \n\
          Each number is the root mean square over sixteen steps within 9 % of the nominal one. These steps\n\
          are incommensurate with the controller's period of 1 ms, so events fall anywhere in a step. Steps\n\

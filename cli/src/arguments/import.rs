@@ -8,7 +8,8 @@ use clap::{Args, ValueHint};
 #[command(after_help = "Examples:\n  \
     feeler import bag.mcap                                      list what it holds\n  \
     feeler import bag_folder --out elbow --joint elbow --urdf robot.urdf\n  \
-    feeler import a.csv b.csv --out axis --target q_des --position q --machine machine.toml\n\n\
+    feeler import a.csv b.csv --out axis --target q_des --position q --machine machine.toml\n  \
+    feeler import bag.mcap --json | jq '.runs[].tables[].columns[].name'\n\n\
     Reads MCAP logs and ROS 2 bags (CDR or JSON), LeRobot data sets, Parquet, npz, npy and CSV, as files or \
     folders. Writes a dataset with a first machine, or one folder for each of several joints.")]
 pub(crate) struct Import {
@@ -54,6 +55,9 @@ pub(crate) struct Import {
     /// Rate of the rows if no column is a clock, Hz
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub(crate) rate: Option<f64>,
+    /// Print the contents, guesses and datasets as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -33,8 +33,9 @@ pub(crate) struct Live {
     feeler compare first.toml second.toml          what differs, and both over each other\n  \
     feeler compare out/first out/second            folders that `feeler run` wrote\n  \
     feeler compare scenario.toml --set controllers.force.kp=0.4 --set controllers.force.kp=0.8\n  \
-    feeler compare bench-one bench-two             datasets: their records over each other\n\n\
-    Writes report.html into the output folder.")]
+    feeler compare bench-one bench-two             datasets: their records over each other\n  \
+    feeler compare first.toml second.toml --json | jq .differing\n\n\
+    Writes report.html and compare.json into the output folder.")]
 pub(crate) struct Compare {
     /// Scenario files, folders of runs, or datasets
     #[arg(required = true, value_hint = ValueHint::AnyPath)]
@@ -42,7 +43,10 @@ pub(crate) struct Compare {
     /// Compare a single file with a variant of it: set a key, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Folder for the page, made if absent
+    /// Folder for the results, made if absent
     #[arg(long, short, value_name = "DIR", default_value = "out/compare", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
+    /// Print the comparison as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }

@@ -197,7 +197,7 @@ fn modes(report: &Report) -> String {
     table(&header, &[0, 1, 3, 4, 5], rows)
 }
 
-/// What a small change of each number changes. The JSON has all digits.
+/// Effect of a small change of each number. The JSON has all digits.
 fn sensitivities(report: &Report) -> String {
     let rows = report.sensitivities().iter().map(|s| {
         let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };

@@ -8,10 +8,11 @@ use feeler_files::{Document, Draft};
 use feeler_studies::glimpse::{Glimpse, theory};
 use feeler_studies::run::{self as runs, about_parquet};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::run::RESOLVED;
 use crate::arguments::Compare as Arguments;
-use crate::pages::compare::{self, Taken};
+use crate::pages::compare::{self, ComparedDatasets, ComparedScenarios, Taken};
 use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Busy;
@@ -28,11 +29,12 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         }
         let sets: Vec<Dataset> =
             arguments.what.iter().map(|path| Dataset::load(path)).collect::<Result<_, _>>()?;
-        let said = match compare::record_rows(&sets) {
+        let compared = ComparedDatasets::new(&sets);
+        let said = match compared.rows() {
             rows if rows.is_empty() => compare::NOTHING_COMMON.to_owned(),
             rows => terminal::table(&compare::RECORD_HEADS, &[3, 4, 5], rows),
         };
-        return finish(arguments, &compare::datasets(&sets), &said);
+        return finish(arguments, &compared, compare::datasets(&sets), &said);
     }
     let documents = documents(arguments)?;
     if documents.len() < 2 {
@@ -53,7 +55,8 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     } else {
         terminal::table(&compare::heads(&taken), &[], keys)
     };
-    finish(arguments, &compare::page(&taken), &format!("{keys}\n\n{table}"))
+    let compared = ComparedScenarios::new(&taken);
+    finish(arguments, &compared, compare::page(&taken), &format!("{keys}\n\n{table}"))
 }
 
 /// The run with the rows of `feeler run`, so that both print the same times, and linear theory.
@@ -62,8 +65,14 @@ fn as_run(scenario: &Scenario) -> Glimpse {
     Glimpse { run, theory }
 }
 
-fn finish(arguments: &Arguments, page: &str, said: &str) -> crate::Result<()> {
-    let written = terminal::write_all(&arguments.out, &[("report.html", page.to_owned())])?;
+/// Writes the page and the numbers behind it, and prints them as a text or as JSON.
+fn finish(arguments: &Arguments, compared: &impl Serialize, page: String, said: &str) -> crate::Result<()> {
+    let json = terminal::json(compared)? + "\n";
+    let files = [("report.html", page), ("compare.json", json.clone())];
+    let written = terminal::write_all(&arguments.out, &files)?;
+    if arguments.json {
+        return terminal::print(&json);
+    }
     terminal::print(&format!("{said}{written}"))
 }
 

@@ -18,7 +18,7 @@ use crate::terminal::table;
 const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot (Eppinger and Seering 1992, \
                              Figs. 15 to 17), made by `feeler fit-landmarks`.\n\
                              # These are not the robot's parameters, which were never published.\n";
-/// What the shares mean.
+/// Explanation of the shares.
 const FREE: &str = "A share above zero means that the landmarks do not determine the parameter by itself. \
                     No mass, stiffness or damping is determined in \
                     its size: all of them together, times any factor, have the same landmarks.";

@@ -1,5 +1,7 @@
 //! `feeler import`.
 
+mod as_json;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -23,6 +25,9 @@ pub(crate) fn run(arguments: &Import) -> crate::Result<()> {
     let survey = import(&paths, &options(arguments), &|what| steps.at(what));
     steps.done();
     let survey = survey?;
+    if arguments.json {
+        return terminal::print(&terminal::json(&as_json::Imported::new(&survey))?);
+    }
     terminal::print(listing(&survey, arguments.out.is_some()).trim_end())
 }
 

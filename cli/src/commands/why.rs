@@ -116,7 +116,9 @@ fn details(found: &Explanation, units: Units) -> String {
     let untried = untried(found).map_or_else(String::new, |said| format!("\n {said}"));
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
-        rows => format!("\n\n{}", table(&["as small, also removes it", "ingredient"], &[], rows)),
+        rows => {
+            format!("\n\n{}", table(&["equally small change that also removes it", "ingredient"], &[], rows))
+        }
     };
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let unlimited = if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) {

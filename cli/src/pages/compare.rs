@@ -1,18 +1,19 @@
 //! The page that compares scenarios or datasets.
 
+mod differences;
 mod planes;
 mod taken;
 
-use std::collections::HashMap;
-
-use feeler_analysis::{Curves, MarginReport, Report};
+use feeler_analysis::Curves;
 use feeler_diagnosis::dataset::Dataset;
-use feeler_files::rounded;
 use feeler_lti::C64;
 use feeler_studies::run::{RunResult, Summary};
-use indexmap::IndexMap;
 
+pub(crate) use differences::{ComparedDatasets, ComparedScenarios, differing};
 pub(crate) use taken::Taken;
+
+use differences::onto;
+use taken::LoopFigures;
 
 use crate::numbers::{count, percent, plain, with_unit};
 use crate::pages::analyze::{as_set, degrees};
@@ -25,47 +26,10 @@ type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
 
 /// Largest number of rows of the common time axis.
 const MOST_ROWS: usize = 100_000;
-/// Characters above which a number is shown with fewer digits, and their number.
-const LONG: usize = 10;
-const DIGITS: usize = 7;
 
 /// Heads of a table with a column for each.
 pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
     std::iter::once("").chain(taken.iter().map(|one| one.name.as_str())).collect()
-}
-
-/// The keys that differ, with the content of each.
-pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
-    let mut keys: IndexMap<String, Vec<Option<String>>> = IndexMap::new();
-    let mut units: HashMap<String, String> = HashMap::new();
-    for (i, one) in taken.iter().enumerate() {
-        for (key, value) in one.document.keys() {
-            units.entry(key.clone()).or_insert_with(|| one.document.unit(&key));
-            keys.entry(key).or_insert_with(|| vec![None; taken.len()])[i] = Some(value);
-        }
-    }
-    // A name does not affect the behaviour of a machine.
-    let told = keys.into_iter().filter(|(key, _)| !matches!(key.as_str(), "name" | "about"));
-    let differs = |values: &[Option<String>]| values.windows(2).any(|pair| pair[0] != pair[1]);
-    told.filter(|(_, values)| differs(values))
-        .map(|(key, values)| {
-            let brief: Vec<Option<String>> = values.iter().map(|value| value.as_deref().map(short)).collect();
-            let told = if differs(&brief) { brief } else { values };
-            let shown = told.into_iter().map(|value| value.unwrap_or_else(|| "not set".into()));
-            let unit = units.get(&key).filter(|unit| !unit.is_empty());
-            let head = unit.map_or_else(|| key.clone(), |unit| format!("{key} ({unit})"));
-            std::iter::once(head).chain(shown).collect()
-        })
-        .collect()
-}
-
-/// A value, a long number with [`DIGITS`].
-fn short(value: &str) -> String {
-    match value.parse::<f64>() {
-        // As TOML writes it: 2.0, not 2.
-        Ok(number) if value.len() > LONG => format!("{:?}", rounded(number, DIGITS)),
-        _ => value.to_owned(),
-    }
 }
 
 /// A row for each figure.
@@ -75,15 +39,15 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         let values = taken.iter().map(|one| one.run().map_or_else(none, |run| of(&run.summary, one.units())));
         std::iter::once(name.to_owned()).chain(values).collect::<Vec<_>>()
     };
-    let of_theory = |name: &str, of: &dyn Fn(&Report) -> Option<String>| {
-        let value = |one: &Taken| one.theory().and_then(|(report, _)| of(report)).unwrap_or_else(none);
+    let of_theory = |name: &str, of: &dyn Fn(&LoopFigures) -> Option<String>| {
+        let value = |one: &Taken| one.figures().and_then(|figures| of(&figures)).unwrap_or_else(none);
         std::iter::once(name.to_owned()).chain(taken.iter().map(value)).collect::<Vec<_>>()
     };
     let hz = |value: f64| with_unit(value, "Hz");
     // Figures of a loop that is unstable exist on paper only.
-    let stable = |report: &Report, of: &dyn Fn(&MarginReport) -> Option<String>| match report.margins() {
-        Some(margins) if margins.unstable_poles > 0 => Some("unstable".to_owned()),
-        margins => margins.and_then(of),
+    let stable = |figures: &LoopFigures, told| match figures.is_stable {
+        Some(false) => Some("unstable".to_owned()),
+        _ => told,
     };
     vec![
         of_run("outcome", &|summary, _| words::label(summary).to_owned()),
@@ -92,12 +56,12 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         of_run("settling time", &|s, _| s.settling_time_s.map_or_else(none, |time| with_unit(time, "s"))),
         of_run("bounces", &|summary, _| summary.bounces.to_string()),
         of_run("oscillates at", &|s, _| s.oscillation.map_or_else(none, |o| hz(o.frequency_hz))),
-        of_theory("gain", &|r| r.gain().map(|gain| plain(gain.present))),
-        of_theory("largest stable gain", &|r| r.gain()?.sampled.stable[1].map(plain)),
-        of_theory("phase margin", &|r| stable(r, &|m| m.phase_deg.map(|deg| format!("{}°", plain(deg))))),
-        of_theory("gain margin, of all gains", &|r| stable(r, &|m| m.gain.map(plain))),
-        of_theory("largest sensitivity", &|r| stable(r, &|m| Some(plain(m.sensitivity_peak)))),
-        of_theory("bandwidth", &|r| stable(r, &|_| r.looped.as_ref()?.bandwidth_hz.map(hz))),
+        of_theory("gain", &|f| f.gain.map(plain)),
+        of_theory("largest stable gain", &|f| f.largest_stable_gain.map(plain)),
+        of_theory("phase margin", &|f| stable(f, f.phase_margin_deg.map(|deg| format!("{}°", plain(deg))))),
+        of_theory("gain margin, of all gains", &|f| stable(f, f.gain_margin.map(plain))),
+        of_theory("largest sensitivity", &|f| stable(f, f.largest_sensitivity.map(plain))),
+        of_theory("bandwidth", &|f| stable(f, f.bandwidth_hz.map(hz))),
     ]
 }
 
@@ -184,21 +148,6 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         .collect()
 }
 
-/// Values of a curve at other points; NaN outside it.
-fn onto(xs: &[f64], ys: &[f64], at: &[f64]) -> Vec<f64> {
-    let value = |x: f64| {
-        let j = xs.partition_point(|known| *known < x);
-        if j >= xs.len() {
-            return f64::NAN;
-        }
-        if j == 0 {
-            return if xs[0] <= x { ys[0] } else { f64::NAN };
-        }
-        ys[j - 1] + (x - xs[j - 1]) / (xs[j] - xs[j - 1]) * (ys[j] - ys[j - 1])
-    };
-    at.iter().map(|&x| value(x)).collect()
-}
-
 /// Step responses and open loops over each other.
 fn theory(taken: &[Taken]) -> Vec<Chart> {
     let known: Vec<(&str, &Curves)> =
@@ -261,7 +210,7 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
             .join(" and ")
     ));
     let Some(first) = sets.first() else { return page.render() };
-    match record_rows(sets) {
+    match ComparedDatasets::new(sets).rows() {
         rows if rows.is_empty() => page.paragraph(NOTHING_COMMON),
         rows => page.table(&RECORD_HEADS, &[3, 4, 5], &rows),
     }
@@ -296,49 +245,6 @@ pub(crate) fn datasets(sets: &[Dataset]) -> String {
 /// The message for datasets without common records.
 pub(crate) const NOTHING_COMMON: &str =
     "The first dataset shares no record with another, or no column of one: there is nothing to compare.";
-/// Differences below this share of a series' variation are rounding.
-const ROUNDING: f64 = 1e-12;
 /// Headings of the differences between datasets.
 pub(crate) const RECORD_HEADS: [&str; 6] =
     ["record", "against", "column", "variation", "difference", "share"];
-
-/// How far the first dataset's series are from those of the others: root mean squares, and the share of the
-/// series' own variation.
-pub(crate) fn record_rows(sets: &[Dataset]) -> Vec<Vec<String>> {
-    let Some((first, others)) = sets.split_first() else { return Vec::new() };
-    let mut rows = Vec::new();
-    for record in &first.records {
-        for set in others {
-            let Some(other) = set.records.iter().find(|other| other.name == record.name) else { continue };
-            for (c, channel) in first.channels.iter().enumerate() {
-                let column = set.channels.iter().position(|own| own.column == channel.column);
-                let Some(column) = column else { continue };
-                let since = |times: &[f64]| times.iter().map(|t| t - times[0]).collect::<Vec<f64>>();
-                let there = onto(&since(&other.times_s), &other.series[column], &since(&record.times_s));
-                let both = record.series[c].iter().zip(&there).filter(|(_, there)| there.is_finite());
-                let (own, apart): (Vec<f64>, Vec<f64>) = both.map(|(a, b)| (*a, a - b)).unzip();
-                let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
-                let rms = |values: &mut dyn Iterator<Item = f64>| {
-                    (values.map(|value| value * value).sum::<f64>() / own.len().max(1) as f64).sqrt()
-                };
-                let varies = rms(&mut own.iter().map(|value| value - mean));
-                // Interpolation rounds.
-                let differs =
-                    Some(rms(&mut apart.iter().copied())).filter(|differs| *differs > ROUNDING * varies);
-                let differs = differs.unwrap_or(0.0);
-                let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
-                let share =
-                    if varies > 0.0 { format!("{} %", percent(differs / varies)) } else { "-".into() };
-                rows.push(vec![
-                    record.name.clone(),
-                    set.name.clone(),
-                    channel.column.clone(),
-                    with_unit(varies, unit),
-                    with_unit(differs, unit),
-                    share,
-                ]);
-            }
-        }
-    }
-    rows
-}

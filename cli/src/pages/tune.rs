@@ -6,7 +6,7 @@ use feeler_studies::tune::{Figures, Step, Tuned, Uncertain};
 use crate::terminal::table;
 use crate::units::Units;
 
-/// What is printed of a tuned controller.
+/// The printed lines of a tuned controller.
 pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units: Units) -> String {
     let on = match tuned.machines {
         1 if uncertain.is_empty() => "on the machine of the file".to_owned(),

@@ -309,6 +309,30 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);
 }
 
+#[test]
+fn truth_a_comparison_for_programs_holds_the_runs_and_the_keys_that_differ() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let set = ["--set", "controllers.force.kp=0.3"];
+    let of = |arguments: &[&str]| -> Value {
+        let said = bench.feeler(&[arguments, &set, &["--json"]].concat());
+        assert_eq!(said.code, DONE, "{}", said.err);
+        serde_json::from_str(&said.out).unwrap()
+    };
+    let (ran, both) = (of(&["run", "press.toml"]), of(&["compare", "press.toml", "--out", "both"]));
+    let variant = &both["scenarios"][1];
+    assert_eq!(variant["name"], set[1]);
+    for key in ["outcome", "peak_force_n", "settling_time_s", "bounces"] {
+        assert_eq!(variant["run"][key], ran[key], "{key}");
+    }
+    assert_eq!(variant["theory"]["gain"], 0.3);
+    let limits = [0, 1].map(|i| both["scenarios"][i]["theory"]["largest_stable_gain"].as_f64().unwrap());
+    assert!((limits[0] / limits[1] - 1.0).abs() < 1e-6, "the limit does not depend on the gain: {limits:?}");
+    assert_eq!(both["differing"], json!([{"key": "controllers.force.kp", "values": ["0.2", "0.3"]}]));
+    let written: Value = serde_json::from_str(&bench.read("both/compare.json")).unwrap();
+    assert_eq!(written["differing"], both["differing"]);
+}
+
 /// What the scripts of a page draw from.
 pub(crate) fn data_of(page: &str) -> Value {
     let (_, data) = page.split_once("id=\"data\">").unwrap();
@@ -391,4 +415,10 @@ fn truth_datasets_are_compared_column_by_column_on_the_terminal_too() {
     let found = row("0.csv", "encoder.reading");
     assert!(found.trim_end().ends_with(&format!(" {share:.1} %")), "{share}: {found}");
     assert!(bench.read("both/report.html").contains("1.csv"));
+    let numbers: Value = serde_json::from_str(&bench.read("both/compare.json")).unwrap();
+    let columns = numbers["columns"].as_array().unwrap();
+    let same = |column: &&Value| column["record"] == "0.csv" && column["column"] == "encoder.reading";
+    let found = columns.iter().find(same).unwrap();
+    let told = 100.0 * found["difference"].as_f64().unwrap() / found["variation"].as_f64().unwrap();
+    assert!((told - share).abs() < 1e-3 * share, "{told} beside {share}");
 }

@@ -7,6 +7,7 @@ mod book;
 mod check;
 mod diagnose;
 mod frf;
+mod import;
 mod live;
 mod print;
 mod records;

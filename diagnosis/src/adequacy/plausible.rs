@@ -24,7 +24,7 @@ const READ_OFF: f64 = 0.01;
 /// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
 const UNKNOWN: f64 = 1.0 / 1.645;
 
-/// What is not plausible about the accepted values, in words.
+/// Reasons why accepted values are not plausible, in words.
 pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let mut found = Vec::new();

@@ -148,7 +148,7 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
     let direction = |p: &Point| (speed(p) / SLOW).tanh();
     let drifts: [&dyn Fn(&Point) -> f64; 4] = [&|_| 1.0, &direction, &speed, &|p| p.drive];
     let missing = column(&|p| p.missing);
-    // What drifts from record to record would survive a shift within each.
+    // A drift from record to record would survive a shift within each.
     let whole = [all.to_vec()];
     let shifted = |records: &[Vec<Point>]| -> Vec<Vec<f64>> {
         let of = |i: usize| {

@@ -1,4 +1,4 @@
-//! What came of every set of causes that was tried.
+//! Results of every set of causes that was tried.
 
 use crate::fit::candidates::Candidate;
 use crate::fit::odds::ACCEPT;

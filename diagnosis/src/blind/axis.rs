@@ -11,7 +11,7 @@ pub(super) struct Friction {
     pub(super) level: f64,
     /// Half the difference of the levels of the two directions, over their mean.
     pub(super) asymmetry: f64,
-    /// What rest adds to the level, N, and the speed over which it fades, m/s.
+    /// Addition to the level at rest, N, and the speed over which it fades, m/s.
     pub(super) stribeck: Option<[f64; 2]>,
     /// Deflection at which the bristle slides, m.
     pub(super) bristle_m: f64,
@@ -21,7 +21,7 @@ pub(super) struct Friction {
     pub(super) warming: Option<[f64; 2]>,
 }
 
-/// What lies between the command and the force.
+/// The elements between command and force.
 #[derive(Clone, Debug)]
 pub(super) struct Drive {
     pub(super) gain: f64,
@@ -132,7 +132,7 @@ impl Axis {
         state.time_s += step_s;
     }
 
-    /// What the guide takes from the motor apart from dry friction.
+    /// Force that the guide takes from the motor, dry friction excluded.
     fn smooth(&self, x: f64, v: f64) -> f64 {
         let beyond = |[at, stiffness]: [f64; 2]| stiffness * (x - at).max(0.0);
         self.damping * v + self.directional * v.abs() + self.drag * v * v.abs() - self.constant_load

@@ -11,7 +11,7 @@ const PLAY_STIFFNESS: f64 = 2e7;
 /// Its damping, N s/m.
 const PLAY_DAMPING: f64 = 900.0;
 
-/// What is at the end of the axis.
+/// How the end of the axis is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hold {
     /// Nothing.
@@ -104,7 +104,7 @@ pub(super) struct State {
     crept: f64,
 }
 
-/// What there is to read.
+/// The readings of the sensors.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Truths {
     pub(super) encoder_m: f64,
@@ -239,7 +239,7 @@ impl Bench {
         if hold == Hold::Wall && whole < 0.0 { (0.0, spring) } else { (whole, spring) }
     }
 
-    /// What the guide takes from the motor.
+    /// Force that the guide takes from the motor.
     fn guide(&self, state: &mut State, speed: f64, stroke: f64, contact: f64) -> f64 {
         let smooth =
             self.guide_damping * speed + self.drag * speed * speed.abs() + self.cable * stroke.max(0.0)

@@ -36,7 +36,7 @@ impl HiddenEffect {
 pub struct Case {
     /// Name of its folder.
     pub case: String,
-    /// What is hidden, nothing where there is only noise.
+    /// The hidden effects; empty if there is only noise.
     pub effects: Vec<HiddenEffect>,
     /// Kinds that may be named and need not be: the believed value that they stand for is off.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -105,7 +105,7 @@ struct Controller {
     integral: f64,
     /// Where the tool was aimed at before touching, m.
     aim_m: f64,
-    /// What the force sensor reads before anything is touched, N: no more is known of its zero.
+    /// Reading of the force sensor before the first touch, N. Its zero is not known better.
     rest_n: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What is wrong with a series, and what to do about it, in words.
+//! Faults of a series and their remedies, in words.
 
 use std::borrow::Cow;
 
@@ -85,7 +85,7 @@ impl FaultKind {
         }
     }
 
-    /// What to do about it in column `column`.
+    /// The remedy in column `column`.
     pub(super) fn remedy(&self, column: &str) -> Cow<'static, str> {
         let remedy = match self {
             Self::MissingColumn { near: Some(near), .. } => {

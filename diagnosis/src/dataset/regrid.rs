@@ -1,6 +1,6 @@
 //! Series with uneven stamps or lost rows, on an even grid.
 
-/// What a signal does between its rows.
+/// Course of a signal between its rows.
 #[derive(Clone, Copy)]
 pub(super) enum Between {
     /// The value of the last row. Stamps wander, and a command belongs to the row that it was recorded with.

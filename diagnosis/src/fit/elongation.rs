@@ -25,7 +25,7 @@ pub(crate) struct Against {
     ratio: f64,
 }
 
-/// What every channel of every record is read against: the first position of its chain of bodies.
+/// The reference of every channel of every record: the first position of its chain of bodies.
 pub(super) fn against(dataset: &Dataset) -> Vec<Vec<Option<Against>>> {
     let Ok(assembly) = assemble(&dataset.machine) else {
         return vec![vec![None; dataset.channels.len()]; dataset.records.len()];

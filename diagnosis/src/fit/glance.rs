@@ -10,7 +10,7 @@ use crate::fit::scored::Scored;
 use crate::kinds::Glance;
 use crate::predict::Prediction;
 
-/// What the records show at a glance, with the force that the calibrated machine lacks.
+/// Quick findings on the records, with the force that the calibrated machine lacks.
 pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     let dataset = task.dataset;
     let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);

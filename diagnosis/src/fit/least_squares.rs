@@ -90,7 +90,7 @@ impl Task<'_> {
         (0..record.series.len()).map(loss).collect()
     }
 
-    /// What one reading of a channel counts in the cost.
+    /// Weight of one reading of a channel in the cost.
     pub(crate) fn share(&self, r: usize, c: usize) -> f64 {
         PIECES / self.dataset.records[r].count(c) as f64
     }

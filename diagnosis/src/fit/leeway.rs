@@ -74,7 +74,7 @@ impl Model {
         self.unknowns.iter().zip(theta).any(is_it)
     }
 
-    /// What is free beyond the machine's values, at `theta`.
+    /// The free quantities beyond the machine's values, at `theta`.
     pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
         let mut found = Leeway::default();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {

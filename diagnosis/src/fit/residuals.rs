@@ -14,7 +14,7 @@ use crate::predict::Prediction;
 const KNOWN: f64 = 1.0;
 
 impl Task<'_> {
-    /// What a channel is weighed by, in words.
+    /// The series by which a channel is weighed, in words.
     pub(crate) fn weighed_as(&self, c: usize) -> String {
         let column = |c: usize| &self.dataset.channels[c].column;
         let against = self.weights.against.iter().find_map(|against| against[c]);

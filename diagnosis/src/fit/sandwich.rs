@@ -23,13 +23,13 @@ use crate::fit::walk::{cost, stretch};
 const BLOCKS: usize = 12;
 const BLOCKS_PER_UNKNOWN: usize = 3;
 
-/// What one record contributes.
+/// The contribution of one record.
 struct Part {
     /// Curvature of the cost.
     curvature: DMatrix<f64>,
     /// The same where a reading counts what it is worth.
     worth: DMatrix<f64>,
-    /// What a reading of each channel is worth.
+    /// Weight of a reading of each channel.
     per_reading: Vec<f64>,
     /// Gradient from the residuals of each block.
     pulls: Vec<DVector<f64>>,

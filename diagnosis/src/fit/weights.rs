@@ -122,7 +122,7 @@ impl Weights {
 }
 
 /// Number of independent samples in channel `c` of a record. `omega` is the natural frequency of the
-/// anchoring, rad/s, if only positions correct the prediction.
+/// observer correction, rad/s, if only positions correct the prediction.
 fn looks(record: &Record, c: usize, omega: Option<f64>) -> f64 {
     let rows = record.len() as f64;
     let per_s = omega.map_or(LOOKS_PER_S, |omega| (LOOKS_PER_RADIAN * omega).min(LOOKS_PER_S));

@@ -1,4 +1,4 @@
-//! What a URDF or MJCF says of each joint, and which of them is meant by a name in a log.
+//! The joints of a URDF or MJCF, and the one that a name in a log means.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -23,7 +23,7 @@ const LOAD: &str = "load";
 const ENCODER: &str = "encoder";
 const SPEED: &str = "speed";
 const LEAD: &str = "lead";
-/// What a logged command of a force drive is taken for.
+/// Assumed meaning of a logged command of a force drive.
 const FORCE: &str = "the command is the force of the drive";
 const CURRENT: &str = "the command is a current, and forces are counted in amperes: state the force per \
                        ampere as `scale` of [columns.command]";

@@ -1,6 +1,6 @@
 //! Roles of columns in a dataset.
 
-/// What a column is.
+/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// Desired position of the joint.

@@ -1,4 +1,4 @@
-//! What a log shows of a joint and its servo.
+//! Findings on a joint and its servo from a log.
 
 use super::role::Role;
 use super::roles::{Guess, is_current};
@@ -6,7 +6,7 @@ use super::roles::{Guess, is_current};
 /// Share of the squares of the errors that a load explains at least where it makes them.
 const LEAST_EXPLAINED: f64 = 0.25;
 
-/// What the log shows of a joint.
+/// Findings on a joint.
 #[derive(Clone, Copy, Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(super) struct Seen {
@@ -27,7 +27,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// What the choice of columns shows.
+    /// Findings on the choice of columns.
     pub(super) fn of(guess: &Guess) -> Self {
         let command = guess.columns.get(&Role::Command);
         Self {

@@ -1,4 +1,4 @@
-//! What is asked of an import, and what it gives.
+//! Options and result of an import.
 
 use std::path::PathBuf;
 

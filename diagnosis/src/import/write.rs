@@ -39,7 +39,7 @@ struct Joint {
     /// A machine that the user gives.
     given: Option<First>,
     belief: Option<AxisBelief>,
-    /// What was assumed of the model.
+    /// Assumptions about the model.
     assumptions: Vec<String>,
     /// The arm that loads the joint, and its inertia there.
     arm: Option<(Arm, f64)>,

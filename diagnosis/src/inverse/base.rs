@@ -23,12 +23,12 @@ pub(super) enum Side {
     Effect(Site, Kind, Shown, Vec<f64>, f64),
 }
 
-/// What a part of the balance is, to those who fit the machine.
+/// Meaning of a part of the balance for the fit of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     /// All that moves.
     Mass,
-    /// What the axis slides in.
+    /// The guide of the axis.
     Damping,
     /// A believed effect under an element.
     Effect(Site, Kind),

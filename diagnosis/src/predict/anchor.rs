@@ -21,19 +21,19 @@ use super::machine::Moving;
 use super::state::State;
 use crate::dataset::{Channel, Record};
 
-/// Slowest and fastest anchoring, rad/s.
+/// Slowest and fastest observer correction, rad/s.
 const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
-/// Fastest anchoring without accelerometers, rad/s: slow against vibration, so that the model's forces show,
+/// Fastest correction without accelerometers, rad/s: slow against vibration, so that the model's forces show,
 /// but fast against drift.
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
-/// Largest apparent acceleration by noise and steps of an encoder, over that of the motion. The error of an
-/// anchored position is an acceleration times the square of the anchoring time. With fast anchoring, the
-/// forces of a slow motion disappear in the steps of the encoder. With slow anchoring, friction reverses at
-/// other instants than in the motion.
+/// Largest apparent acceleration by noise and steps of an encoder, over that of the motion. An error of the
+/// corrected position is an acceleration times the square of the time constant of the correction. A fast
+/// correction hides the forces of a slow motion in the steps of the encoder. With a slow one, friction
+/// reverses at other instants than in the motion.
 const NOISE_SHARE: f64 = 0.05;
-/// Smallest ratio of anchoring without accelerometers to the frequency of the motion.
+/// Smallest ratio of observer correction without accelerometers to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
-/// Slowest anchoring without accelerometers, rad/s.
+/// Slowest observer correction without accelerometers, rad/s.
 const SLOWEST: f64 = 2.0;
 /// A spring is bent if the readings at its ends differ by more than this many of their steps.
 const BENT_STEPS: f64 = 8.0;

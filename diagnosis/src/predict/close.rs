@@ -74,7 +74,7 @@ impl Moving {
         let share = if flow.linear { 1.0 } else { NONLINEAR_SHARE };
         let parts = (span_s / (share * flow.look_s()?)).ceil().max(1.0);
         let part_s = span_s / parts;
-        // What is left of the last part differs from it by roundings.
+        // The remainder of the last part differs from it by roundings.
         Ok(if left_s > part_s * (1.0 - 4.0 * parts * f64::EPSILON) {
             (part_s, true)
         } else {

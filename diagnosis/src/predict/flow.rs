@@ -200,7 +200,7 @@ impl Flow {
             .sum()
     }
 
-    /// What carries the states over `span_s` with everything else held.
+    /// The map of the states over `span_s`, with everything else held.
     fn exponential(&mut self, span_s: f64) -> Result<usize, DiagnosisError> {
         let key = span_s.to_bits();
         if let Some(i) = self.spans.iter().position(|(k, _)| *k == key) {

@@ -2,7 +2,7 @@
 
 use super::presliding::Presliding;
 
-/// What a fit frees beyond the values of a machine.
+/// Quantities that a fit frees beyond the values of a machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Leeway {
     pub(crate) presliding: Presliding,

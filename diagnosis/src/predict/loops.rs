@@ -17,7 +17,7 @@ use crate::error::DiagnosisError;
 /// are computed once. A sample is at most 1/2000 of a row early or late.
 const PARTS: f64 = 1000.0;
 
-/// What never changes of one loop.
+/// The constants of one loop.
 #[derive(Clone, Debug)]
 pub(super) struct PredictedLoop {
     pub(super) drive: usize,

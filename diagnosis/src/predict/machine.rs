@@ -77,7 +77,7 @@ impl Moving {
         self.motion.signal(&self.flows[state.flow].equations, source).unwrap_or_default()
     }
 
-    /// What a signal is in a state.
+    /// Value of a signal in a state.
     pub(super) fn value(&self, state: &State, source: Source) -> f64 {
         dot(&self.signal(state, source), &state.xi)
     }
@@ -241,7 +241,7 @@ impl Moving {
         Ok(Some((i, share)))
     }
 
-    /// What happens when a guard fires.
+    /// The change of state when a guard fires.
     pub(super) fn switch(&mut self, state: &mut State, guard: usize) {
         let Ok(switched) = self.motion.switch(&mut self.flows, state.flow, guard, &mut state.xi);
         state.flow = switched.index;

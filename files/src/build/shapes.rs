@@ -17,7 +17,7 @@ const LARGEST_SHAPE: u64 = 1 << 29;
 pub(crate) enum FileError {
     #[error("{source}")]
     Read {
-        /// What the file should be.
+        /// The format that the file should have.
         wanted: &'static str,
         source: std::io::Error,
     },

@@ -32,7 +32,7 @@ pub enum SweepAxis {
         /// Number of points.
         points: u64,
     },
-    /// These.
+    /// The listed values.
     List(Vec<Setting>),
     /// Drawn uniformly.
     Uniform {

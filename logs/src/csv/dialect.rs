@@ -1,6 +1,6 @@
 //! The notation of the cells of a table.
 
-/// What stands between two cells.
+/// Separator of two cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Separator {
     /// One byte.

@@ -1,6 +1,6 @@
 //! The content of keys.
 
-/// What one key holds, SI.
+/// Content of one key, SI.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// A quantity.

@@ -28,13 +28,13 @@ pub struct Listing {
     pub numbers: Vec<String>,
     /// States that are yes or no, no before the first sample.
     pub truths: Vec<String>,
-    /// What is computed, in order.
+    /// The computations, in order.
     pub lines: Vec<Line>,
     /// The name of what is put out.
     pub output: String,
 }
 
-/// What a sample is given, in order: its time (s), the reference, the reading, and position or velocity.
+/// Inputs of a sample, in order: its time (s), the reference, the reading, and position or velocity.
 const INPUTS: [&str; 4] = ["t", "reference", "reading", "motion"];
 
 impl Listing {

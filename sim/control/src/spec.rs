@@ -33,7 +33,7 @@ pub struct ControllerSpec {
     pub reading_notch: Option<NotchSpec>,
     /// Time constant of the first-order low-pass on a differentiated position, s; zero for none.
     pub velocity_filter_s: f64,
-    /// What the loop shall follow.
+    /// Reference of the loop.
     pub reference: ReferenceSpec,
 }
 

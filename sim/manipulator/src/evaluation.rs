@@ -40,7 +40,7 @@ pub(crate) struct Touch {
     along: DVector<f64>,
 }
 
-/// What acts at a state.
+/// Forces and torques at a state.
 pub(crate) struct Evaluation<'a> {
     pub(crate) posture: Posture<'a>,
     pub(crate) touch: Option<Touch>,

@@ -25,7 +25,7 @@ impl Code {
     }
 }
 
-/// What the user must know, as lines of a comment.
+/// Notes for the user, as lines of a comment.
 fn about(listing: &Listing, name: &str, spec: &ControllerSpec) -> Vec<String> {
     let inputs = listing.inputs().into_iter().map(|input| match input {
         "t" => "t: time of the sample, s",

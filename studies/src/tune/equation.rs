@@ -9,7 +9,7 @@ use super::code::Code;
 use super::error::TuneError;
 use crate::run::RunError;
 
-/// What a controller computes at each sample.
+/// Equations of a controller at each sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Equation {
     /// Time between samples, s.

@@ -154,7 +154,7 @@ fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
     of_force.or_else(|| closing.map(|(name, _)| name.clone())).ok_or_else(add)
 }
 
-/// What was found, confirmed on every machine.
+/// The result, confirmed on every machine.
 struct Found {
     point: Point,
     score: f64,
@@ -272,7 +272,7 @@ impl Tuning<'_> {
 
     /// What the runs of controllers come to, up to and with the first that has a trouble.
     fn run_all(&self, around: &[(String, ControllerSpec)], asked: &Spec, machines: &[usize]) -> Vec<Ran> {
-        // What comes after a trouble need not run.
+        // Runs after a trouble are not needed.
         let first = AtomicUsize::new(usize::MAX);
         let runs = around.par_iter().enumerate().map(|(i, (_, controller))| {
             (i <= first.load(Ordering::Relaxed)).then(|| {

@@ -11,7 +11,7 @@ use super::knobs::installed;
 use super::spec::{Spec, TuneLimit, TuneMeasure};
 use crate::run::{Candidate, LANES, Measured, Outcome, RunError, measure, nothing_can_touch};
 
-/// What runs came to, the worst of each figure.
+/// Figures of some runs, the worst of each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Runs {
     /// Number of runs with each outcome.
@@ -38,7 +38,7 @@ pub(super) enum Trouble {
     Near(String, Box<Self>),
 }
 
-/// What runs came to, and the first machine with a trouble.
+/// Figures of some runs, and the first machine with a trouble.
 pub(super) type Ran = (Runs, Option<(usize, Trouble)>);
 
 impl Runs {
@@ -77,7 +77,7 @@ impl Runs {
     }
 }
 
-/// What is wrong with a run, if anything.
+/// The trouble of a run, if any.
 fn troubles(measured: &Measured, scenario: &Scenario, asked: &Spec) -> Option<Trouble> {
     let summary = &measured.summary;
     let rests_away = summary.outcome == Outcome::NoContact && nothing_can_touch(scenario);

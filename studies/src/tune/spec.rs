@@ -4,7 +4,7 @@ use serde::{Serialize, Serializer};
 
 use crate::Refusal;
 
-/// What may be limited, beside gains.
+/// Quantities that may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TuneMeasure {
     /// Smallest phase margin of the sampled loop, degrees.
@@ -81,7 +81,7 @@ impl<T> TuneLimit<T> {
     }
 }
 
-/// What is tuned beside the gains.
+/// Parts that are tuned beside the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TunedPart {
@@ -96,7 +96,7 @@ pub enum TunedPart {
 const PARTS: [(TunedPart, &str); 3] =
     [(TunedPart::Filter, "filter"), (TunedPart::Lead, "lead"), (TunedPart::Notch, "notch")];
 
-/// What is asked of a tuned controller.
+/// Requirements on a tuned controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spec {
     /// Limits on margins, overshoot and the like.

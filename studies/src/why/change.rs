@@ -54,7 +54,7 @@ pub enum Counterfactual {
     NoNoise,
 }
 
-/// What a cause is called.
+/// Name of a cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChatterCause {

@@ -370,7 +370,7 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
     }
 }
 
-/// What is explained: chatter, or the motion of a loop that touches nothing.
+/// The explained motion: chatter, or the motion of a loop that touches nothing.
 fn what(scenario: &Scenario) -> &'static str {
     if nothing_can_touch(scenario) { "motion" } else { "chatter" }
 }

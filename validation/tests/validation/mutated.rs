@@ -41,7 +41,7 @@ const DURATION: &str = "run.duration=0.01";
 /// Largest number of changed tokens in one file.
 const CHANGES: u64 = 3;
 
-/// What became of a case.
+/// Result of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
     /// The file was refused, or the run was, with an error.

@@ -1,4 +1,4 @@
-//! What a reduction found, for programs. The book shows the comments.
+//! The result of a reduction, for programs. The book shows the comments.
 
 use feeler_arm::{Agreement, MeasuredArm};
 use feeler_studies::arm::{AxisFile, MapPoint, NoAxis, distrust};

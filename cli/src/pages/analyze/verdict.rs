@@ -80,7 +80,7 @@ fn is_unstable(report: &Report, gain: &GainReport) -> bool {
     gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0)
 }
 
-/// What sets the largest stable gain, if it is a part of the loop.
+/// The part of the loop that sets the largest stable gain, if one does.
 fn sets(limit: Limit) -> Option<&'static str> {
     match limit {
         Limit::RigidBody => Some("the rigid body and its actuator"),
@@ -222,7 +222,7 @@ const TELLING: f64 = 0.1;
 /// Of two changes, one below this share of the other is left out.
 const BESIDE: f64 = 0.1;
 
-/// What a change of a number by 1 % does to bandwidth and limit, as in `(bandwidth +0.09 %, limit +0.37 %)`.
+/// Effect of 1 % more of a number on bandwidth and limit, as in `(bandwidth +0.09 %, limit +0.37 %)`.
 fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
     let (bandwidth, limit) = (way * s.bandwidth_relative, way * s.largest_gain_relative);
     // Further digits change no decision.

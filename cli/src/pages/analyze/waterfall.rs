@@ -10,7 +10,7 @@ pub(crate) const HEADER: [&str; 6] = [
     "largest gain",
     "edge (Hz)",
     "bandwidth at half of it (Hz)",
-    "at half of the one above (Hz)",
+    "at half of the gain above (Hz)",
     "why it differs from the row above",
 ];
 /// Columns of numbers.

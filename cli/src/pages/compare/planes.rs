@@ -3,7 +3,7 @@
 use crate::pages::analyze::{loci, nyquist};
 use crate::pages::parts::{Page, Plane, PlaneKind, PlaneShape};
 
-use super::taken::Taken;
+use crate::pages::compare::taken::Taken;
 
 /// The colours of the curves, in order.
 const INKS: [&str; 6] =
@@ -80,7 +80,7 @@ fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[T
         }
     }
     if let Some(mut all) = all {
-        // What is set lies over what it lies on.
+        // The mark of the present gain lies over the other marks.
         all.marks.sort_by_key(|mark| mark.shape == PlaneShape::Now);
         page.plane(&all);
         page.swatches(&legend);

@@ -187,9 +187,9 @@ pub(crate) fn parameters(cause: &Cause) -> String {
 
 /// Recommendations from the answer.
 pub(crate) struct Advice {
-    /// What to do, in this order; a sentence or two each.
+    /// Steps to take, in this order; a sentence or two each.
     pub(crate) steps: Vec<String>,
-    /// What limits the answer, a sentence each.
+    /// Limits of the answer, a sentence each.
     pub(crate) remarks: Vec<String>,
 }
 

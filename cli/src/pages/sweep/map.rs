@@ -54,7 +54,7 @@ pub(super) struct Map<'a> {
 /// Settings that the variants of a panel share.
 pub(super) type Panel = [(String, Setting)];
 
-/// What colours the cells.
+/// The quantity that colours the cells.
 pub(super) enum Colouring<'a> {
     /// Outcomes by row.
     Outcome(&'a [String]),

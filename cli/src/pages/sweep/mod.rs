@@ -44,7 +44,7 @@ const MOST_ANSWERS: u64 = 4;
 /// Columns of lists, which only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
-/// What the points of bifurcation diagrams are.
+/// Captions of bifurcation diagrams.
 const PEAKS: &str = "The largest force of each of the last contacts. One point: all are alike. Two: the \
                      period has doubled. Many: no two are alike. No point: the tool stays in contact.";
 const STROBE: &str = "The force one sample of the controller after each touch-down, which grows with the \

@@ -8,7 +8,7 @@ use feeler_studies::sweep::{SweepError, SweepTable};
 /// Largest number of variants whose outcomes a page holds: 2.8 MB of text.
 const MOST_CODES: usize = 2_000_000;
 
-/// What the variants came to.
+/// Outcomes of the variants.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) rows: usize,

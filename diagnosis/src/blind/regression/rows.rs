@@ -13,7 +13,7 @@ const ENDS: f64 = 1.0;
 /// Speed over the usual one within which the sign of a speed changes smoothly.
 const SIGN_SHARE: f64 = 0.005;
 
-/// What was measured in one experiment, SI.
+/// The measurements of one experiment, SI.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Measured {
     pub(in super::super) spacing_s: f64,

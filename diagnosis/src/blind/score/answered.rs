@@ -64,7 +64,7 @@ pub struct Measure {
     pub reached: bool,
 }
 
-/// What the number of a measure is.
+/// Kind of the number of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A share, to be shown in percent.
@@ -138,7 +138,7 @@ pub struct Score {
     pub unanswered: usize,
 }
 
-/// What a case without effect is called.
+/// Name of a case without effect.
 pub const NOTHING: &str = "nothing";
-/// What a refusal is called.
+/// Name of a refusal.
 pub const UNKNOWN: &str = "unknown cause";

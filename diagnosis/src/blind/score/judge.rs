@@ -27,7 +27,7 @@ pub(super) struct Judged<'a> {
     pub(super) hides: Hides<'a>,
     /// Accepted effects, less those that may be named and need not be.
     pub(super) accepted: Vec<&'a AnsweredEffect>,
-    /// What the plain regression found, the best first.
+    /// Findings of the plain regression, the best first.
     pub(super) regression: &'a [Regressed],
 }
 

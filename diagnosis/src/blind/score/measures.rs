@@ -33,7 +33,7 @@ impl Tally {
     }
 }
 
-/// What a measure is to reach.
+/// Goal of a measure.
 #[derive(Clone, Copy)]
 enum Goal {
     None,

@@ -60,7 +60,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
     Drawn { case, conditions, built, believed, is_friction_believed }
 }
 
-/// What case `index` hides.
+/// The effects hidden in case `index`.
 fn recipes(index: usize, random: &mut Random) -> Vec<&'static Recipe> {
     let (round, at) = (index / TURN, index % TURN);
     if at == NOTHING {

@@ -15,7 +15,7 @@ pub(super) struct Firmware {
     pub(super) no_load_speed: Option<f64>,
     /// Error without torque; beyond it, it is lost.
     pub(super) deadband: f64,
-    /// What the loop makes of one unit of target.
+    /// Factor of the loop on its target.
     pub(super) target_gain: f64,
     /// Time after which a target arrives, s.
     pub(super) delay_s: f64,
@@ -27,7 +27,7 @@ pub(super) struct Firmware {
     pub(super) is_back_emf: bool,
 }
 
-/// What the loop remembers between its samples.
+/// State of the loop between its samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Memory {
     last: Option<f64>,

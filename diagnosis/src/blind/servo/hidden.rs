@@ -149,7 +149,7 @@ pub(super) const SINGLE: &[Recipe] = &[
     }),
 ];
 
-/// What no library holds.
+/// Effects outside the library.
 pub(super) const BEYOND: &[Recipe] = &[
     recipe("sagging-drive", "drive", |built, random| {
         built.axis.drive.sag = random.between(0.4, 0.7) / built.torque(0.5);

@@ -18,7 +18,7 @@ const SPAN: [f64; 2] = [0.06, 1.6];
 /// Time that the joint has to settle before the first row, in radians of the loop.
 const SETTLING: f64 = 60.0;
 
-/// What is asked of the servo.
+/// The target of the servo.
 #[derive(Clone, Debug)]
 pub(super) enum Asked {
     /// Amplitude (rad), frequency (rad/s) and phase.

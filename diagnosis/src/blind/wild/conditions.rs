@@ -13,7 +13,7 @@ pub(super) const PERIODS: f64 = 25.0;
 /// Rows that one period of the motion must have.
 const ROWS_PER_PERIOD: f64 = 30.0;
 
-/// What was drawn for a case, beside what is hidden in it.
+/// The properties drawn for a case, beside the hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Whether the axis turns (rad, N m) or slides (m, N).

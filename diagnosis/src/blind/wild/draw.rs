@@ -30,7 +30,7 @@ pub(super) struct Drawn {
     pub(super) believed: Believed,
 }
 
-/// What the machine file states.
+/// Values that the machine file states.
 #[derive(Clone, Debug)]
 pub(super) struct Believed {
     pub(super) motor_kg: f64,
@@ -102,7 +102,7 @@ fn allowed(conditions: &Conditions) -> Vec<String> {
     allowed
 }
 
-/// What case `index` hides.
+/// The effects hidden in case `index`.
 fn recipes(index: usize, is_rotational: bool, random: &mut Random) -> Vec<&'static Recipe> {
     let (round, at) = (index / TURN, index % TURN);
     let nth = |turns: &[usize]| round * turns.len() + turns.iter().filter(|turn| **turn < at).count();

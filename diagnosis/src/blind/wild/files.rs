@@ -25,7 +25,7 @@ impl Experiment {
     }
 }
 
-/// What is shown, and what is held back.
+/// Experiments that are shown, and those held back.
 fn experiments(drawn: &Drawn, random: &mut Random) -> [Vec<Experiment>; 2] {
     let sizes = &drawn.sizes;
     let shown = if drawn.conditions.files == 1 {
@@ -59,7 +59,7 @@ pub(super) fn write(folder: &Path, drawn: &Drawn, random: &mut Random) -> io::Re
     write_datasets(folder, &drawn.case.case, &signals(drawn), &machine_file(drawn), &groups)
 }
 
-/// What the columns are.
+/// Description of the columns.
 fn signals(drawn: &Drawn) -> String {
     let [command, motor, load] = columns(drawn.conditions.is_rotational);
     let mut text = format!(

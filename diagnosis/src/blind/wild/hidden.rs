@@ -10,9 +10,9 @@ use super::motion::Sizes;
 pub(super) struct Recipe {
     pub(super) kind: &'static str,
     pub(super) place: &'static str,
-    /// What only a second encoder can show.
+    /// Effects that only a second encoder can show.
     pub(super) needs_load_encoder: bool,
-    /// What only an axis that turns can have.
+    /// Effects that only a rotational axis can have.
     pub(super) only_rotational: bool,
     /// Changes the axis and gives the parameters that were drawn.
     pub(super) apply: fn(&mut Axis, &Sizes, &mut Random) -> Vec<(&'static str, f64)>,

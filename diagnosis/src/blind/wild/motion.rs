@@ -49,7 +49,7 @@ impl Sizes {
     }
 }
 
-/// What the axis is asked to do.
+/// The reference motion of the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
     /// Amplitude, m; frequency, rad/s; phase.

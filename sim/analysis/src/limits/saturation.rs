@@ -74,7 +74,7 @@ impl ControlLoop {
     }
 }
 
-/// What a reference asks of a drive.
+/// Demand of a reference on a drive.
 struct Demand<'a> {
     whole: &'a ControlLoop,
     controller: usize,

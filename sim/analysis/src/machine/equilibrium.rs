@@ -43,7 +43,7 @@ pub(crate) fn eliminate(motion: &Motion, gradients: &[Row], row: &Row) -> Row {
     linear
 }
 
-/// What holds a machine at rest.
+/// Inputs that hold a machine at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Holding {
     /// Drives hold the machine so that the first contact carries this force, N.

@@ -28,7 +28,7 @@ pub struct LinearMachine {
     b: DMatrix<f64>,
 }
 
-/// What holds the machine at rest. A held command acts within deadband and limit.
+/// Inputs that hold the machine at rest. A held command acts within deadband and limit.
 fn holding(assembly: &Assembly, view: &View) -> Holding {
     let held = view.held.and_then(|held| assembly.drives.get(held.drive).map(|drive| (held, drive)));
     held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| Holding::Drive {

@@ -154,7 +154,7 @@ impl Report {
     /// Poles and zeros up to this modulus are rounding, 1/s: a spring that should hold them is lost beside
     /// far stiffer ones. `None` if there is no such spring.
     pub fn lost_below_per_s(&self) -> Option<f64> {
-        // What is rounded is the squares.
+        // Rounding applies to the squares.
         let largest = self.poles.iter().map(|[re, im]| re.hypot(*im)).fold(0.0, f64::max);
         let is_lost = self.assumptions.iter().any(Assumption::is_of_lost_spring);
         is_lost.then_some((ROUNDINGS * f64::EPSILON).sqrt() * largest)

@@ -14,7 +14,7 @@ pub(super) struct Signals<L: Lane> {
     pub(super) noted: Vec<L>,
     /// Lanes whose signals came with their motion to the present instant.
     pub(super) are_fresh: L::Mask,
-    /// What the rows give, padded.
+    /// Results of the rows, padded.
     products: Vec<L>,
     rows: Blocks<L>,
     /// Flow of each lane for which its rows were filled in.

@@ -129,7 +129,7 @@ impl Quantity {
 pub struct SignalName {
     /// Name of the element, as in the machine.
     pub element: String,
-    /// What is read or commanded of it.
+    /// Quantity that is read or commanded.
     pub quantity: Quantity,
 }
 

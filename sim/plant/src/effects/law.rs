@@ -42,7 +42,7 @@ const PIECES: u32 = 160;
 /// A law as curves over axes without numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct LawDrawing {
-    /// What the horizontal and the vertical axis show.
+    /// Quantities on the horizontal and the vertical axis.
     pub axes: [&'static str; 2],
     /// Where the horizontal axis begins: -1, or 0 if nothing is negative.
     pub start: f64,

@@ -12,7 +12,7 @@ pub(super) struct Path {
     acting: Row,
     /// The commanded force.
     wanted: Row,
-    /// What the limit lets through.
+    /// The command within the limit.
     limited: Row,
     /// The force within the speed line, before lags.
     pub(super) given: Row,

@@ -18,7 +18,7 @@ const FAR: f64 = 10.0;
 const GOES: f64 = 1.05;
 
 impl Evidence<'_> {
-    /// Without contact: for the motion under control.
+    /// The verdict without contact on the motion under control.
     pub(super) fn of_controlled(&self, tail: &Tail) -> RunVerdict {
         if let Some(rate_per_s) = self.departure_per_s(tail) {
             return RunVerdict { growth_per_s: Some(rate_per_s), ..tail.is(Outcome::Unstable) };

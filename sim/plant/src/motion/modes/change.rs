@@ -3,7 +3,7 @@
 use super::{FrictionState, GuardValue, Mode, RampState, Switch, SwitchState};
 use crate::motion::{Equations, Motion, dot};
 
-/// A command this close to its target, relative to both, is there: a ramp of a few roundings would end before
+/// A command this close to its target, relative to both, has arrived: a ramp of a few roundings ends before
 /// the clock moves.
 const AT_TARGET: f64 = 4.0 * f64::EPSILON;
 

@@ -133,9 +133,27 @@ impl Adequacy {
         self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
-    /// Tells that the repaired machine runs freely farther off than the believed one, where it does.
-    pub(crate) fn add_free_run(&mut self, worse: Option<[f64; 2]>) {
-        let Some([own, believed]) = worse else { return };
+    /// Whether the values of a machine may all be meant: those of the causes, if it has them, and believed
+    /// values at the limit of their tolerance where something else is wrong too.
+    pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
+        let fails =
+            |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
+        !(has_causes && fails(Condition::Plausible)) && !(self.is_short() && fails(Condition::Tolerance))
+    }
+
+    /// Tells over which experiment the machine of an answer that is not sure runs farther off than the
+    /// believed one.
+    pub(crate) fn add_stray(&mut self, experiment: &str, [own, believed]: [f64; 2]) {
+        let [own, believed] = [own, believed].map(horizons::share);
+        let what = format!(
+            "run freely over {experiment} the repaired machine is off by {own}, the believed one by \
+             {believed}: the change is not proposed"
+        );
+        self.shortfalls.push(Shortfall { condition: Condition::Far, what });
+    }
+
+    /// Tells that the repaired machine runs freely farther off than the believed one.
+    pub(crate) fn add_free_run(&mut self, [own, believed]: [f64; 2]) {
         let [own, believed] = [own, believed].map(horizons::share);
         let what = format!(
             "run freely over the check experiments the repaired machine is off by {own}, the believed one by \

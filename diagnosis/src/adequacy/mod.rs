@@ -175,3 +175,24 @@ impl Adequacy {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_values_at_a_limit_or_beyond_reason_are_not_meant() {
+        let of = |conditions: &[Condition]| {
+            let short = |condition: &Condition| Shortfall { condition: *condition, what: String::new() };
+            Adequacy { shortfalls: conditions.iter().map(short).collect(), ..Adequacy::default() }
+        };
+        // Calibration alone may be meant where only a cause is beyond reason.
+        let absurd = of(&[Condition::Plausible]);
+        assert!(!absurd.may_be_meant(true) && absurd.may_be_meant(false));
+        // A limit beside what nothing explains hides something else; alone it is a doubt.
+        let limited = of(&[Condition::Tolerance]);
+        assert!(limited.may_be_meant(true) && limited.may_be_meant(false));
+        let unknown = of(&[Condition::Tolerance, Condition::Left]);
+        assert!(!unknown.may_be_meant(true) && !unknown.may_be_meant(false));
+    }
+}

@@ -133,8 +133,8 @@ impl Adequacy {
         self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
-    /// Whether the values of a machine may all be meant: those of the causes, if it has them, and believed
-    /// values at the limit of their tolerance where something else is wrong too.
+    /// Whether all values of a machine may be meant. Those of the causes count if it has them. So do believed
+    /// values at the limit of their tolerance, if something else is wrong too.
     pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
         let fails =
             |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);

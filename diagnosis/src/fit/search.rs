@@ -1,7 +1,7 @@
 //! The search: calibration, then single effects, then combinations.
 
 use feeler_plant::description::Quantity;
-use feeler_plant::effects::{Parameter, Trait};
+use feeler_plant::effects::Parameter;
 use feeler_problem::Problem;
 use rayon::prelude::*;
 
@@ -45,8 +45,6 @@ const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully. At least one of every place is among them.
 const FULLY: usize = 7;
 
-/// Share of a plain number's start, counted from no effect, from which one that stalled begins again.
-const NEXT_TO_NONE: f64 = 0.02;
 /// Candidates that are fitted after all, because they gain what others only promised.
 const MOST_OVERLOOKED: usize = 4;
 
@@ -269,7 +267,6 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         })
         .collect();
     overlooked(task, base, &mut fits, &mut others);
-    stalled(task, base, &mut fits, &mut others);
     let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);
     nested::lower(task, &mut fits, &mut others, STEPS, rescore);
     nested::enforce(task, &mut fits, STEPS, rescore);
@@ -291,40 +288,6 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
     let finished: Vec<Scored> =
         others.drain(..worth).collect::<Vec<_>>().into_par_iter().map(again).collect();
     fits.extend(finished);
-}
-
-/// Fits plain numbers to the end that were left above the base, though each contains it. Their starts were
-/// too far off for others to follow linearly, as friction follows a gain. They begin next to no effect.
-fn stalled(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &mut Vec<Scored>) {
-    let is_stalled = |scored: &Scored| {
-        let plain = scored.causes.last().is_some_and(|cause| cause.definition.has(Trait::PlainNumber));
-        plain && scored.misfits.iter().flatten().sum::<f64>() > base.misfits.iter().flatten().sum::<f64>()
-    };
-    let again = |scored: &Scored| {
-        let candidate = scored.causes.last()?;
-        let [parameter] = candidate.definition.parameters else { return None };
-        let [begun] = scored.fitted.model.tried.last()?.effect.values[..] else { return None };
-        let none = parameter.null.unwrap_or(0.0);
-        let value = none + NEXT_TO_NONE * (begun - none);
-        let model = base.fitted.model.with(candidate.site, candidate.definition, &[value]);
-        let mut start = model.start();
-        start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
-        let first = task.fit(&model, &start, FIRST_STEPS);
-        let is_worth = first.cost < base.fitted.cost - WORTH_FITTING && !task.budget.is_over(Stage::Fit);
-        is_worth.then(|| score(task, scored.causes.clone(), task.fit(&model, &first.theta, STEPS)))
-    };
-    let is_late = || task.budget.is_over(Stage::Fit);
-    let tried = std::mem::take(others).into_par_iter().map(|scored| {
-        let better = (is_stalled(&scored) && !is_late()).then(|| again(&scored)).flatten();
-        better.ok_or(scored)
-    });
-    let tried: Vec<Result<Scored, Scored>> = tried.collect();
-    for scored in tried {
-        match scored {
-            Ok(better) => fits.push(better),
-            Err(left) => others.push(left),
-        }
-    }
 }
 
 /// Fits a model that was dropped after a few steps to the end.

@@ -108,21 +108,6 @@ fn truth_friction_behind_a_servo_is_found_from_target_and_encoder() {
     is_found(&answer, Kind::CoulombFriction, 3.0);
 }
 
-/// Friction follows a gain of the target far from linearly. From a gain that is far off, fits of both seem to
-/// explain less than friction alone.
-#[test]
-fn truth_a_gain_of_the_target_beside_friction_is_found_and_not_taken_for_gravity() {
-    let command = Commanded { peak: 0.02, high_hz: 6.0, held: 2 };
-    let hidden = format!("{FRICTION}[actuators.drive.effects.drive-gain]\ngain = 0.85\n");
-    let answer = diagnosed(&format!("{AXIS}{SERVO}"), &hidden, "drive.target", command);
-    let accepted = answer.effects.iter().filter(|effect| effect.accepted);
-    let mut found: Vec<(Kind, f64)> =
-        accepted.map(|effect| (effect.kind, effect.parameters[0].value)).collect();
-    found.sort_by_key(|(kind, _)| kind.name());
-    let [(Kind::CoulombFriction, level), (Kind::DriveGain, gain)] = found[..] else { panic!("{found:?}") };
-    assert!((level / 3.0 - 1.0).abs() < RECOVERY && (gain / 0.85 - 1.0).abs() < RECOVERY, "{found:?}");
-}
-
 #[test]
 fn truth_friction_behind_a_motor_is_found_from_voltage_and_encoder() {
     let motor = "kind = \"dc-motor\"\nresistance = 1.5\ntorque_constant = 0.05\ngear_ratio = 20.0\n";

@@ -133,9 +133,27 @@ impl Adequacy {
         self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
-    /// Tells that the repaired machine runs freely farther off than the believed one, where it does.
-    pub(crate) fn add_free_run(&mut self, worse: Option<[f64; 2]>) {
-        let Some([own, believed]) = worse else { return };
+    /// Whether all values of a machine may be meant. Those of the causes count if it has them. So do believed
+    /// values at the limit of their tolerance, if something else is wrong too.
+    pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
+        let fails =
+            |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
+        !(has_causes && fails(Condition::Plausible)) && !(self.is_short() && fails(Condition::Tolerance))
+    }
+
+    /// Tells over which experiment the machine of an answer that is not sure runs farther off than the
+    /// believed one.
+    pub(crate) fn add_stray(&mut self, experiment: &str, [own, believed]: [f64; 2]) {
+        let [own, believed] = [own, believed].map(horizons::share);
+        let what = format!(
+            "run freely over {experiment} the repaired machine is off by {own}, the believed one by \
+             {believed}: the change is not proposed"
+        );
+        self.shortfalls.push(Shortfall { condition: Condition::Far, what });
+    }
+
+    /// Tells that the repaired machine runs freely farther off than the believed one.
+    pub(crate) fn add_free_run(&mut self, [own, believed]: [f64; 2]) {
         let [own, believed] = [own, believed].map(horizons::share);
         let what = format!(
             "run freely over the check experiments the repaired machine is off by {own}, the believed one by \
@@ -155,5 +173,26 @@ impl Adequacy {
             );
             self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_values_at_a_limit_or_beyond_reason_are_not_meant() {
+        let of = |conditions: &[Condition]| {
+            let short = |condition: &Condition| Shortfall { condition: *condition, what: String::new() };
+            Adequacy { shortfalls: conditions.iter().map(short).collect(), ..Adequacy::default() }
+        };
+        // Calibration alone may be meant where only a cause is beyond reason.
+        let absurd = of(&[Condition::Plausible]);
+        assert!(!absurd.may_be_meant(true) && absurd.may_be_meant(false));
+        // A limit beside what nothing explains hides something else; alone it is a doubt.
+        let limited = of(&[Condition::Tolerance]);
+        assert!(limited.may_be_meant(true) && limited.may_be_meant(false));
+        let unknown = of(&[Condition::Tolerance, Condition::Left]);
+        assert!(!unknown.may_be_meant(true) && !unknown.may_be_meant(false));
     }
 }

@@ -14,7 +14,7 @@ use crate::fit::model::Model;
 use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
-use crate::gap::replay::free_run;
+use crate::gap::replay::{free_run, strays};
 use crate::gap::size;
 use crate::gap::unknown;
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
@@ -102,8 +102,6 @@ impl Judge<'_> {
             adequacy.add_rivals(as_good_but_small(self, accepted, &all, &Criteria::default()));
         }
         adequacy.add_untried(attempts.untried.len());
-        let (machine, worse) = self.proposed(accepted);
-        adequacy.add_free_run(worse);
         if !adequacy.is_balanced {
             let mut left = unknown::unexplained(&self.search.calibrated, accepted);
             // Noise that is stated or estimated may be too small.
@@ -111,6 +109,7 @@ impl Judge<'_> {
             let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
             adequacy.add_unexplained(left.into_iter().map(column));
         }
+        let machine = self.proposed(accepted, &mut adequacy);
         (adequacy, machine)
     }
 
@@ -221,25 +220,37 @@ impl Judge<'_> {
     }
 
     /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that
-    /// departs less in free runs over the check experiments. Returns the errors too.
-    fn proposed(&self, accepted: &Scored) -> (Machine, Option<[f64; 2]>) {
+    /// departs less in free runs over the check experiments. Of an answer that is not sure, it is also the
+    /// believed one if any experiment speaks against the change. Says why, if the causes are not proposed.
+    fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
         let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
-        let error = |machine: &Machine| free_run(self.dataset, machine);
         let (repaired, believed) = (of(accepted), &self.dataset.machine);
+        // Calibration alone promises nothing.
+        let is_promised = !accepted.causes.is_empty();
         // Once impacts have made a prediction lose the motion, the size of its error is chance.
         let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
-        let Some(given) = error(believed).filter(|given| !is_chance(*given)) else { return (repaired, None) };
-        match error(&repaired) {
-            Some(own) if own <= given => (repaired, None),
-            own => {
-                let calibrated = of(&self.search.calibrated);
-                let is_better = error(&calibrated).is_some_and(|error| error <= given);
-                let instead = if is_better { calibrated } else { believed.clone() };
-                // Calibration alone promises nothing.
-                let is_promised = !accepted.causes.is_empty();
-                (instead, is_promised.then(|| [own.unwrap_or(f64::INFINITY), given]))
+        let given = free_run(self.dataset, believed).filter(|given| !is_chance(*given));
+        let Some(given) = given else { return repaired };
+        let is_better = |own: Option<f64>| own.is_some_and(|own| own <= given);
+        let own = free_run(self.dataset, &repaired);
+        if is_promised && !is_better(own) {
+            adequacy.add_free_run([own.unwrap_or(f64::INFINITY), given]);
+        }
+        let is_sure = !adequacy.is_short() && !adequacy.has_rival();
+        if is_better(own) && (is_sure || adequacy.may_be_meant(is_promised)) {
+            let Some((r, errors)) = strays(self.dataset, &repaired, believed).filter(|_| !is_sure) else {
+                return repaired;
+            };
+            if is_promised {
+                adequacy.add_stray(&self.dataset.records[r].name, errors);
             }
         }
+        let calibrated = of(&self.search.calibrated);
+        let may_be_calibrated = is_promised
+            && adequacy.may_be_meant(false)
+            && is_better(free_run(self.dataset, &calibrated))
+            && strays(self.dataset, &calibrated, believed).is_none();
+        if may_be_calibrated { calibrated } else { believed.clone() }
     }
 
     /// The answer if a position-dependent force is missing that no effect of the library explains.

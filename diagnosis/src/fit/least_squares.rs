@@ -144,12 +144,7 @@ impl Task<'_> {
             let mut slopes = self.slopes(r, c, &base, &moved);
             without(still, &mut slopes);
             let residuals = self.residuals(r, c, &base);
-            let mut weights = self.robust_weights(r, c, &residuals);
-            // Within the dead zone a slope has no effect.
-            let dead_zone = self.dead_zone(r, c, &base);
-            let is_within = |residual: &f64| *residual == 0.0 && dead_zone != 0.0;
-            let rows = weights.iter_mut().zip(&residuals).filter(|(_, residual)| is_within(residual));
-            rows.for_each(|(weight, _)| *weight = 0.0);
+            let weights = self.weights_beyond(r, c, &base, &residuals);
             let factor = self.share(r, c);
             add_curvature(&mut a, factor, &slopes, &weights);
             add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));

@@ -77,6 +77,22 @@ impl Task<'_> {
         weights
     }
 
+    /// The same, zero also within the dead zone: there a slope has no effect.
+    pub(crate) fn weights_beyond(
+        &self,
+        r: usize,
+        c: usize,
+        prediction: &Prediction,
+        residuals: &[f64],
+    ) -> Vec<f64> {
+        let mut weights = self.robust_weights(r, c, residuals);
+        if self.dead_zone(r, c, prediction) != 0.0 {
+            let within = weights.iter_mut().zip(residuals).filter(|(_, residual)| **residual == 0.0);
+            within.for_each(|(weight, _)| *weight = 0.0);
+        }
+        weights
+    }
+
     /// Slopes of channel `c` in sigmas, by unknown, from shifted predictions. The slope is zero if an unknown
     /// cannot be shifted.
     pub(crate) fn slopes(

@@ -109,7 +109,9 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
         let factor = task.share(r, c);
         let worth = worth(task, r, c, &residuals);
         part.per_reading[c] = worth;
-        add_curvature(&mut part.curvature, factor, &slopes, &weights);
+        // The fit moves under the residuals beyond the dead zone alone.
+        let beyond = task.weights_beyond(r, c, &here, &residuals);
+        add_curvature(&mut part.curvature, factor, &slopes, &beyond);
         add_curvature(&mut part.worth, worth, &slopes, &weights);
         let weighted = times(&residuals, &weights);
         let rows = measured.len().div_ceil(blocks).max(1);

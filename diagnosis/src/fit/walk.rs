@@ -40,13 +40,23 @@ pub(super) fn stretch(
     [-1.0, 1.0].map(|side| reach(|by| rise(side * by))).into_iter().fold(1.0, f64::max)
 }
 
-/// The first step, of doubling ones, by which a cost has risen by one; one if it rises there as expected.
+/// The first step, of doubling ones, by which a cost has risen by one and at twice which it stays so; one if
+/// it rises there as expected. A single jump of a rough cost is no rise.
 fn reach(rise: impl Fn(f64) -> f64) -> f64 {
-    if rise(1.0) >= FLAT {
+    let has_risen = |by: f64| rise(by) >= RISE;
+    if rise(1.0) >= FLAT && has_risen(2.0) {
         return 1.0;
     }
-    let longest = 2.0_f64.powi(DOUBLINGS - 1);
-    (1..DOUBLINGS).map(|doublings| 2.0_f64.powi(doublings)).find(|by| rise(*by) >= RISE).unwrap_or(longest)
+    let steps = (1..DOUBLINGS).map(|doublings| 2.0_f64.powi(doublings));
+    let mut risen = false;
+    for by in steps {
+        let there = has_risen(by);
+        if risen && there {
+            return 0.5 * by;
+        }
+        risen = there;
+    }
+    2.0_f64.powi(DOUBLINGS - 1)
 }
 
 /// Cost over the fitted records, where readings count what they are worth.
@@ -79,6 +89,9 @@ mod tests {
         let rough = |by: f64| (by / 24.0).powi(2) + 0.01 * (50.0 * by).sin();
         // The first doubling beyond 24.
         assert_eq!(reach(rough).to_bits(), 32.0_f64.to_bits());
+        // A jump at one deviation, which is gone at two, does not end the walk.
+        let jump = |by: f64| (by / 24.0).powi(2) + if by < 1.5 { 2.0 } else { 0.0 };
+        assert_eq!(reach(jump).to_bits(), 32.0_f64.to_bits());
         // A cost that never rises ends at the longest step.
         assert_eq!(reach(|_| 0.0).to_bits(), 512.0_f64.to_bits());
     }

@@ -110,6 +110,8 @@ pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Resu
 
 /// Largest relative error; larger ones and runs that diverge count as this.
 const MOST_ERROR: f64 = 1e6;
+/// A free run is worse than another one if its error is larger by this factor.
+pub(crate) const WORSE: f64 = 1.05;
 
 /// Error of free runs from the first row over the scale of each column, by the believed and the repaired
 /// machine. It is the root mean square over the check experiments. `None` if the believed machine does not
@@ -121,15 +123,34 @@ pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
 /// The same for one machine; `None` if it does not run.
 pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
     let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
-    let of = |r: usize| -> Option<Vec<f64>> {
-        let record = &dataset.records[r];
-        let assembly = assemble_for(machine.clone(), record.engagement).ok()?;
-        let free = Predictor::new(assembly, dataset, record).ok()?.free().ok()?.series;
-        let error = |c: usize| column_error(dataset, record, c, &free[c], &free[c]).relative.min(MOST_ERROR);
-        Some((0..free.len()).map(error).filter(|error| !error.is_nan()).collect())
+    let errors: Option<Vec<Vec<f64>>> =
+        checks.into_par_iter().map(|r| free_errors(dataset, machine, r)).collect();
+    root_mean_square(&errors?.concat())
+}
+
+/// The first experiment over which a machine runs farther off than another one, and the errors of both.
+pub(crate) fn strays(dataset: &Dataset, machine: &Machine, other: &Machine) -> Option<(usize, [f64; 2])> {
+    let of = |r: usize| {
+        let error =
+            |machine: &Machine| free_errors(dataset, machine, r).and_then(|errors| root_mean_square(&errors));
+        let given = error(other)?;
+        let own = error(machine).unwrap_or(MOST_ERROR);
+        (own > WORSE * given).then_some((r, [own, given]))
     };
-    let errors: Vec<Vec<f64>> = checks.into_par_iter().map(of).collect::<Option<_>>()?;
-    let errors: Vec<f64> = errors.into_iter().flatten().collect();
+    (0..dataset.records.len()).into_par_iter().find_map_first(of)
+}
+
+/// Errors of a free run over one experiment, of each column that varies, over its scale; `None` if the
+/// machine does not run.
+fn free_errors(dataset: &Dataset, machine: &Machine, r: usize) -> Option<Vec<f64>> {
+    let record = &dataset.records[r];
+    let assembly = assemble_for(machine.clone(), record.engagement).ok()?;
+    let free = Predictor::new(assembly, dataset, record).ok()?.free().ok()?.series;
+    let error = |c: usize| column_error(dataset, record, c, &free[c], &free[c]).relative.min(MOST_ERROR);
+    Some((0..free.len()).map(error).filter(|error| !error.is_nan()).collect())
+}
+
+fn root_mean_square(errors: &[f64]) -> Option<f64> {
     let mean_square = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
     (!errors.is_empty()).then(|| mean_square.sqrt())
 }

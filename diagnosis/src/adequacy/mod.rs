@@ -138,7 +138,8 @@ impl Adequacy {
     pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
         let fails =
             |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
-        !(has_causes && fails(Condition::Plausible)) && !(self.is_short() && fails(Condition::Tolerance))
+        let is_odd = has_causes && fails(Condition::Plausible);
+        !is_odd && !(self.is_short() && fails(Condition::Tolerance))
     }
 
     /// Tells over which experiment the machine of an answer that is not sure runs farther off than the

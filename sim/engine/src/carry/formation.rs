@@ -8,6 +8,7 @@ use crate::carry::lane::LaneCore;
 
 /// The state of the lanes as a group. It is valid until a lane goes alone.
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(crate) struct Formation<L: Lane> {
     /// Counts new formations; tables that depend on the lanes' modes compare it.
     pub(crate) number: u64,

@@ -286,7 +286,7 @@ mod tests {
         let terms: Vec<f64> = (0..MOST_TERMS).map(|k| (1..=k).fold(1.0, |f, j| f / j as f64)).collect();
         for count in 2..=MOST_TERMS {
             let s = 0.7_f64;
-            let sum = |count: usize| (0..count).rev().map(|k| terms[k] * s.powi(k as i32)).sum::<f64>();
+            let sum = |count: usize| terms[..count].iter().rev().fold(0.0, |sum, term| sum * s + term);
             let found = polynomial(&terms[..count]);
             let (value, slope) = found.value_and_slope(s);
             assert!((value - sum(count)).abs() < 1e-15 && (slope - sum(count - 1)).abs() < 1e-15, "{count}");

@@ -84,8 +84,8 @@ pub(crate) fn as_good<'b>(
     named
 }
 
-/// Describes the best set with one cause more than the accepted ones that is in doubt: it gains clearly, but
-/// too little to be accepted, or enough, but with values that cannot be meant.
+/// Describes the best set with one cause more than the accepted ones that is in doubt. It gains clearly, but
+/// too little to be accepted. Or it gains enough, but with values that cannot be meant.
 pub(crate) fn further(
     judge: &Judge<'_>,
     accepted: &Scored,

@@ -139,7 +139,7 @@ impl Adequacy {
         let fails =
             |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
         let is_odd = has_causes && fails(Condition::Plausible);
-        !is_odd && !(self.is_short() && fails(Condition::Tolerance))
+        !(is_odd || self.is_short() && fails(Condition::Tolerance))
     }
 
     /// Tells over which experiment the machine of an answer that is not sure runs farther off than the

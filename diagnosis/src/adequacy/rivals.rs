@@ -4,12 +4,44 @@ use feeler_plant::effects::Kind;
 
 use super::ahead::error;
 use super::criteria::Criteria;
-use super::horizons::Horizon;
+use super::horizons::{Horizon, share};
+use crate::fit::candidates::Candidate;
+use crate::fit::least_squares::Fitted;
 use crate::fit::scored::Scored;
+use crate::fit::wander::force_noise;
 use crate::judge::Judge;
+use crate::kinds::{Form, dossier};
 
 /// Rivals that are predicted far ahead.
 const MOST_PREDICTED: usize = 4;
+/// Noise of a command over the force at a corner of its law, beyond which the corner is rounded.
+const ROUNDS: f64 = 0.1;
+
+/// Gains and masses beside a limit or a dead band whose corners the noise of the measured command rounds, in
+/// words. The mean force about a corner is then not that of the mean command (errors in variables: Fuller,
+/// Measurement Error Models, 1987), and a factor makes up for some of it.
+pub(super) fn rounded(judge: &Judge<'_>, accepted: &Scored) -> Vec<String> {
+    let noises = judge.everything().into_iter().map(|r| force_noise(judge.dataset, r));
+    let noise = noises.fold(0.0, f64::max);
+    let Fitted { model, theta, .. } = &accepted.fitted;
+    let form = |cause: &Candidate| dossier(cause.definition.kind).balance.map(|shown| shown.form);
+    let over_corner = |(i, cause): (usize, &Candidate)| match form(cause)? {
+        Form::Limit | Form::Deadband => Some((cause.definition.kind, noise / model.parameters(i, theta)[0])),
+        _ => None,
+    };
+    let corners = accepted.causes.iter().enumerate().filter_map(over_corner);
+    let mut corners = corners.filter(|(_, over)| *over > ROUNDS);
+    let Some((corner, over)) = corners.next() else { return Vec::new() };
+    let factors = accepted.causes.iter().filter(|cause| matches!(form(cause), Some(Form::Gain | Form::Mass)));
+    let say = |cause: &Candidate| {
+        format!(
+            "the noise of the command, {} of the {corner}, rounds its corners: {} may only make up for that",
+            share(over),
+            cause.definition.kind
+        )
+    };
+    factors.map(say).collect()
+}
 
 /// Rivals of another place that do as well on the check experiments, or better far ahead, in words.
 pub(super) fn as_good(

@@ -26,6 +26,8 @@ const EARLIER: f64 = 0.95;
 const LEAST_ODDS: f64 = 0.005;
 /// Total probability of the listed rivals.
 const CREDIBLE: f64 = 0.99;
+/// Levels of friction that differ by less than this share are one.
+const ONE_LEVEL: f64 = 0.05;
 /// Largest number of kinds that are reported as alike.
 const MOST_ALIKE: usize = 2;
 
@@ -270,14 +272,23 @@ pub(super) fn look_alikes(
     found
 }
 
-/// Whether a law with these values is, somewhere within their intervals, the same as one that it contains.
+/// Whether a law with these values is, somewhere within their intervals, the same as one that it contains. So
+/// it is if it has several levels, and they are one: how a guide gives way tells no law from another.
 fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     let own: Vec<f64> = values.iter().map(|estimate| estimate.value).collect();
+    let levels = nearest(outer, inner, &own);
+    let is_one = |level: &Vec<f64>| {
+        let mut rows = level.iter().zip(&levels[0]);
+        rows.all(|(a, b)| (a / b - 1.0).abs() < ONE_LEVEL)
+    };
+    if levels.len() > 1 && levels.iter().all(is_one) {
+        return true;
+    }
     let is_within = |same: Vec<f64>| {
         let mut rows = same.iter().zip(values);
         rows.all(|(same, estimate)| (estimate.ci90[0]..=estimate.ci90[1]).contains(same))
     };
-    nearest(outer, inner, &own).iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
+    levels.iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
 }
 
 /// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
@@ -315,6 +326,11 @@ mod tests {
             may_be(Kind::AsymmetricFriction, Kind::CoulombFriction, &[&of(7.0, 0.5), asymmetry])
         };
         assert!(may_be(&of(-0.03, 0.04)) && !may_be(&of(-0.03, 0.02)));
+        let lugre = |static_level: f64| {
+            let values = [6e4, 900.0, 15.0, static_level, 0.02].map(|value| of(value, 1e-3 * value));
+            super::may_be(Kind::LugreFriction, Kind::CoulombFriction, &values.each_ref())
+        };
+        assert!(lugre(15.1) && !lugre(17.0));
         // It contains no other law.
         let values = [&of(7.0, 0.5), &of(0.0, 0.04)];
         assert!(!super::may_be(Kind::AsymmetricFriction, Kind::StribeckFriction, &values));

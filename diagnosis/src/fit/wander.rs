@@ -25,10 +25,14 @@ fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|u| u * u).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
+/// One sigma of white noise in the first command of a record, if that is a force.
+pub(crate) fn force_noise(dataset: &Dataset, record: usize) -> f64 {
+    pushed(dataset, record).map_or(0.0, |(_, command)| command_noise(command))
+}
+
 /// The record with as much noise again on its first command. `None` if that has no noise.
 pub(crate) fn with_noise_again(dataset: &Dataset, record: usize) -> Option<Record> {
-    let (_, command) = pushed(dataset, record)?;
-    let sigma = Some(command_noise(command)).filter(|sigma| *sigma > 0.0)?;
+    let sigma = Some(force_noise(dataset, record)).filter(|sigma| *sigma > 0.0)?;
     let mut again = dataset.records[record].clone();
     let mut chance = Chance::default();
     again.commands[0].iter_mut().for_each(|u| *u += sigma * chance.deviate());

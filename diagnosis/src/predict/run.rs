@@ -112,14 +112,12 @@ impl<'a> Predictor<'a> {
             is_known
         };
         let earlier: Vec<&Record> = record.earlier().take_while(is_known).collect();
-        // On the measured motion, rounding is of no use to a heat.
-        let rows = if precision == Precision::Rounding { Precision::Rows(1) } else { precision };
         for &record in earlier.iter().rev() {
             let heats = if let Some(heats) = by_commands(&assembly, dataset, record) {
                 heats
             } else {
                 let (then, surfaces) = (assembly.clone(), surfaces.clone());
-                Self::as_warm(then, surfaces, rows, dataset, record, late_rows)?.anchored()?.heats
+                Self::as_warm(then, surfaces, precision, dataset, record, late_rows)?.anchored()?.heats
             };
             for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
                 drive.warming.iter_mut().for_each(|winding| winding.heat = heat);

@@ -90,8 +90,9 @@ mod tests {
         assert_eq!([-1.0, 0.11, 2.0].map(|x| same.force(x)), [3.0; 3]);
     }
 
-    /// A central difference is off by a sixth of the square of its step times the third derivative: that is
-    /// at most a turn of 11 N over the cube of the rounding, 1e6 N/m^3. The slope's is a hundred times that.
+    /// A central difference is off by a sixth of the square of its step times the third derivative. Here that
+    /// is at most a turn of 11 N over the cube of the rounding, 1e6 N/m^3. That of the slope is a hundred times
+    /// as large.
     #[test]
     fn truth_slope_and_force_are_derivatives() {
         let table = Table::between(-0.2, 0.6, FORCES);

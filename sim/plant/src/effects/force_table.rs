@@ -1,7 +1,7 @@
 //! `force-table`: a force over position that no law describes, by its values at some points.
 
 use super::prelude::*;
-use crate::assembly::{Course, Table, Weight};
+use crate::assembly::{Course, POINTS, Table, Weight};
 
 parameters! { ForceTable
     from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
@@ -86,10 +86,17 @@ where no law is known.
 
 impl ForceTable {
     /// Forces at the points.
-    pub fn forces(self) -> [f64; 9] {
+    pub fn forces(self) -> [f64; POINTS] {
         let Self { force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9, .. } =
             self;
         [force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9]
+    }
+
+    /// Position and force of each point.
+    pub fn points(self) -> [[f64; 2]; POINTS] {
+        let spacing = (self.to - self.from) / (POINTS - 1) as f64;
+        let forces = self.forces();
+        std::array::from_fn(|i| [self.from + spacing * i as f64, forces[i]])
     }
 
     /// The law with these parameters.

@@ -15,8 +15,8 @@ use crate::report::{Diagnosis, ForceOver, Verdict};
 
 /// Least share of the gap that a table must close on the check experiments.
 const LEAST_CLOSED: f64 = 0.1;
-/// The causes that come nearest stay beside a table only if this share of the misfit is left with them: many a
-/// wrong cause makes up for what a table is too coarse for.
+/// The causes that come nearest stay beside a table only if at most this share of the misfit is left with
+/// them. Many a wrong cause makes up for what a table is too coarse for.
 const NEEDED: f64 = 0.5;
 
 impl Judge<'_> {
@@ -44,7 +44,8 @@ impl Judge<'_> {
     }
 
     /// The machine with a table, and what the table is worth. `None` if it does not hold on the check
-    /// experiments against the answer without it, or runs away from any experiment.
+    /// experiments against the answer without it, or runs away from any experiment. None is proposed beside a
+    /// believed value at the limit of its tolerance either: that makes up for something else.
     fn held(&self, told: &Scored, tabled: &Tabled) -> Option<(Machine, ForceOver)> {
         let (task, checks) = (&self.search.task, self.checks());
         let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);
@@ -57,6 +58,7 @@ impl Judge<'_> {
         let closed = size::gap(&refit, &refit, &after, &floor).closed;
         let machine = model.machine(theta);
         let holds = closed > LEAST_CLOSED
+            && model.at_limits(theta).is_empty()
             && !worsens(task, told, &tabled.scored, &checks, read)
             && strays(self.dataset, &machine, &self.dataset.machine).is_none();
         let knots = tabled.table.points().to_vec();

@@ -91,8 +91,8 @@ mod tests {
     }
 
     /// A central difference is off by a sixth of the square of its step times the third derivative. Here that
-    /// is at most a turn of 11 N over the cube of the rounding, 1e6 N/m^3. That of the slope is a hundred times
-    /// as large.
+    /// is at most a turn of 11 N over the cube of the rounding, 1e6 N/m^3. That of the slope is a hundred
+    /// times as large.
     #[test]
     fn truth_slope_and_force_are_derivatives() {
         let table = Table::between(-0.2, 0.6, FORCES);

@@ -129,7 +129,31 @@ impl Model {
 
 #[cfg(test)]
 mod tests {
+    use feeler_files::Document;
+    use feeler_plant::assembly::{GROUND_NODE, assemble};
+
     use super::*;
+
+    #[test]
+    fn truth_a_guide_follows_the_drive_from_either_end() {
+        let along = |between: &str, more: &str| {
+            let text = format!(
+                "[bodies.motor]\nmass = 1.0\nposition = 0.3\n[bodies.tip]\nmass = 1.0\n\
+                 [springs.guide]\nbetween = {between}\ndamping = 1.0\n\
+                 [springs.joint]\nbetween = [\"motor\", \"tip\"]\n{more}\n"
+            );
+            let machine = Document::parse(&text, "axis.toml").unwrap().scenario.machine;
+            let assembly = assemble(&machine).unwrap();
+            let link = &assembly.links[0];
+            let found = Along::of(&assembly, [link.b, link.a], [1, GROUND_NODE]);
+            found.map(|Along { sign, offset }| [sign, offset])
+        };
+        // The drive pushes the motor, at 0.3 m; the tip is joined to it at zero.
+        assert_eq!(along("[\"ground\", \"motor\"]", "rigid = true"), Some([1.0, 0.0]));
+        assert_eq!(along("[\"motor\", \"ground\"]", "rigid = true"), Some([-1.0, 0.0]));
+        assert_eq!(along("[\"ground\", \"tip\"]", "rigid = true"), Some([1.0, -0.3]));
+        assert_eq!(along("[\"ground\", \"tip\"]", "stiffness = 1e5"), None);
+    }
 
     /// Rounding, and the weight of the bends: a millionth of the trace.
     const OFF: f64 = 1e-3;

@@ -17,7 +17,7 @@ const AVERAGE: usize = 8;
 const FEWEST: usize = 20 * POINTS;
 /// Weight of the bends between points, over that of the missing force: it decides only where hardly any
 /// motion was.
-const SMOOTH: f64 = 1e-6;
+const SMOOTH: f64 = 1e-8;
 /// Steps of the fit: the force is linear in its values.
 const STEPS: usize = 6;
 
@@ -155,8 +155,8 @@ mod tests {
         assert_eq!(along("[\"ground\", \"tip\"]", "stiffness = 1e5"), None);
     }
 
-    /// Rounding, and the weight of the bends: a millionth of the trace.
-    const OFF: f64 = 1e-3;
+    /// The weight of the bends, over the share of one point in the trace.
+    const OFF: f64 = 1e-4;
 
     #[test]
     fn truth_a_table_is_read_off_its_own_forces() {

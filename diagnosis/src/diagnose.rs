@@ -45,14 +45,19 @@ pub fn diagnose_within(
         (check >= ACCEPT && all >= ACCEPT_ALL) || !task.weights.coarse.is_empty()
     })?;
     let mut composing = Composing::new(Judge::new(dataset, &found), budget);
-    if let Some(answer) = composing.position_force().or_else(|| composing.play()) {
+    if let Some(mut answer) = composing.position_force() {
+        composing.judge.add_table(&mut answer, &found.calibrated);
+        return Ok(answer);
+    }
+    if let Some(answer) = composing.play() {
         return Ok(answer);
     }
     composing.add_causes(progress);
     composing.try_pairs();
     composing.simplify();
     progress("weighing the answer");
-    let answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
+    let mut answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
+    composing.judge.add_table(&mut answer, &composing.accepted);
     if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
         Ok(answer)
     } else {

@@ -239,6 +239,19 @@ pub struct Rung {
     pub portrait: Vec<PortraitPoint>,
 }
 
+/// A force that no effect of the library explains, as a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ForceOver {
+    /// Name of the element that has it.
+    pub on: String,
+    /// What it depends on: `position`.
+    pub over: &'static str,
+    /// Position and force of each point, SI.
+    pub knots: Vec<[f64; 2]>,
+    /// Share of the gap that it closes on the check experiments beside what the answer tells without it.
+    pub closed: f64,
+}
+
 /// Largest odds that are stated; larger ones are reduced to it.
 pub const MOST_ODDS: f64 = 1e6;
 
@@ -295,6 +308,9 @@ pub struct Diagnosis {
     pub missing_force_n: [f64; 2],
     /// Shape of the force that is missing with the accepted effects.
     pub left: Vec<String>,
+    /// The missing force as a table, where no cause is found and the table holds on the check experiments. It
+    /// is part of the repaired machine. `None` otherwise.
+    pub table: Option<ForceOver>,
     /// One sigma of every column's noise: as stated, or more if repeated experiments differ by more. If none
     /// is stated, it follows from the scatter of the readings and from differences between laps.
     pub noise: IndexMap<String, f64>,

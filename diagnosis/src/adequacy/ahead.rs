@@ -1,6 +1,7 @@
 //! Predictions as far ahead as each horizon reaches.
 
-use super::horizons::{Horizon, WINDOWS_S};
+use super::criteria::Criteria;
+use super::horizons::{Horizon, WINDOWS_S, worsened};
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::gap::size::{square_errors_over, square_wander};
@@ -49,4 +50,10 @@ pub(super) fn horizons(
         }
     };
     lengths(task, checks).into_iter().map(of).collect()
+}
+
+/// Whether a machine predicts some experiments worse than another one at any horizon. `floor` is the error
+/// that noise leaves.
+pub(crate) fn worsens(task: &Task<'_>, other: &Scored, own: &Scored, checks: &[usize], floor: f64) -> bool {
+    !worsened(&horizons(task, other, own, checks, floor), &Criteria::default()).is_empty()
 }

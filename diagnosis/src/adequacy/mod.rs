@@ -15,6 +15,7 @@ mod residual;
 mod rivals;
 mod tolerance;
 
+pub(crate) use ahead::worsens;
 pub(crate) use assess::{Sizes, assess};
 pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;

@@ -191,6 +191,7 @@ impl Judge<'_> {
             ladder: ladder(task, calibrated),
             missing_force_n,
             left: what_is_left(task, accepted),
+            table: None,
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             portrait: portrait.into_iter().step_by(thin).collect(),
             machine,

@@ -6,4 +6,5 @@ pub(crate) mod compose;
 pub mod difference;
 mod intervals;
 pub(crate) mod next;
+mod tabled;
 pub(crate) mod templates;

@@ -2,7 +2,9 @@
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, Axis, Element, ElementKind, Machine, Quantity, Site};
-use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place, Trait};
+use feeler_plant::effects::{
+    Change, Definition, EffectError, EffectUse, HostKind, Kind, LIBRARY, Place, Trait,
+};
 
 use crate::kinds::{dossier, host_of, overlaps};
 
@@ -22,10 +24,21 @@ impl Candidate {
 }
 
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
+    let is_cause = |definition: &Definition| dossier(definition.kind).is_cause;
+    acting(machine, is_cause)
+}
+
+/// One kind under every element where it makes sense, be it a cause or not.
+pub(crate) fn of_kind(machine: &Machine, kind: Kind) -> Vec<Candidate> {
+    acting(machine, |definition| definition.kind == kind)
+}
+
+fn acting(machine: &Machine, is_asked: impl Fn(&Definition) -> bool) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };
     let mut found = Vec::new();
     let can_act = |definition: &&Definition| {
-        matches!(definition.change, Change::Plant(_))
+        is_asked(definition)
+            && matches!(definition.change, Change::Plant(_))
             && (!machine.contacts.is_empty() || !dossier(definition.kind).needs_contact)
             && (machine.axis == Axis::Rotational || !dossier(definition.kind).only_turning)
     };

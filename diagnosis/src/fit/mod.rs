@@ -19,6 +19,7 @@ pub(crate) mod scored;
 pub(crate) mod screen;
 pub(crate) mod search;
 pub(crate) mod shared_scale;
+pub(crate) mod tabled;
 pub(crate) mod unknown;
 mod walk;
 pub(crate) mod wander;

@@ -36,6 +36,8 @@ pub(crate) trait Known: Parameters + 'static {
     const NEEDS_CONTACT: bool = false;
     /// Whether only a rotational axis can have it.
     const ONLY_TURNING: bool = false;
+    /// Whether it may be named as a cause.
+    const IS_CAUSE: bool = true;
     /// Two kinds on one element with the same combined effect.
     const SAME_AS: Option<[Kind; 2]> = None;
     /// The actual kind if bodies hit each other.
@@ -92,6 +94,7 @@ pub(crate) struct Dossier {
     pub(crate) off_rows: f64,
     pub(crate) needs_contact: bool,
     pub(crate) only_turning: bool,
+    pub(crate) is_cause: bool,
     pub(crate) same_as: Option<[Kind; 2]>,
     pub(crate) where_it_rattles: Option<Kind>,
     pub(crate) adds_to: Option<Key>,
@@ -144,6 +147,7 @@ impl Dossier {
             off_rows: K::OFF_ROWS,
             needs_contact: K::NEEDS_CONTACT,
             only_turning: K::ONLY_TURNING,
+            is_cause: K::IS_CAUSE,
             same_as: K::SAME_AS,
             where_it_rattles: K::WHERE_IT_RATTLES,
             adds_to: K::ADDS_TO,

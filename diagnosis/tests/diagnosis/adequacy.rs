@@ -10,7 +10,7 @@ use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::{ForceTable, Kind};
 
 use crate::Noise;
 
@@ -172,4 +172,52 @@ fn prop_an_unsure_change_runs_no_worse_than_the_believed_machine_over_any_experi
 fn prop_a_force_between_position_and_speed_is_not_explained_by_something_else() {
     let answer = answer(&|x, v| dry(6.0, v) + 60.0 * x * v.abs().sqrt() + 900.0 * x.powi(2));
     assert_ne!(answer.verdict, Verdict::Explained, "{}", told(&answer));
+}
+
+/// A spring beside the guide holds the axis about its middle, so that it does not drift in free runs.
+const HELD: &str = "[springs.spring]\nbetween = [\"ground\", \"carriage\"]\nstiffness = 400.0\n";
+
+/// A bump and a hollow of the guide, N: what no law of the library makes.
+fn bumps(x: f64) -> f64 {
+    9.0 * (-((x - 0.03) / 0.05).powi(2)).exp() - 6.0 * (-((x + 0.07) / 0.04).powi(2)).exp()
+}
+
+/// An answer about a carriage on that spring.
+fn answer_held(force: &dyn Fn(f64) -> f64) -> Diagnosis {
+    let mut dataset = dataset(HELD, &|x, _| 400.0 * x + force(x));
+    // A table contains a spring: its stiffness is known.
+    dataset.tolerance.insert("springs.spring.stiffness".into(), 1e-3);
+    diagnose(&dataset, &|_| {}).expect("there is an answer")
+}
+
+/// Of the largest force: nine points of the recorded travel come within 2 % of these bumps. As much again is
+/// for the mass and damping that are fitted beside it, and for the steps of the encoder.
+const TABLE: f64 = 0.06;
+
+#[test]
+fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
+    let answer = answer_held(&bumps);
+    assert_eq!(answer.verdict, Verdict::UnknownCause, "{}", told(&answer));
+    let table = answer.table.as_ref().unwrap_or_else(|| panic!("no table: {}", told(&answer)));
+    assert_eq!((table.on.as_str(), table.over), ("springs.guide", "position"));
+    assert!(table.closed > 0.5, "{table:?}");
+    assert!(!accepted(&answer).contains(&"force-table"));
+    let effects = &answer.machine.springs["guide"].effects;
+    let found = effects.iter().find_map(|effect| effect.parameters::<ForceTable>()).expect("it has one");
+    // The machine has just what is reported.
+    assert_eq!(table.knots, found.points());
+    for k in 0..=50 {
+        let x = found.from + (found.to - found.from) * f64::from(k) / 50.0;
+        let (own, real) = (found.table().force(x), -bumps(x));
+        assert!((own - real).abs() < TABLE * 9.0, "{own} for {real} at {x}: {table:?}");
+    }
+}
+
+#[test]
+fn truth_where_nothing_is_missing_there_is_no_table() {
+    let answer = answer_held(&|_| 0.0);
+    assert_eq!(answer.verdict, Verdict::NoGap, "{}", told(&answer));
+    assert_eq!(answer.table, None);
+    let effects = &answer.machine.springs["guide"].effects;
+    assert!(effects.is_empty(), "{effects:?}");
 }

@@ -278,7 +278,16 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
         Verdict::NoGap if is_slight(diagnosis) => "Use the calibrated values of machine.toml.",
         Verdict::NoGap => "Use the calibrated values of machine.toml. There is no further cause to find.",
     };
-    vec![words.to_owned()]
+    let table = diagnosis.table.as_ref().map(|table| {
+        format!(
+            "Until the cause is known, simulate with machine.toml. A table of the force over {} on {} stands \
+             in for it, and closes {} % of the gap on the check experiments.",
+            table.over,
+            table.on,
+            percent(table.closed)
+        )
+    });
+    std::iter::once(words.to_owned()).chain(table).collect()
 }
 
 /// Odds against one. Odds above a million are not distinguished.

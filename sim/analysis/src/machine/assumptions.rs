@@ -1,6 +1,6 @@
 //! Nonlinear properties of a machine, and what linear theory assumes instead.
 
-use feeler_plant::assembly::{Drive, Link};
+use feeler_plant::assembly::{Course, Drive, Link};
 use feeler_plant::description::Engagement;
 use feeler_plant::effects::Kind;
 use serde::Serialize;
@@ -37,7 +37,11 @@ impl ControlLoop {
         for weight in &self.assembly().weights {
             let is_of_spring = self.assembly().links.iter().any(|link| link.name == weight.name);
             let table = if is_of_spring { "springs" } else { "bodies" };
-            found.when(true, &format!("{table}.{}", weight.name), Kind::Gravity.name(), TANGENT);
+            let kind = match weight.course {
+                Course::Pull(_) => Kind::Gravity,
+                Course::Table(_) => Kind::ForceTable,
+            };
+            found.when(true, &format!("{table}.{}", weight.name), kind.name(), TANGENT);
         }
         for sensor in &self.assembly().sensors {
             let of = format!("sensors.{}", sensor.name);

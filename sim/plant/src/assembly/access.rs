@@ -1,8 +1,8 @@
 //! Access of effects to their elements, and how they split bodies and add new ones.
 
 use super::{
-    Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, ServoFeed, Source,
-    StopSide,
+    Assembly, ContactPart, Course, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, ServoFeed,
+    Source, StopSide,
 };
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
@@ -106,7 +106,8 @@ impl Assembly {
     }
 
     /// Hangs the weights of a spring's first side, with all that moves as one with it, on its second body:
-    /// arms hang behind their joints. What the earth pulls stays with the body that states it.
+    /// arms hang behind their joints. What the earth pulls stays with the body that states it, and the force
+    /// of a guide stays at the guide.
     pub(crate) fn hang_behind(&mut self, spring: usize) {
         let (a, b) = (self.links[spring].a, self.links[spring].b);
         if Self::is_ground(a) || Self::is_ground(b) {
@@ -114,7 +115,7 @@ impl Assembly {
         }
         let side = self.reached(vec![a], &[GROUND_NODE, b], |link| link.rigid);
         for weight in self.weights.iter_mut().filter(|weight| !weight.is_of_earth) {
-            if side.contains(&weight.on) {
+            if matches!(weight.course, Course::Pull(_)) && side.contains(&weight.on) {
                 weight.on = b;
             }
         }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::NodeId;
+use super::{NodeId, Table};
 
 /// A force `amplitude * sin(2 pi x / pitch + phase)` of the drive's relative position `x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,50 @@ pub struct Weight {
     /// Whether the earth pulls a body: its reaction stays on ground, whatever the machine stands on.
     pub is_of_earth: bool,
     /// Force over the relative position.
-    pub pull: Pull,
+    pub course: Course,
+}
+
+/// A force over position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Course {
+    /// A weight on a lever.
+    Pull(Pull),
+    /// A force of a guide, by its values at some points.
+    Table(Table),
+}
+
+impl Course {
+    /// The force at a position, N.
+    pub fn force(&self, x: f64) -> f64 {
+        match self {
+            Self::Pull(pull) => pull.force(x),
+            Self::Table(table) => table.force(x),
+        }
+    }
+
+    /// Derivative of the force by position, N/m.
+    pub fn slope(&self, x: f64) -> f64 {
+        match self {
+            Self::Pull(pull) => pull.slope(x),
+            Self::Table(table) => table.slope(x),
+        }
+    }
+
+    /// Potential energy, J, up to a constant.
+    pub fn potential(&self, x: f64) -> f64 {
+        match self {
+            Self::Pull(pull) => pull.potential(x),
+            Self::Table(table) => table.potential(x),
+        }
+    }
+
+    /// A bound on the slope, N/m.
+    pub fn stiffness(&self) -> f64 {
+        match self {
+            Self::Pull(pull) => pull.stiffness(),
+            Self::Table(table) => table.stiffness(),
+        }
+    }
 }
 
 /// A force `-amplitude * sin(2 pi x / period + phase)`: a weight on a lever that turns once per period.

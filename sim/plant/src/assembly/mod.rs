@@ -10,14 +10,16 @@ mod friction;
 mod laws;
 mod rates;
 mod resolve;
+mod table;
 
 pub use build::assemble;
 pub use drive::{
     Drive, Motor, Servo, ServoFeed, ServoSampling, SpeedLine, TargetChain, VelocitySource, Warming,
 };
 pub use friction::Friction;
-pub use laws::{Bristle, Pull, Ripple, Weight};
+pub use laws::{Bristle, Course, Pull, Ripple, Weight};
 pub use resolve::resolve;
+pub use table::{POINTS, Table};
 
 use std::sync::Arc;
 

@@ -43,7 +43,7 @@ impl Assembly {
             hold([link.a, link.b], [stiffness, link.damping * (1.0 + link.asymmetry.abs())]);
         }
         for weight in &self.weights {
-            hold([weight.on, weight.reacts_on], [weight.pull.stiffness(), 0.0]);
+            hold([weight.on, weight.reacts_on], [weight.course.stiffness(), 0.0]);
         }
         for contact in self.contacts.iter().filter(|contact| contact.engagement != Engagement::Free) {
             let stiffness = if contact.law.is_linear() { contact.law.stiffness } else { f64::INFINITY };

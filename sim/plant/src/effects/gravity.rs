@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::prelude::*;
-use crate::assembly::{Pull, Weight};
+use crate::assembly::{Course, Pull, Weight};
 
 parameters! { Gravity
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
@@ -75,8 +75,8 @@ impl ChangesPlant for Gravity {
         let link = machine.link_mut(host, &DEFINITION)?;
         let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
         if amplitude > 0.0 {
-            let pull = Pull { amplitude, period, phase };
-            machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, pull });
+            let course = Course::Pull(Pull { amplitude, period, phase });
+            machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, course });
         }
         Ok(())
     }
@@ -95,10 +95,10 @@ mod tests {
         assert_eq!((weight.on, weight.reacts_on), (1, 0));
         for x in [-1.3, 0.0, 0.7] {
             let h = 1e-5;
-            let slope = (weight.pull.potential(x + h) - weight.pull.potential(x - h)) / (2.0 * h);
+            let slope = (weight.course.potential(x + h) - weight.course.potential(x - h)) / (2.0 * h);
             // A central difference is off by a sixth of the square of its step times the third derivative,
             // 30 N/m^2.
-            assert!((weight.pull.force(x) + slope).abs() < 1e-8, "{x}");
+            assert!((weight.course.force(x) + slope).abs() < 1e-8, "{x}");
         }
     }
 }

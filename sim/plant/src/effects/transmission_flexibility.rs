@@ -126,7 +126,7 @@ fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::{Pull, Weight};
+    use crate::assembly::{Course, POINTS, Pull, Table, Weight};
     use crate::effects::fixture::{self, GUIDE, MOTOR, TRANSMISSION};
 
     const PARAMETERS: [f64; 3] = [3e5, 40.0, 4.0];
@@ -161,17 +161,20 @@ mod tests {
     fn truth_an_arm_hangs_behind_a_joint_that_gives_way() {
         let arm = |host: Host, flexible: bool| {
             let mut machine = if flexible { fixture::flexible() } else { fixture::rigid() };
-            let pull = Pull { amplitude: 3.0, period: 1.0, phase: 0.0 };
+            let pull = Course::Pull(Pull { amplitude: 3.0, period: 1.0, phase: 0.0 });
+            let table = Course::Table(Table::between(0.0, 1.0, [1.0; POINTS]));
             let name = || String::from("guide");
-            let weight = |is_of_earth| Weight { name: name(), on: 1, reacts_on: 0, is_of_earth, pull };
-            machine.weights = vec![weight(false), weight(true)];
+            let weight =
+                |is_of_earth, course| Weight { name: name(), on: 1, reacts_on: 0, is_of_earth, course };
+            // What a guide does stays at the guide.
+            machine.weights = vec![weight(false, pull), weight(true, pull), weight(false, table)];
             DEFINITION.apply(&mut machine, host, &PARAMETERS).unwrap();
             machine.weights.iter().map(|weight| machine.nodes[weight.on].name.clone()).collect::<Vec<_>>()
         };
-        assert_eq!(arm(TRANSMISSION, false), ["tip", "motor"]);
+        assert_eq!(arm(TRANSMISSION, false), ["tip", "motor", "motor"]);
         // The file says on which side of a spring it hangs.
-        assert_eq!(arm(TRANSMISSION, true), ["motor", "motor"]);
-        assert_eq!(arm(MOTOR, false), ["motor-tip", "motor"]);
+        assert_eq!(arm(TRANSMISSION, true), ["motor", "motor", "motor"]);
+        assert_eq!(arm(MOTOR, false), ["motor-tip", "motor", "motor"]);
     }
 
     #[test]

@@ -158,7 +158,7 @@ impl Motion {
         }
         for (element, weight) in self.assembly.weights.iter().enumerate() {
             let [x, _] = self.relative(weight.on, weight.reacts_on);
-            let joule = weight.pull.potential(dot(&x, xi));
+            let joule = weight.course.potential(dot(&x, xi));
             storage.push(Storage { kind: StorageKind::Weight, element, joule });
         }
         for (element, contact) in self.assembly.contacts.iter().enumerate() {

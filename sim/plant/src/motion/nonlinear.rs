@@ -1,7 +1,7 @@
 //! Laws without a matrix exponential.
 
 use super::coordinates::Coordinates;
-use crate::assembly::{Assembly, Bristle, ForceLaw, Pull, StopSide};
+use crate::assembly::{Assembly, Bristle, Course, ForceLaw, StopSide};
 use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
@@ -52,7 +52,7 @@ pub enum NonlinearLaw {
     /// The rate at which the bristles of a link that moves forward straighten; see [`Bristle`].
     Slip { link: usize, bristle: Bristle },
     /// A force over position.
-    Weight { weight: usize, pull: Pull },
+    Weight { weight: usize, course: Course },
     /// `amplitude sin(2 pi x / pitch + phase)` of a drive.
     Ripple {
         drive: usize,
@@ -108,7 +108,7 @@ impl NonlinearTerm {
             NonlinearLaw::Load { .. } => a.abs(),
             NonlinearLaw::Drag { drag, .. } => drag * a * a,
             NonlinearLaw::Slip { bristle, .. } => bristle.slip(a, b),
-            NonlinearLaw::Weight { pull, .. } => pull.force(a),
+            NonlinearLaw::Weight { course, .. } => course.force(a),
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 amplitude * (std::f64::consts::TAU * a / pitch + phase).sin()
             }
@@ -167,7 +167,7 @@ impl NonlinearTerm {
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
             NonlinearLaw::Drag { drag, .. } => [2.0 * drag * a, 0.0],
             NonlinearLaw::Slip { bristle, .. } => bristle.slip_slopes(a, b),
-            NonlinearLaw::Weight { pull, .. } => [pull.slope(a), 0.0],
+            NonlinearLaw::Weight { course, .. } => [course.slope(a), 0.0],
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 let k = std::f64::consts::TAU / pitch;
                 [amplitude * k * (k * a + phase).cos(), 0.0]
@@ -245,7 +245,7 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
         laws.extend(clamped.map(|(contact, _)| NonlinearLaw::Load { contact }));
     }
     let weights = assembly.weights.iter().enumerate().filter(|(_, w)| apart(w.on, w.reacts_on));
-    laws.extend(weights.map(|(weight, part)| NonlinearLaw::Weight { weight, pull: part.pull }));
+    laws.extend(weights.map(|(weight, part)| NonlinearLaw::Weight { weight, course: part.course }));
     for (drive, part) in assembly.drives.iter().enumerate() {
         let ripples = part.ripples.iter().filter(|ripple| ripple.amplitude != 0.0);
         laws.extend(ripples.map(|r| NonlinearLaw::Ripple {
@@ -267,6 +267,7 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assembly::{POINTS, Pull, Table};
 
     /// Error of a central difference with a step of 1e-5 of the scale: 1e-10, and its rounding 1e-11, with a
     /// margin.
@@ -285,7 +286,18 @@ mod tests {
             NonlinearLaw::Cubic { link: 0, side: None, cubic: 5e3 },
             NonlinearLaw::Drag { link: 0, drag: 3.0 },
             NonlinearLaw::Slip { link: 0, bristle },
-            NonlinearLaw::Weight { weight: 0, pull: Pull { amplitude: 2.0, period: 1.3, phase: 0.4 } },
+            NonlinearLaw::Weight {
+                weight: 0,
+                course: Course::Pull(Pull { amplitude: 2.0, period: 1.3, phase: 0.4 }),
+            },
+            NonlinearLaw::Weight {
+                weight: 0,
+                course: Course::Table(Table::between(
+                    -0.4,
+                    0.4,
+                    std::array::from_fn::<_, POINTS, _>(|i| i as f64),
+                )),
+            },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },
             NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },

@@ -1,0 +1,68 @@
+//! A table of the missing force where no cause is found: fitted on the fit records, proposed if it holds on
+//! the check records.
+
+use feeler_plant::description::Machine;
+
+use crate::adequacy::worsens;
+use crate::budget::Stage;
+use crate::fit::least_squares::Fitted;
+use crate::fit::scored::Scored;
+use crate::fit::tabled::{Tabled, tabled};
+use crate::gap::replay::strays;
+use crate::gap::size;
+use crate::judge::Judge;
+use crate::report::{Diagnosis, ForceOver, Verdict};
+
+/// Least share of the gap that a table must close on the check experiments.
+const LEAST_CLOSED: f64 = 0.1;
+/// The causes that come nearest stay beside a table only if at most this share of the misfit is left with
+/// them. Many a wrong cause makes up for what a table is too coarse for.
+const NEEDED: f64 = 0.5;
+
+impl Judge<'_> {
+    /// Adds a table to an answer without a cause, if one holds. `accepted` are the causes that come nearest.
+    pub(crate) fn add_table(&self, answer: &mut Diagnosis, accepted: &Scored) {
+        let task = &self.search.task;
+        if answer.verdict != Verdict::UnknownCause || task.budget.is_over(Stage::Compose) {
+            return;
+        }
+        let calibrated = &self.search.calibrated;
+        let is_told = answer.effects.iter().any(|effect| effect.accepted);
+        let alone = tabled(task, calibrated);
+        let beside =
+            (is_told && answer.adequacy.may_be_meant(true)).then(|| tabled(task, accepted)).flatten();
+        let best = match (alone, beside) {
+            (Some(alone), Some(beside)) if beside.scored.fitted.cost < NEEDED * alone.scored.fitted.cost => {
+                Some(beside)
+            }
+            (alone, beside) => alone.or(beside),
+        };
+        let told = if is_told { accepted } else { calibrated };
+        if let Some((machine, table)) = best.and_then(|best| self.held(told, &best)) {
+            (answer.machine, answer.table) = (machine, Some(table));
+        }
+    }
+
+    /// The machine with a table, and what the table is worth. `None` if it does not hold on the check
+    /// experiments against the answer without it, or runs away from any experiment. None is proposed beside a
+    /// believed value at the limit of its tolerance either: that makes up for something else.
+    fn held(&self, told: &Scored, tabled: &Tabled) -> Option<(Machine, ForceOver)> {
+        let (task, checks) = (&self.search.task, self.checks());
+        let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);
+        let Fitted { model, theta, .. } = &tabled.scored.fitted;
+        let noise = size::noise(task, model, theta);
+        let floor = size::square_floors(task, model, theta, &noise, &checks);
+        let read = size::square_noise(task, &noise, &checks);
+        let read = (read.iter().sum::<f64>() / read.len().max(1) as f64).sqrt();
+        let (refit, after) = (errors(&told.fitted)?, errors(&tabled.scored.fitted)?);
+        let closed = size::gap(&refit, &refit, &after, &floor).closed;
+        let machine = model.machine(theta);
+        let holds = closed > LEAST_CLOSED
+            && model.at_limits(theta).is_empty()
+            && !worsens(task, told, &tabled.scored, &checks, read)
+            && strays(self.dataset, &machine, &self.dataset.machine).is_none();
+        let knots = tabled.table.points().to_vec();
+        let on = tabled.site.key(&self.dataset.machine);
+        holds.then_some((machine, ForceOver { on, over: "position", knots, closed }))
+    }
+}

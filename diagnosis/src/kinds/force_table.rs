@@ -1,0 +1,9 @@
+//! `force-table`: what is left when nothing else explains it, so no fit finds it as a cause.
+
+use feeler_plant::effects::ForceTable;
+
+use super::Known;
+
+impl Known for ForceTable {
+    const IS_CAUSE: bool = false;
+}

@@ -1,0 +1,151 @@
+//! `force-table`: a force over position that no law describes, by its values at some points.
+
+use super::prelude::*;
+use crate::assembly::{Course, POINTS, Table, Weight};
+
+parameters! { ForceTable
+    from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
+    to: linear(Dimension::LENGTH, None, 0.01, (-1e6, 1e6), "position of the last point, above `from`"),
+    force_1: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force at the first point"),
+    force_2: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force at the second point"),
+    force_3: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "force at the third point"),
+    force_4: linear(Dimension::FORCE, Some(0.0), 4.0, (-1e6, 1e6), "force at the fourth point"),
+    force_5: linear(Dimension::FORCE, Some(0.0), 6.0, (-1e6, 1e6), "force midway"),
+    force_6: linear(Dimension::FORCE, Some(0.0), 8.0, (-1e6, 1e6), "force at the sixth point"),
+    force_7: linear(Dimension::FORCE, Some(0.0), 4.0, (-1e6, 1e6), "force at the seventh point"),
+    force_8: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "force at the eighth point"),
+    force_9: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force at the last point"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: ForceTable::KIND,
+    name: "force-table",
+    place: Place::Guide,
+    order: 225,
+    hosts: &[HostKind::Spring],
+    site: "",
+    parameters: ForceTable::PARAMETERS,
+    summary: "a force over position that no law describes, by nine values",
+    example: "\
+[springs.guide.effects.force-table]
+from = \"-1 mm\"
+to = \"7 mm\"
+force_1 = 0.0
+force_2 = 0.0
+force_3 = \"-4 N\"
+force_4 = \"-12 N\"
+force_5 = \"-9 N\"
+force_6 = \"-3 N\"
+force_7 = 0.0
+force_8 = 0.0
+force_9 = 0.0
+",
+    sections: "\
+## Model
+A force acts on the second body of the spring, and its opposite on the first. It depends on the position `x`
+of the second against the first. Nine points lie evenly spaced from `from` to `to`. The force there is
+`force_1`, `force_2`, `force_3`, `force_4`, `force_5`, `force_6`, `force_7`, `force_8` and `force_9`. Between
+them it follows straight lines whose corners are rounded over a quarter of the spacing. At a point it is
+therefore off by an eighth of the change of rise there. Beyond its ends the table tells nothing: the force
+levels out at the outermost value. A base that moves as the first body takes the opposite force.
+
+## Where it comes from
+It is no cause, but what is left when none is known: bumps of a rail, a cable chain, a seal, a cam, a magnet.
+
+## How it shows
+The missing force is a function of position alone, the same at every speed and in both directions. If it
+repeats, it is `force-ripple` or `gravity`, whose laws hold beyond the records too. Over a short stroke it
+contains `constant-load`. A table holds nothing finer than its spacing, and no force that depends on speed
+or direction, such as `coulomb-friction`.
+
+## How it is recognised
+Plot the missing force against position: it is one curve. A diagnosis never names the table as a cause. If it
+calls the cause unknown, it fits a table at the guide. It proposes the table if that closes more than a tenth
+of the gap on the check experiments and worsens no horizon.
+
+## Numerical treatment
+The force is an analytic function of the position, so an extrapolation method integrates the mode to
+rounding. Its steps resolve the corners. The energy balance counts the potential energy. Linear theory takes
+the slope at the operating point: a stiffness of either sign.
+
+## Source
+L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
+where no law is known.
+",
+    law: LawDrawing {
+        axes: ["position", "force of the guide"],
+        start: -1.0,
+        with: &[Curve::Function(|x| {
+            Table::between(-0.8, 0.8, [0.0, 0.0, 0.15, 0.6, 0.75, 0.3, 0.0, -0.2, -0.2]).force(x)
+        })],
+        without: &[],
+    },
+    traits: &[],
+    change: Change::plant::<ForceTable>(),
+};
+
+impl ForceTable {
+    /// Forces at the points.
+    pub fn forces(self) -> [f64; POINTS] {
+        let Self { force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9, .. } =
+            self;
+        [force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9]
+    }
+
+    /// Position and force of each point.
+    pub fn points(self) -> [[f64; 2]; POINTS] {
+        let spacing = (self.to - self.from) / (POINTS - 1) as f64;
+        let forces = self.forces();
+        std::array::from_fn(|i| [self.from + spacing * i as f64, forces[i]])
+    }
+
+    /// The law with these parameters.
+    pub fn table(self) -> Table {
+        Table::between(self.from, self.to, self.forces())
+    }
+}
+
+impl ChangesPlant for ForceTable {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let link = machine.link_mut(host, &DEFINITION)?;
+        let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
+        if self.to <= self.from {
+            return Err(EffectError::Value {
+                parameter: "to",
+                value: self.to,
+                reason: "the last point does not lie above `from`",
+                remedy: "raise it above `from`, or exchange both and reverse the order of the forces",
+            });
+        }
+        if self.forces().iter().any(|force| *force != 0.0) {
+            let course = Course::Table(self.table());
+            machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, course });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, GUIDE};
+
+    #[test]
+    fn truth_the_second_body_is_pushed_by_the_table() {
+        let mut machine = fixture::flexible();
+        let values = [-1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0];
+        DEFINITION.apply(&mut machine, GUIDE, &values).unwrap();
+        let weight = &machine.weights[0];
+        assert_eq!((weight.on, weight.reacts_on), (1, 0));
+        assert!([-3.0, 0.1, 3.0].iter().all(|x| weight.course.force(*x).to_bits() == 2.0_f64.to_bits()));
+    }
+
+    #[test]
+    fn prop_a_table_without_a_stretch_is_refused() {
+        let mut machine = fixture::flexible();
+        let values = [0.5, 0.5, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0];
+        let error = DEFINITION.apply(&mut machine, GUIDE, &values).unwrap_err();
+        assert!(matches!(error, EffectError::Value { parameter: "to", .. }));
+        assert_eq!(machine, fixture::flexible());
+    }
+}

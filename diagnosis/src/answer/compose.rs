@@ -125,10 +125,9 @@ impl Judge<'_> {
         let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
         let closed = (gap.after > ROUGH * gap.floor).then_some(gap.closed);
         let sizes = Sizes { floor: read, closed, missing_force_n: beyond_noise_n };
-        let criteria = Criteria::default();
-        let tried = [attempts.fitted.as_slice(), &attempts.screened];
+        let tried = [attempts.fitted.as_slice(), &attempts.screened].into_iter();
         let balanced: Vec<&Scored> =
-            tried.iter().flat_map(|tried| as_good(self, accepted, tried, &criteria)).collect();
+            tried.flat_map(|tried| as_good(self, accepted, tried, &Criteria::default())).collect();
         let (adequacy, machine) = self.adequacy(accepted, &field, &balanced, attempts, sizes);
         let adequate = !adequacy.is_short();
         if !adequate && !accepted.causes.is_empty() && adequacy.is_slight() {

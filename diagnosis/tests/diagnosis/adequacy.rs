@@ -10,7 +10,7 @@ use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
-use feeler_plant::effects::{ForceTable, Kind};
+use feeler_plant::effects::{EffectUse, ForceTable, Kind};
 
 use crate::Noise;
 
@@ -203,7 +203,7 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
     assert!(table.closed > 0.5, "{table:?}");
     assert!(!accepted(&answer).contains(&"force-table"));
     let effects = &answer.machine.springs["guide"].effects;
-    let found = effects.iter().find_map(|effect| effect.parameters::<ForceTable>()).expect("it has one");
+    let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
     // The machine has just what is reported.
     assert_eq!(table.knots, found.points());
     for k in 0..=50 {

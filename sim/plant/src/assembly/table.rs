@@ -76,10 +76,10 @@ mod tests {
     fn truth_the_course_passes_its_points_but_for_the_rounding() {
         let table = Table::between(-0.2, 0.6, FORCES);
         let turn = |i: usize| table.rise(i + 1) - table.rise(i);
-        for i in 0..POINTS {
+        for (i, force) in FORCES.into_iter().enumerate() {
             let others = (0..POINTS).filter(|j| *j != i);
             let far: f64 = others.map(|j| turn(j).abs() / (64.0 * i.abs_diff(j) as f64)).sum();
-            let off = table.force(0.1 * i as f64 - 0.2) - FORCES[i] - turn(i) / 8.0;
+            let off = table.force(0.1 * i as f64 - 0.2) - force - turn(i) / 8.0;
             assert!(off.abs() <= far + 1e-12, "{i}: {off} beside {far}");
         }
         // Beyond the ends nothing is known: the force stays.

@@ -18,7 +18,7 @@ const MOST_PREDICTED: usize = 4;
 const ROUNDS: f64 = 0.1;
 
 /// Gains and masses beside a limit or a dead band whose corners the noise of the measured command rounds, in
-/// words. The mean force about a corner is then not that of the mean command, and a factor makes up for some
+/// words. The mean force about a corner is then not that of the mean command. A factor makes up for some
 /// of it (errors in variables: Fuller, Measurement Error Models, 1987).
 pub(super) fn rounded(judge: &Judge<'_>, accepted: &Scored) -> Vec<String> {
     let noises = judge.everything().into_iter().map(|r| force_noise(judge.dataset, r));

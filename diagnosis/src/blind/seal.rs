@@ -16,7 +16,7 @@ pub(super) fn seal(text: &str) -> String {
     })
 }
 
-/// Uncovers what [`seal`] covered; `None` if it is no such text.
+/// Uncovers what `seal` covered; `None` if it is no such text.
 pub fn unseal(sealed: &str) -> Option<String> {
     let digits = sealed.trim();
     if !digits.is_ascii() || !digits.len().is_multiple_of(2) {

@@ -172,7 +172,7 @@ impl LandmarkChain {
         head.into_iter().chain(of("mass")).chain(of("stiffness")).chain(of("damping")).chain(tail).collect()
     }
 
-    /// Values of the parameters with their units, in the order of [`Self::parameter_names`].
+    /// Values of the parameters with their units, in the order of their names.
     pub fn parameters(&self) -> Vec<(f64, &'static str)> {
         let one = |value, unit| std::iter::once((value, unit));
         let list = |values: [f64; LINKS], unit| values.into_iter().map(move |value| (value, unit));

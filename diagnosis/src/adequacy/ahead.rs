@@ -4,7 +4,7 @@ use super::criteria::Criteria;
 use super::horizons::{Horizon, WINDOWS_S, worsened};
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
-use crate::gap::size::{square_errors_over, square_wander};
+use crate::gap::size::{root_mean, square_errors_over, square_wander};
 
 /// The horizons that fit at least twice into the shortest check record, and the free run.
 fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
@@ -23,8 +23,7 @@ pub(super) fn error(
     seconds: Option<f64>,
 ) -> Option<f64> {
     let squares = square_errors_over(task, &fitted.model, theta, checks, seconds)?;
-    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    mean.is_finite().then(|| mean.sqrt())
+    Some(root_mean(&squares)).filter(|error| error.is_finite())
 }
 
 /// Errors of the machine as given, calibrated and repaired, at every horizon.
@@ -39,14 +38,13 @@ pub(super) fn horizons(
     let of = |seconds: Option<f64>| {
         let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
         let Fitted { model, theta, .. } = &accepted.fitted;
-        let commanded = square_wander(task, model, theta, checks, seconds);
         Horizon {
             seconds,
             before: error(&calibrated.fitted, &start),
             refit: error(&calibrated.fitted, &calibrated.fitted.theta),
             after: error(&accepted.fitted, &accepted.fitted.theta),
             floor,
-            command_noise: (commanded.iter().sum::<f64>() / commanded.len().max(1) as f64).sqrt(),
+            command_noise: root_mean(&square_wander(task, model, theta, checks, seconds)),
         }
     };
     lengths(task, checks).into_iter().map(of).collect()

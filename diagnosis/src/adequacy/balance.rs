@@ -101,9 +101,9 @@ pub(crate) fn further(
     let asked = Asked::beside(accepted);
     let enough = |more: &&&Scored| {
         let [check, all] = brings(more);
-        let is_clear = judge.weight > 0.0 && check > most.further_nats && all > 2.0 * most.further_nats;
-        let is_refused = || check >= asked.check && all >= asked.all && !judge.is_meant(more);
-        judge.is_finding(more) && (is_clear && judge.is_meant(more) || is_refused())
+        let is_clear = || judge.weight > 0.0 && check > most.further_nats && all > 2.0 * most.further_nats;
+        let is_enough = || check >= asked.check && all >= asked.all;
+        judge.is_finding(more) && if judge.is_meant(more) { is_clear() } else { is_enough() }
     };
     if accepted.causes.is_empty() {
         return Vec::new();
@@ -113,11 +113,12 @@ pub(crate) fn further(
     let said = best.and_then(|more| {
         let cause = more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause)))?;
         let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
-        Some(if judge.is_meant(more) {
-            format!("a further {name} would explain more, but too little to be accepted")
+        let but = if judge.is_meant(more) {
+            "too little to be accepted"
         } else {
-            format!("a further {name} would explain more, but with values that cannot be meant")
-        })
+            "with values that cannot be meant"
+        };
+        Some(format!("a further {name} would explain more, but {but}"))
     });
     said.into_iter().collect()
 }

@@ -145,25 +145,24 @@ impl Adequacy {
 
     /// Tells over which experiment the machine of an answer that is not sure runs farther off than the
     /// believed one.
-    pub(crate) fn add_stray(&mut self, experiment: &str, [own, believed]: [f64; 2]) {
-        let [own, believed] = [own, believed].map(horizons::share);
-        let what = format!(
-            "run freely over {experiment} the repaired machine is off by {own}, the believed one by \
-             {believed}: the change is not proposed"
-        );
-        self.shortfalls.push(Shortfall { condition: Condition::Far, what });
+    pub(crate) fn add_stray(&mut self, experiment: &str, errors: [f64; 2]) {
+        self.add_worse(experiment, errors, Condition::Far);
     }
 
     /// Tells that the repaired machine runs freely farther off than the believed one.
-    pub(crate) fn add_free_run(&mut self, [own, believed]: [f64; 2]) {
-        let [own, believed] = [own, believed].map(horizons::share);
-        let what = format!(
-            "run freely over the check experiments the repaired machine is off by {own}, the believed one by \
-             {believed}: the change is not proposed"
-        );
+    pub(crate) fn add_free_run(&mut self, errors: [f64; 2]) {
         // A motion that falls or runs away makes any free run leave the records.
         let is_better = horizons::are_better(&self.horizons, &self.criteria);
         let condition = if is_better { Condition::Far } else { Condition::Horizons };
+        self.add_worse("the check experiments", errors, condition);
+    }
+
+    fn add_worse(&mut self, over: &str, errors: [f64; 2], condition: Condition) {
+        let [own, believed] = errors.map(horizons::share);
+        let what = format!(
+            "run freely over {over} the repaired machine is off by {own}, the believed one by \
+             {believed}: the change is not proposed"
+        );
         self.shortfalls.push(Shortfall { condition, what });
     }
 

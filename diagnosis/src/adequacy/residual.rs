@@ -271,16 +271,12 @@ fn reversals(records: &[Vec<Point>], rms: f64) -> Option<ResidualTrace> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
 
     /// Deterministic uniform noise of unit deviation.
     fn noise(n: usize) -> Vec<f64> {
-        let mut seed = 5_u64;
-        (0..n)
-            .map(|_| {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-            })
-            .collect()
+        let mut chance = Chance::seeded(5);
+        (0..n).map(|_| chance.deviate()).collect()
     }
 
     /// Motion of two incommensurate sines, with a missing force of the given shape and noise of 1 N.

@@ -14,8 +14,7 @@ use crate::fit::model::Model;
 use crate::fit::scored::Scored;
 use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
-use crate::gap::replay::{free_run, strays};
-use crate::gap::size;
+use crate::gap::size::{self, Floors};
 use crate::gap::unknown;
 use crate::judge::{Attempts, Judge, LOOK_ALIKE};
 use crate::kinds::LATE_ROWS;
@@ -79,10 +78,8 @@ impl Judge<'_> {
         let Fitted { model, theta, .. } = &accepted.fitted;
         let after = errors(model, theta).unwrap_or_else(|| refit.clone());
         let noise = size::noise(task, model, theta);
-        let floor = size::square_floors(task, model, theta, &noise, &checks);
-        let read = size::square_noise(task, &noise, &checks);
-        let read = (read.iter().sum::<f64>() / read.len().max(1) as f64).sqrt();
-        let gap = size::gap(&before, &refit, &after, &floor);
+        let Floors { square, read } = Floors::of(task, model, theta, &noise, &checks);
+        let gap = size::gap(&before, &refit, &after, &square);
         Errors { refit, after, noise, read, gap }
     }
 
@@ -217,40 +214,6 @@ impl Judge<'_> {
             rows * row_ms,
             LATE_ROWS * row_ms
         ))
-    }
-
-    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that
-    /// departs less in free runs over the check experiments. Of an answer that is not sure, it is also the
-    /// believed one if any experiment speaks against the change. Says why, if the causes are not proposed.
-    fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
-        let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
-        let (repaired, believed) = (of(accepted), &self.dataset.machine);
-        // Calibration alone promises nothing.
-        let is_promised = !accepted.causes.is_empty();
-        // Once impacts have made a prediction lose the motion, the size of its error is chance.
-        let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
-        let given = free_run(self.dataset, believed).filter(|given| !is_chance(*given));
-        let Some(given) = given else { return repaired };
-        let is_better = |own: Option<f64>| own.is_some_and(|own| own <= given);
-        let own = free_run(self.dataset, &repaired);
-        if is_promised && !is_better(own) {
-            adequacy.add_free_run([own.unwrap_or(f64::INFINITY), given]);
-        }
-        let is_sure = !adequacy.is_short() && !adequacy.has_rival();
-        if is_better(own) && (is_sure || adequacy.may_be_meant(is_promised)) {
-            let Some((r, errors)) = strays(self.dataset, &repaired, believed).filter(|_| !is_sure) else {
-                return repaired;
-            };
-            if is_promised {
-                adequacy.add_stray(&self.dataset.records[r].name, errors);
-            }
-        }
-        let calibrated = of(&self.search.calibrated);
-        let may_be_calibrated = is_promised
-            && adequacy.may_be_meant(false)
-            && is_better(free_run(self.dataset, &calibrated))
-            && strays(self.dataset, &calibrated, believed).is_none();
-        if may_be_calibrated { calibrated } else { believed.clone() }
     }
 
     /// The answer if a position-dependent force is missing that no effect of the library explains.

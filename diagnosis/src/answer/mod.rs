@@ -6,5 +6,6 @@ pub(crate) mod compose;
 pub mod difference;
 mod intervals;
 pub(crate) mod next;
+mod proposed;
 mod tabled;
 pub(crate) mod templates;

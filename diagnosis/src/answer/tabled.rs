@@ -9,7 +9,7 @@ use crate::fit::least_squares::Fitted;
 use crate::fit::scored::Scored;
 use crate::fit::tabled::{Tabled, tabled};
 use crate::gap::replay::strays;
-use crate::gap::size;
+use crate::gap::size::{self, Floors};
 use crate::judge::Judge;
 use crate::report::{Diagnosis, ForceOver, Verdict};
 
@@ -51,11 +51,9 @@ impl Judge<'_> {
         let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);
         let Fitted { model, theta, .. } = &tabled.scored.fitted;
         let noise = size::noise(task, model, theta);
-        let floor = size::square_floors(task, model, theta, &noise, &checks);
-        let read = size::square_noise(task, &noise, &checks);
-        let read = (read.iter().sum::<f64>() / read.len().max(1) as f64).sqrt();
+        let Floors { square, read } = Floors::of(task, model, theta, &noise, &checks);
         let (refit, after) = (errors(&told.fitted)?, errors(&tabled.scored.fitted)?);
-        let closed = size::gap(&refit, &refit, &after, &floor).closed;
+        let closed = size::gap(&refit, &refit, &after, &square).closed;
         let machine = model.machine(theta);
         let holds = closed > LEAST_CLOSED
             && model.at_limits(theta).is_empty()

@@ -61,23 +61,20 @@ pub(super) fn of_channel(records: &[Record], channel: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
     use crate::dataset::bridge::bridge;
 
     const SIGMA: f64 = 0.02;
 
     /// A motion of unit size up to an eighth of the sampling rate, with uniform noise and an impact.
     fn noisy(sigma: f64) -> Vec<f64> {
-        let mut state: u64 = 5;
-        let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-        };
+        let mut chance = Chance::seeded(5);
         let at = |k: usize| {
             (0.01 * k as f64).sin()
                 + 0.1 * (0.7 * k as f64).sin()
                 + if (900..905).contains(&k) { 30.0 } else { 0.0 }
         };
-        (0..4000).map(|k| at(k) + sigma * draw()).collect()
+        (0..4000).map(|k| at(k) + sigma * chance.deviate()).collect()
     }
 
     fn record(series: Vec<f64>, gaps: Vec<bool>) -> Record {

@@ -143,17 +143,15 @@ fn once_per_look(new: f64, lasting: f64, rows: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chance::Chance;
 
     /// The mean of errors `e_k + m_j`, with one `m` for each stretch of some rows, has the variance
     /// `(new + lasting rows) / n`.
     #[test]
     fn truth_information_of_lasting_errors_is_that_of_their_mean() {
         let (new, lasting, rows, stretches): (f64, f64, usize, usize) = (1.0, 0.25, 20, 400);
-        let mut state: u64 = 7;
-        let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-        };
+        let mut chance = Chance::seeded(7);
+        let mut draw = || chance.deviate();
         let mut mean = || {
             let of_stretch = |draw: &mut dyn FnMut() -> f64| {
                 let common = lasting.sqrt() * draw();

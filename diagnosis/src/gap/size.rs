@@ -107,9 +107,12 @@ pub(crate) fn square_wander(
     records: &[usize],
     seconds: Option<f64>,
 ) -> Vec<f64> {
+    if !task.dataset.machine.contacts.is_empty() {
+        return vec![0.0; records.len()];
+    }
     let of = |&r: &usize| {
         let record = &task.dataset.records[r];
-        let again = with_noise_again(task.dataset, r).filter(|_| task.dataset.machine.contacts.is_empty())?;
+        let again = with_noise_again(task.dataset, r)?;
         let rows = rows_ahead(record, seconds);
         let [a, b] = [record, &again].map(|record| predicted(task, model, theta, record, rows));
         let moved = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -174,26 +177,41 @@ fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
     difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
 }
 
-/// Mean square over scale of the noise of all channels, as [`square_errors`].
-pub(crate) fn square_noise(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
-    let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
-    records
-        .iter()
-        .map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / noise.len().max(1) as f64)
-        .collect()
+/// What noise leaves of short predictions.
+pub(crate) struct Floors {
+    /// Mean square over scale of each record, as [`square_errors`].
+    pub(crate) square: Vec<f64>,
+    /// Root mean square over scale of the noise of all channels alone.
+    pub(crate) read: f64,
 }
 
-/// Mean square over scale that noise of channels and commands leaves of short predictions.
-pub(crate) fn square_floors(
-    task: &Task<'_>,
-    model: &Model,
-    theta: &[f64],
-    noise: &[f64],
-    records: &[usize],
-) -> Vec<f64> {
-    let read = square_noise(task, noise, records);
-    let commanded = square_wander(task, model, theta, records, Some(WINDOW_S));
-    read.iter().zip(commanded).map(|(read, commanded)| read + commanded).collect()
+impl Floors {
+    /// By the noise of every channel, as [`noise`], and by that of a measured command.
+    pub(crate) fn of(
+        task: &Task<'_>,
+        model: &Model,
+        theta: &[f64],
+        noise: &[f64],
+        records: &[usize],
+    ) -> Self {
+        let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
+        let read: Vec<f64> = (records.iter())
+            .map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>())
+            .map(|sum| sum / noise.len().max(1) as f64)
+            .collect();
+        let commanded = square_wander(task, model, theta, records, Some(WINDOW_S));
+        let square = read.iter().zip(commanded).map(|(read, commanded)| read + commanded).collect();
+        Self { square, read: root_mean(&read) }
+    }
+}
+
+/// Root of the mean of squares.
+pub(crate) fn root_mean(squares: &[f64]) -> f64 {
+    mean(squares).sqrt()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 /// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset used for
@@ -226,10 +244,9 @@ pub fn closing(
             inverse: None,
         };
         let errors = square_errors(&task, &model, &start, &records)?;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);
         let noise: Vec<f64> = dataset.channels.iter().map(of).collect();
-        Some((mean(&errors), mean(&square_floors(&task, &model, &start, &noise, &records))))
+        Some((mean(&errors), mean(&Floors::of(&task, &model, &start, &noise, &records).square)))
     };
     let (refit, _) = of(calibrated)?;
     let (after, floor) = of(repaired)?;

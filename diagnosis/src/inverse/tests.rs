@@ -7,6 +7,7 @@ use feeler_plant::assembly::Source;
 use feeler_plant::effects::Kind;
 
 use super::*;
+use crate::chance::Chance;
 use crate::dataset::Driven;
 use crate::fit::candidates::candidates;
 
@@ -39,11 +40,7 @@ fn waves(t: f64, order: i32, shift: f64) -> f64 {
 fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
     let text = format!("{BELIEVED}{effect}");
     let machine = Document::parse(&text, "axis.toml").unwrap().scenario.machine;
-    let mut state: u64 = 5;
-    let mut draw = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
-    };
+    let mut chance = Chance::seeded(5);
     let mut record = |i: usize, shift: f64| {
         let times: Vec<f64> = (0..8000).map(|k| 5e-3 * f64::from(k)).collect();
         let [x, v, a] =
@@ -51,7 +48,7 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
         let force = |k: usize| 1.2 * a[k] + 4.0 * v[k] + law(x[k], v[k]);
         let clean: Vec<f64> = (0..times.len()).map(force).collect();
         let noise = 0.02 * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-        let commands = vec![clean.iter().map(|u| u + noise * draw()).collect()];
+        let commands = vec![clean.iter().map(|u| u + noise * chance.deviate()).collect()];
         Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), 5e-3, commands, vec![x]) }
     };
     let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };

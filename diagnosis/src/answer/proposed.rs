@@ -1,0 +1,43 @@
+//! The machine that an answer proposes.
+
+use feeler_plant::description::Machine;
+
+use crate::adequacy::{Adequacy, Criteria};
+use crate::fit::scored::Scored;
+use crate::gap::replay::{free_run, strays};
+use crate::judge::Judge;
+
+impl Judge<'_> {
+    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that
+    /// departs less in free runs over the check experiments. Of an answer that is not sure, it is also the
+    /// believed one if any experiment speaks against the change. Says why, if the causes are not proposed.
+    pub(super) fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
+        let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
+        let (repaired, believed) = (of(accepted), &self.dataset.machine);
+        // Calibration alone promises nothing.
+        let is_promised = !accepted.causes.is_empty();
+        // Once impacts have made a prediction lose the motion, the size of its error is chance.
+        let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
+        let given = free_run(self.dataset, believed).filter(|given| !is_chance(*given));
+        let Some(given) = given else { return repaired };
+        let is_better = |own: Option<f64>| own.is_some_and(|own| own <= given);
+        let own = free_run(self.dataset, &repaired);
+        if is_promised && !is_better(own) {
+            adequacy.add_free_run([own.unwrap_or(f64::INFINITY), given]);
+        }
+        let is_sure = !adequacy.is_short() && !adequacy.has_rival();
+        if is_better(own) && (is_sure || adequacy.may_be_meant(is_promised)) {
+            let stray = || strays(self.dataset, &repaired, believed);
+            let Some((r, errors)) = (!is_sure).then(stray).flatten() else { return repaired };
+            if is_promised {
+                adequacy.add_stray(&self.dataset.records[r].name, errors);
+            }
+        }
+        let calibrated = of(&self.search.calibrated);
+        let may_be_calibrated = is_promised
+            && adequacy.may_be_meant(false)
+            && is_better(free_run(self.dataset, &calibrated))
+            && strays(self.dataset, &calibrated, believed).is_none();
+        if may_be_calibrated { calibrated } else { believed.clone() }
+    }
+}

@@ -168,6 +168,7 @@ impl Model {
             Target::Value(site, index) => match self.believed_at(site, index)?.dimension() {
                 Dimension::MASS => Some(Part::Mass),
                 Dimension::DAMPING => Some(Part::Damping),
+                Dimension::FORCE if site.table == ElementKind::Bodies => Some(Part::Gravity),
                 _ => None,
             },
             Target::Belief(site, e, p) => {

@@ -64,9 +64,9 @@ pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
 }
 
 /// Largest evidence that a further cause can bring, nats: on the check experiments, and on all. Infinite if a
-/// balance of forces counts too.
+/// balance of forces sees below the noise of predictions.
 pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
-    if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0) {
+    if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0 && inverse.is_noisy) {
         return [f64::INFINITY; 2];
     }
     let dataset = task.dataset;

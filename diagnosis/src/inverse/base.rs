@@ -19,6 +19,8 @@ const LESS: f64 = 8.0;
 pub(super) enum Side {
     Mass(f64),
     Damping(f64),
+    /// The gravity that a body states: largest torque and phase.
+    Gravity(f64, f64),
     /// A believed effect: its element, what it adds and its values.
     Effect(Site, Kind, Shown, Vec<f64>, f64),
 }
@@ -30,6 +32,8 @@ pub(crate) enum Part {
     Mass,
     /// The guide of the axis.
     Damping,
+    /// The gravity that bodies state.
+    Gravity,
     /// A believed effect under an element.
     Effect(Site, Kind),
 }
@@ -40,6 +44,7 @@ impl Side {
         match self {
             Self::Mass(mass) => (Part::Mass, coefficient / mass),
             Self::Damping(damping) => (Part::Damping, coefficient / damping),
+            Self::Gravity(..) => (Part::Gravity, coefficient),
             Self::Effect(site, kind, ..) => (Part::Effect(*site, *kind), coefficient),
         }
     }
@@ -63,10 +68,6 @@ impl Base {
         {
             return None;
         }
-        // Gravity that a body states is no part of this balance.
-        if machine.bodies.values().any(|body| body.gravity_n != 0.0) {
-            return None;
-        }
         let chain = assembly.reached(vec![assembly.drives[drive].on], &[GROUND_NODE], |link| link.rigid);
         let is_in = |node: usize| chain.contains(&node);
         let mut damping = 0.0;
@@ -88,6 +89,8 @@ impl Base {
         if damping > 0.0 {
             sides.push(Side::Damping(damping));
         }
+        let pulled = machine.bodies.values().filter(|body| body.gravity_n != 0.0);
+        sides.extend(pulled.map(|body| Side::Gravity(body.gravity_n, body.gravity_phase_rad)));
         for site in machine.sites() {
             for effect in machine.element(site)?.1.effects() {
                 let definition = effect.definition;
@@ -136,6 +139,11 @@ impl Base {
             Side::Damping(damping) => {
                 Term { series: rows.speed.clone(), low: damping / LESS, high: damping * (1.0 + DAMPING) }
             }
+            Side::Gravity(amplitude, phase) => Term {
+                series: rows.of_motion(0.0, |at| amplitude * (at.position + phase).sin()),
+                low: 1.0 / (1.0 + FRACTION),
+                high: 1.0 + FRACTION,
+            },
             Side::Effect(_, _, shown, values, tolerance) => {
                 let (coefficients, shape) = (shown.coefficients)(values);
                 let Form::Forces(forces) = shown.form else {

@@ -32,8 +32,10 @@ const ROWS_PER_INDEPENDENT: f64 = 2.0;
 const PER_UNKNOWN: f64 = 1.5;
 /// Rounds in which the shapes of several causes are found in turn.
 const ROUNDS: usize = 3;
-/// Smallest number of kept rows, for fitted and for check experiments each.
-const FEWEST_ROWS: usize = 60;
+/// Smallest numbers of kept rows: of fitted experiments, which must show every unknown, and of check
+/// experiments, whose evidence grows with their number.
+const FEWEST_FITTED: usize = 60;
+const FEWEST_CHECKED: usize = 24;
 
 /// Experiments prepared for balances of forces.
 pub(crate) struct Inverse {
@@ -46,6 +48,8 @@ pub(crate) struct Inverse {
     until_s: f64,
     /// Weight of the balance against predictions.
     pub(crate) weight: f64,
+    /// Whether the command has measurement noise, which predictions accumulate and a balance does not.
+    pub(crate) is_noisy: bool,
     /// Mean square of the check experiments that the calibrated machine leaves.
     alone: f64,
 }
@@ -110,14 +114,15 @@ impl Inverse {
         }
         let (fitted, checked) = (ready(false), ready(true));
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
-        if kept(&fitted) < FEWEST_ROWS || kept(&checked) < FEWEST_ROWS {
+        if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
             return None;
         }
         let (extent, centre) = Rows::extent(&fitted);
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
         let until_s = ends.fold(f64::MIN_POSITIVE, f64::max);
+        let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         let mut inverse =
-            Self { base, fitted, checked, extent, centre, until_s, weight: weight(dataset), alone: f64::NAN };
+            Self { base, fitted, checked, extent, centre, until_s, weight, is_noisy, alone: f64::NAN };
         let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
         inverse.turn();
         inverse.alone = inverse.left(&nothing, None)?;
@@ -341,15 +346,16 @@ impl Inverse {
     }
 }
 
-/// Weight of a balance: half if only positions correct predictions and the command has measurement noise,
-/// which accumulates in predictions. Otherwise zero.
+/// Weight of a balance: half if only positions correct predictions, which then say little about slow forces.
+/// Otherwise zero.
 fn weight(dataset: &Dataset) -> f64 {
     let is_read = |channel: &Channel| channel.quantity(&dataset.machine) == Quantity::Acceleration;
-    let is_noisy = dataset
-        .records
-        .iter()
-        .all(|record| record.commands.first().is_some_and(|command| command_noise(command) > 0.0));
-    if is_noisy && !dataset.channels.iter().any(is_read) { HALF } else { 0.0 }
+    if dataset.channels.iter().any(is_read) { 0.0 } else { HALF }
+}
+
+fn is_noisy(dataset: &Dataset) -> bool {
+    let is_noise = |command: &Vec<f64>| command_noise(command) > 0.0;
+    dataset.records.iter().all(|record| record.commands.first().is_some_and(is_noise))
 }
 
 /// Weight of a balance that is as informative as predictions.

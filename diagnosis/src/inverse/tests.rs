@@ -38,8 +38,12 @@ fn waves(t: f64, order: i32, shift: f64) -> f64 {
 /// Three records of 1.2 kg with 4 N s/m under the force `law` of position and speed. The command has noise of
 /// 2 % of its largest value, and the guide of the machine carries `effect`.
 fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
-    let text = format!("{BELIEVED}{effect}");
-    let machine = Document::parse(&text, "axis.toml").unwrap().scenario.machine;
+    balance_of(&format!("{BELIEVED}{effect}"), 0.02, law)
+}
+
+/// The same for a machine file in full, under a command with this share of noise.
+fn balance_of(machine: &str, share: f64, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
+    let machine = Document::parse(machine, "axis.toml").unwrap().scenario.machine;
     let mut chance = Chance::seeded(5);
     let mut record = |i: usize, shift: f64| {
         let times: Vec<f64> = (0..8000).map(|k| 5e-3 * f64::from(k)).collect();
@@ -47,7 +51,7 @@ fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candida
             [0, 1, 2].map(|order| times.iter().map(|t| waves(*t, order, shift)).collect::<Vec<_>>());
         let force = |k: usize| 1.2 * a[k] + 4.0 * v[k] + law(x[k], v[k]);
         let clean: Vec<f64> = (0..times.len()).map(force).collect();
-        let noise = 0.02 * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        let noise = share * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
         let commands = vec![clean.iter().map(|u| u + noise * chance.deviate()).collect()];
         Record { is_check: i == 2, ..Record::even(format!("{i}.csv"), 5e-3, commands, vec![x]) }
     };
@@ -70,6 +74,10 @@ fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<
     (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
 }
 
+fn friction(all: &[Candidate]) -> Vec<Candidate> {
+    all.iter().filter(|one| one.definition.kind == Kind::CoulombFriction).copied().collect()
+}
+
 /// A level loses some percent about its reversals, where the smooth direction turns. A noise of 2 % over
 /// thousands of rows shifts nothing by a percent.
 const OFF: f64 = 0.05;
@@ -90,6 +98,23 @@ fn truth_forces_of_the_motion_are_found_with_their_values() {
 }
 
 #[test]
+fn truth_stated_gravity_is_part_of_a_balance_with_and_without_noise() {
+    let turning = BELIEVED.replace("[bodies", "axis = \"rotational\"\n[bodies");
+    let turning = turning.replace("mass = 1.3", "mass = 1.3\ngravity = 8.0\ngravity_phase = 0.5");
+    for share in [0.0, 0.02] {
+        let found = balance_of(&turning, share, &|x, v| 8.4 * (x + 0.5).sin() + 6.0 * v.signum());
+        let (kinds, values) = best(&found, 1);
+        assert_eq!(kinds, [Kind::CoulombFriction]);
+        assert!((values[0][0] / 6.0 - 1.0).abs() < OFF, "{values:?}");
+        assert!(found.0.weight > 0.0 && found.0.is_noisy == (share > 0.0));
+        let gravity = found.0.weigh(&friction(&found.1)).unwrap().believed;
+        let gravity = gravity.iter().find(|(part, _)| *part == Part::Gravity).unwrap().1;
+        // A wave of 0.3 rad shows it beside mass and load: sine and cosine there differ by a few percent.
+        assert!((gravity / 1.05 - 1.0).abs() < OFF, "{gravity}");
+    }
+}
+
+#[test]
 fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
     let believed = "[springs.guide.effects.coulomb-friction]\nlevel = 10.0\n";
     let (inverse, all) = inverse(believed, &|_, v| 6.0 * v.signum());
@@ -102,9 +127,7 @@ fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
 #[test]
 fn truth_a_force_that_no_effect_makes_is_seen_at_its_place() {
     let (inverse, all) = inverse("", &|x, v| 6.0 * v.signum() * (1.0 + 8.0 * x * x));
-    let friction: Vec<Candidate> =
-        all.into_iter().filter(|one| one.definition.kind == Kind::CoulombFriction).collect();
-    let found = inverse.beyond(&friction);
+    let found = inverse.beyond(&friction(&all));
     let smooth = found.iter().max_by(|a, b| a.nats.total_cmp(&b.nats)).unwrap();
     assert!(smooth.place == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0, "{found:?}");
 }

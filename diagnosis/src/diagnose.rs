@@ -8,6 +8,7 @@ use crate::fit::glance::glance;
 use crate::fit::odds::{ACCEPT, ACCEPT_ALL, room};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Extended, extensions, search};
+use crate::gap::unknown;
 use crate::judge::{ACCEPT_FURTHER, Asked, Attempts, Judge, PARSIMONY, force_over_position, prefer_simple};
 use crate::kinds::{Glance, overlaps};
 use crate::report::Diagnosis;
@@ -232,7 +233,8 @@ impl<'a> Composing<'a> {
     /// Replaces the accepted causes by a pair of which neither is the best alone, if it outweighs them.
     fn try_other_pairs(&mut self, progress: &dyn Fn(&str)) -> bool {
         let Self { judge, accepted, rivals, attempts, .. } = self;
-        if accepted.causes.is_empty() || !judge.has_room(accepted) || judge.is_quiet(accepted) {
+        let is_explained = unknown::unexplained(&judge.search.calibrated, accepted).is_empty();
+        if accepted.causes.is_empty() || is_explained || judge.is_quiet(accepted) {
             return false;
         }
         progress("trying other pairs of causes");

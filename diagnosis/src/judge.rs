@@ -175,8 +175,8 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
-    /// Whether more than noise remains, and enough of it for a further cause; or a value ends at a limit that a
-    /// cause would lift, for noise may hide that.
+    /// Whether more than noise remains, and enough of it for a further cause. Where a value ends at a limit
+    /// that a cause would lift, noise may hide that.
     pub(crate) fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
         let is_freed = candidates(&self.dataset.machine).iter().any(|cause| self.is_freed(accepted, cause));

@@ -18,9 +18,9 @@ use crate::kinds::{apart, nearest, overlaps};
 const WORTH_FITTING: f64 = 6.0;
 /// Pairs that are fitted.
 const MOST_PAIRS: usize = 4;
-/// Share of the best single cause's evidence that another must bring for pairs to be built upon it. At most so
-/// many causes, and so many pairs upon each, are fitted.
+/// Share of the best single cause's evidence that another must bring for pairs to be built upon it.
 const BASE_SHARE: f64 = 0.4;
+/// Causes upon which pairs are built, and pairs upon each that are fitted.
 const MOST_BASES: usize = 4;
 const PAIRS_OF_A_BASE: usize = 2;
 /// Steps after which pairs upon one cause are compared.

@@ -11,7 +11,7 @@ pub(crate) mod least_squares;
 mod leeway;
 pub(crate) mod missing;
 pub(crate) mod model;
-mod nested;
+pub(crate) mod nested;
 pub(crate) mod odds;
 mod residuals;
 pub(crate) mod sandwich;

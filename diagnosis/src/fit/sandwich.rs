@@ -7,9 +7,9 @@
 //! - **The actual residuals.** Their effect on the values is taken from the fit, block by block of motion.
 //!   This is the sandwich of Huber and White, with blocks as clusters (Cameron and Miller, A Practitioner's
 //!   Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
-//! - **What differs between experiments.** The same, with whole records as clusters, those included that were
-//!   not fitted: a law that is not quite right pulls the values one way in one motion and the other way in
-//!   another. The fit hides this of its own records, and of the others it hides nothing.
+//! - **What differs between experiments.** The same with whole records as clusters, also those that were not
+//!   fitted. A law that is not quite right pulls values one way in one motion, and the other way in another.
+//!   The fit hides this of its own records, and of the others it hides nothing.
 //! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost is
 //!   flatter than they say.
 

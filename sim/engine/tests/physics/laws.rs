@@ -148,7 +148,7 @@ fn table(from: f64, spacing: f64, at: f64) -> f64 {
 
 /// The motion of 2 kg under a force over position and speed, by 2e4 steps of the classical Runge-Kutta method.
 /// A quarter of them gives the same to 1e-13.
-fn pushed(push: impl Fn(f64, f64) -> f64, [mut x, mut v]: [f64; 2], run_s: f64) -> [f64; 2] {
+fn carried(push: impl Fn(f64, f64) -> f64, [mut x, mut v]: [f64; 2], run_s: f64) -> [f64; 2] {
     let (steps, rate) = (20_000, |x, v| push(x, v) / 2.0);
     let h = run_s / f64::from(steps);
     for _ in 0..steps {
@@ -171,13 +171,13 @@ fn truth_a_body_crosses_a_table_by_straight_lines_with_rounded_corners() {
         close(last(&crossed.0, "tip.velocity"), end[1], 10.0 * EXTRAPOLATED);
         closes_the_ledger(&crossed.1);
     };
-    let end = pushed(|x, _| table(-0.4, 0.1, x), [-0.6, 0.8], 1.0);
+    let end = carried(|x, _| table(-0.4, 0.1, x), [-0.6, 0.8], 1.0);
     assert!(end[0] > 0.4, "{end:?}");
     crosses("force-table", -0.4, 0.1, [-0.6, 0.8], end);
-    let end = pushed(|_, v| table(-2.0, 0.5, v), [0.0, -1.9], 1.0);
+    let end = carried(|_, v| table(-2.0, 0.5, v), [0.0, -1.9], 1.0);
     assert!(end[1] > 0.5, "it turns: {end:?}");
     crosses("speed-table", -2.0, 0.5, [0.0, -1.9], end);
-    let end = pushed(|x, _| -table(-0.4, 0.1, x), [-0.6, 2.6], 1.0);
+    let end = carried(|x, _| -table(-0.4, 0.1, x), [-0.6, 2.6], 1.0);
     assert!(end[0] > 0.4 && end[1] > 0.0, "{end:?}");
     crosses("friction-table", -0.4, 0.1, [-0.6, 2.6], end);
 }

@@ -242,11 +242,14 @@ pub struct Rung {
 /// A force that no effect of the library explains, as a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ForceOver {
+    /// The effect of that table.
+    pub kind: Kind,
     /// Name of the element that has it.
     pub on: String,
-    /// What it depends on: `position`.
+    /// What it depends on: `position`, `speed` or `position and direction`.
     pub over: &'static str,
-    /// Position and force of each point, SI.
+    /// Position or speed of each point, and the force there, SI; under `position and direction` the level of
+    /// friction.
     pub knots: Vec<[f64; 2]>,
     /// Share of the gap that it closes on the check experiments beside what the answer tells without it.
     pub closed: f64,
@@ -318,10 +321,10 @@ pub struct Diagnosis {
     pub warnings: Vec<String>,
     /// Warnings of records that contradict each other (units, clocks). They may explain the findings.
     pub contradictions: Vec<String>,
-    /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments:
-    /// `[x, v, F_drive, F_missing]`.
+    /// Force that the believed and the repaired machine lack along the first check experiment:
+    /// `[t, x, v, F_believed, F_repaired]`.
     #[serde(skip)]
-    pub portrait: Vec<[f64; 4]>,
+    pub inverse: Vec<[f64; 5]>,
     /// The believed machine with fitted values and accepted effects.
     #[serde(skip)]
     pub machine: Machine,

@@ -124,12 +124,19 @@ impl Judge<'_> {
             self.is_finding(set) && self.weighed(accepted, set) > self.all(accepted) - LOOK_ALIKE
         };
         let near: Vec<&Scored> = tried.iter().filter(is_near).collect();
+        let without_gain = self.without_gain(accepted);
         let mut causes: Vec<Cause> = (accepted.causes.iter().enumerate())
             .map(|(i, cause)| {
                 // Only the last cause was weighed against every other one.
                 let most = if i + 1 == accepted.causes.len() { 1.0 } else { EARLIER };
                 let found = self.cause(accepted, i, &sigma, known * field.marginal(cause).min(most));
-                Cause { accepted: true, ..covering(found, cause, &near) }
+                let mut found = Cause { accepted: true, ..covering(found, cause, &near) };
+                if let Some(theta) =
+                    without_gain.as_ref().filter(|_| cause.definition.kind != Kind::DriveGain)
+                {
+                    reaching(&mut found, &accepted.fitted.model.parameters(i, theta));
+                }
+                found
             })
             .collect();
         let mut listed: Vec<&Candidate> = Vec::new();
@@ -159,6 +166,20 @@ impl Judge<'_> {
         }
         let scale = self.search.task.shared_scale(model, theta)?;
         scale.is_of_masses(model).then_some([Kind::DriveGain, Kind::AddedMass])
+    }
+
+    /// Values that predict the same with all forces larger and no gain, if an added mass may stand in the place
+    /// of an accepted gain.
+    fn without_gain(&self, accepted: &Scored) -> Option<Vec<f64>> {
+        self.gain_or_mass(accepted)?;
+        let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
+        let scale = self.search.task.shared_scale(model, theta)?;
+        let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
+        let gain_of = |theta: &[f64]| model.parameters(gain, theta).first().copied();
+        let more = scale.moved(model, theta, 1.0);
+        let per_unit = (gain_of(&more)? / gain_of(theta)?).ln();
+        let by = -gain_of(theta)?.ln() / per_unit;
+        by.is_finite().then(|| scale.moved(model, theta, by))
     }
 
     /// A cause of a fitted set with its values and their intervals.
@@ -196,6 +217,16 @@ impl Judge<'_> {
             parameters,
             credit: 0.0,
             accepted: false,
+        }
+    }
+}
+
+/// Extends intervals to further values of a cause.
+fn reaching(found: &mut Cause, values: &[f64]) {
+    for (estimate, value) in found.parameters.values_mut().zip(values) {
+        let [low, high] = &mut estimate.ci90;
+        if *high > *low && value.is_finite() {
+            (*low, *high) = (low.min(*value), high.max(*value));
         }
     }
 }

@@ -37,8 +37,6 @@ const POINTED: f64 = 0.25;
 const NOISY: f64 = 2.0;
 /// Errors above this many noise floors are errors of the model.
 const ROUGH: f64 = 2.0;
-/// Largest number of points in the portrait.
-const PORTRAIT_POINTS: usize = 4000;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
 /// Smallest ratio of variation to noise that a channel needs in its best experiment.
@@ -161,8 +159,8 @@ impl Judge<'_> {
         let places =
             self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), (&field, known), &cells);
         let tried = self.tried(attempts, accepted);
-        let portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
-        let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
+        let inverse =
+            checks.first().map_or_else(Vec::new, |&r| unknown::lacking(task, calibrated, accepted, r));
         // If neither cause holds there is nothing to separate.
         let is_late = task.budget.is_over(Stage::Compose);
         let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
@@ -189,7 +187,7 @@ impl Judge<'_> {
             left: what_is_left(task, accepted),
             table: None,
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
-            portrait: portrait.into_iter().step_by(thin).collect(),
+            inverse,
             machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }

@@ -2,6 +2,7 @@
 //! the check records.
 
 use feeler_plant::description::Machine;
+use feeler_plant::effects::Kind;
 
 use crate::adequacy::worsens;
 use crate::budget::Stage;
@@ -10,6 +11,7 @@ use crate::fit::scored::Scored;
 use crate::fit::tabled::{Tabled, tabled};
 use crate::gap::replay::strays;
 use crate::gap::size::{self, Floors};
+use crate::gap::unknown::lacking;
 use crate::judge::Judge;
 use crate::report::{Diagnosis, ForceOver, Verdict};
 
@@ -28,9 +30,12 @@ impl Judge<'_> {
         }
         let calibrated = &self.search.calibrated;
         let is_told = answer.effects.iter().any(|effect| effect.accepted);
-        let alone = tabled(task, calibrated);
-        let beside =
-            (is_told && answer.adequacy.may_be_meant(true)).then(|| tabled(task, accepted)).flatten();
+        let checks = self.checks();
+        let alone = tabled(task, calibrated, &checks);
+        let is_late = task.budget.is_over(Stage::Compose);
+        let beside = (is_told && !is_late && answer.adequacy.may_be_meant(true))
+            .then(|| tabled(task, accepted, &checks))
+            .flatten();
         let best = match (alone, beside) {
             (Some(alone), Some(beside)) if beside.scored.fitted.cost < NEEDED * alone.scored.fitted.cost => {
                 Some(beside)
@@ -38,8 +43,12 @@ impl Judge<'_> {
             (alone, beside) => alone.or(beside),
         };
         let told = if is_told { accepted } else { calibrated };
-        if let Some((machine, table)) = best.and_then(|best| self.held(told, &best)) {
+        let held = best.and_then(|best| Some((self.held(told, &best)?, best)));
+        if let Some(((machine, table), best)) = held {
             (answer.machine, answer.table) = (machine, Some(table));
+            if let Some(&r) = checks.first() {
+                answer.inverse = lacking(task, calibrated, &best.scored, r);
+            }
         }
     }
 
@@ -61,6 +70,11 @@ impl Judge<'_> {
             && strays(self.dataset, &machine, &self.dataset.machine).is_none();
         let knots = tabled.table.points().to_vec();
         let on = tabled.site.key(&self.dataset.machine);
-        holds.then_some((machine, ForceOver { on, over: "position", knots, closed }))
+        let over = match tabled.kind {
+            Kind::SpeedTable => "speed",
+            Kind::FrictionTable => "position and direction",
+            _ => "position",
+        };
+        holds.then_some((machine, ForceOver { kind: tabled.kind, on, over, knots, closed }))
     }
 }

@@ -13,6 +13,8 @@ const POUND_N: f64 = 4.448_221_6;
 const STEPS: f64 = 4096.0 / std::f64::consts::TAU;
 /// Beyond this factor no machine is meant, and one of two columns is in another unit.
 const HOPELESS: f64 = 50.0;
+/// The same between a push and a motion: against gravity a slow motion takes a hundred times its inertia.
+const HOPELESS_PUSH: f64 = 1e4;
 
 /// The factor is that of the column's own `unit` and `scale`.
 pub(super) const STATED: &str = "its own `unit` or `scale` (are its numbers in SI already?)";
@@ -107,12 +109,14 @@ pub(super) fn wrong(
     // Smaller factors may be the machine's.
     let inverse = mixed_up(1.0 / factor, second.quantity, near)
         .filter(|_| !(1.0 / HOPELESS..HOPELESS).contains(&factor));
-    let is_place = |reading: Reading<'_>| reading.quantity == Quantity::Position;
+    let is_push = |reading: &Reading<'_>| matches!(reading.quantity, Quantity::Command | Quantity::Force);
+    let hopeless = if [first, second].iter().any(is_push) { HOPELESS_PUSH } else { HOPELESS };
     match inverse {
         Some(what) if !is_second_right => Some((true, what)),
-        Some(_) if !matches!(first.quantity, Quantity::Command | Quantity::Force) => Some((false, TOO_SMALL)),
-        _ if is_place(first) && factor > HOPELESS => Some((false, COUNTS)),
-        _ if is_place(second) && factor < 1.0 / HOPELESS && !is_second_right => Some((true, COUNTS)),
+        Some(_) if !is_push(&first) => Some((false, TOO_SMALL)),
+        // Whatever has the larger numbers counts steps.
+        _ if factor > hopeless => Some((false, COUNTS)),
+        _ if factor < 1.0 / hopeless && !is_second_right => Some((true, COUNTS)),
         _ => None,
     }
 }
@@ -147,6 +151,12 @@ mod tests {
         assert!(of(1e-3, false).is_some_and(|(second, what)| second && what.contains("mm/s²")));
         assert_eq!(of(1e-3, true), Some((false, TOO_SMALL)));
         assert_eq!([of(1.0, false), of(0.3, false), of(4.45, false)], [None; 3]);
+        // Counts of a converter, of a motion or of a push.
+        assert_eq!([of(2e5, false), of(5e-6, false)], [Some((false, COUNTS)), Some((true, COUNTS))]);
+        let pushed = |factor| {
+            wrong([reading(Quantity::Command, 1.0), reading(Quantity::Acceleration, 1.0)], factor, 0.3, true)
+        };
+        assert_eq!([pushed(2e5), pushed(200.0)], [Some((false, COUNTS)), None]);
     }
 
     #[test]

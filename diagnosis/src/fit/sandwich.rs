@@ -1,12 +1,15 @@
 //! Standard deviations of fitted values under lasting residuals: the errors of a model are not white noise.
 //!
-//! Three estimates are made, and the largest counts:
+//! Four estimates are made, and the largest counts:
 //!
 //! - **What readings are worth.** Noise is new in every row. The rest of a residual lasts, and counts once
 //!   per independent stretch. The normal matrix with these weights gives the first estimate.
 //! - **The actual residuals.** Their effect on the values is taken from the fit, block by block of motion.
 //!   This is the sandwich of Huber and White, with blocks as clusters (Cameron and Miller, A Practitioner's
 //!   Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
+//! - **What differs between experiments.** The same with whole records as clusters, also those that were not
+//!   fitted. A law that is not quite right pulls values one way in one motion, and the other way in another.
+//!   The fit hides this of its own records, and of the others it hides nothing.
 //! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost is
 //!   flatter than they say.
 
@@ -22,6 +25,8 @@ use crate::fit::walk::{cost, stretch};
 /// as many blocks as it has unknowns.
 const BLOCKS: usize = 12;
 const BLOCKS_PER_UNKNOWN: usize = 3;
+/// Smallest number of records whose differences say how far values are off.
+const RECORDS: usize = 4;
 
 /// The contribution of one record.
 struct Part {
@@ -35,6 +40,14 @@ struct Part {
     pulls: Vec<DVector<f64>>,
 }
 
+impl Part {
+    /// The square of the gradient from the whole record.
+    fn of_record(&self) -> DMatrix<f64> {
+        let whole: DVector<f64> = self.pulls.iter().sum();
+        &whole * whole.transpose()
+    }
+}
+
 /// One standard deviation of every unknown of a fitted model. `None` if it does not predict or the records
 /// hold no information.
 pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
@@ -42,20 +55,28 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let each = BLOCKS.max(BLOCKS_PER_UNKNOWN * n).div_ceil(task.fitted.len().max(1));
     let scale = task.shared_scale(&fitted.model, &fitted.theta);
     let still = scale.map_or_else(Vec::new, |scale| scale.direction(&fitted.model, &fitted.theta));
-    let parts: Option<Vec<Part>> =
-        task.fitted.par_iter().map(|&r| part(task, fitted, &still, r, each)).collect();
+    let of = |r: usize| part(task, fitted, &still, r, each);
+    let parts: Option<Vec<Part>> = task.fitted.par_iter().map(|&r| of(r)).collect();
     let (mut bread, mut worth) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-    let mut filling = DMatrix::zeros(n, n);
+    let (mut filling, mut between) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
     let (mut blocks, mut per_reading) = (0.0_f64, Vec::new());
     for part in parts? {
-        bread += part.curvature;
-        worth += part.worth;
+        bread += &part.curvature;
+        worth += &part.worth;
+        between += part.of_record();
         per_reading.push(part.per_reading);
         for pull in part.pulls {
             filling += &pull * pull.transpose();
             blocks += 1.0;
         }
     }
+    let records = task.dataset.records.len();
+    let checks: Vec<usize> = (0..records).filter(|r| !task.fitted.contains(r)).collect();
+    // A check record that the model does not follow says nothing of values.
+    let others: Vec<DMatrix<f64>> = checks.par_iter().filter_map(|&r| Some(of(r)?.of_record())).collect();
+    let known = task.fitted.len() + others.len();
+    others.iter().for_each(|other| between += other);
+    between *= if known < RECORDS { 0.0 } else { task.fitted.len() as f64 / known as f64 };
     let priors: Vec<f64> = (fitted.model.unknowns.iter())
         .map(|unknown| unknown.prior.map_or(0.0, |(_, sigma)| sigma.powi(-2)))
         .collect();
@@ -71,7 +92,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     for (i, prior) in priors.iter().enumerate() {
         filling[(i, i)] += prior;
     }
-    let lasting = &inverse * filling * &inverse;
+    let [lasting, between] = [filling, between].map(|pulls| &inverse * pulls * &inverse);
     let plain = worth.try_inverse()?;
     let here = cost(task, fitted, &per_reading, &fitted.theta);
     let deviation = |i: usize| {
@@ -80,7 +101,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         let is_sought = fitted.model.unknowns[i].is_of_effect();
         let here = here.filter(|_| is_sought);
         let stretch = here.map_or(1.0, |here| stretch(task, fitted, &per_reading, here, i, &step));
-        (stretch * own).max(lasting[(i, i)].max(0.0).sqrt())
+        (stretch * own).max(lasting[(i, i)].max(between[(i, i)]).max(0.0).sqrt())
     };
     let deviations: Vec<f64> = (0..n).into_par_iter().map(deviation).collect();
     deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)

@@ -55,7 +55,7 @@ impl SharedScale {
     }
 
     /// The same point with all forces larger by the factor `exp(by)`.
-    pub(super) fn moved(&self, model: &Model, theta: &[f64], by: f64) -> Vec<f64> {
+    pub(crate) fn moved(&self, model: &Model, theta: &[f64], by: f64) -> Vec<f64> {
         let rows = model.unknowns.iter().zip(&self.exponents).zip(theta);
         rows.map(
             |((unknown, exponent), theta)| {

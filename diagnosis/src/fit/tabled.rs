@@ -1,10 +1,11 @@
-//! A machine with a table of the force that its guide lacks.
+//! A machine with a table of the force that its guide lacks, over position, speed or direction.
 
 use feeler_plant::assembly::{Assembly, NodeId, POINTS, Table};
 use feeler_plant::description::Site;
-use feeler_plant::effects::{ForceTable, Kind, Parameters};
+use feeler_plant::effects::Kind;
 use nalgebra::{DMatrix, DVector};
 
+use crate::fit::bounded::minimise;
 use crate::fit::candidates::of_kind;
 use crate::fit::least_squares::Task;
 use crate::fit::model::Model;
@@ -12,6 +13,8 @@ use crate::fit::scored::Scored;
 use crate::fit::search::score;
 use crate::gap::unknown::portrait;
 
+/// The kinds of table.
+const KINDS: [Kind; 3] = [Kind::ForceTable, Kind::SpeedTable, Kind::FrictionTable];
 /// Rows averaged into one point of the missing force, and the smallest number of such points.
 const AVERAGE: usize = 8;
 const FEWEST: usize = 20 * POINTS;
@@ -20,38 +23,77 @@ const FEWEST: usize = 20 * POINTS;
 const SMOOTH: f64 = 1e-8;
 /// Steps of the fit: the force is linear in its values.
 const STEPS: usize = 6;
+/// Speed, over the root mean square one, below which a guide may not slide yet.
+const SLIDES: f64 = 0.1;
 
 /// A fitted machine with a table, and the element that has it.
 pub(crate) struct Tabled {
     pub(crate) scored: Scored,
     pub(crate) site: Site,
-    pub(crate) table: ForceTable,
+    pub(crate) kind: Kind,
+    pub(crate) table: Table,
 }
 
-/// Fits a table to the force that a fitted model lacks over the position of a guide, together with all that
-/// is free in the model. `None` if no guide moves with the first drive, or if one has a table already.
-pub(crate) fn tabled(task: &Task<'_>, base: &Scored) -> Option<Tabled> {
+/// Fits a table to the force that a fitted model lacks at a guide, together with all that is free in the
+/// model. Of the kinds of table it is the one that, read off the fitted records, comes nearest to the missing
+/// force of `checks`. `None` if no guide moves with the first drive, or if one has a table already.
+pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option<Tabled> {
     let assembly = base.fitted.model.assembly(&base.fitted.theta, None)?;
     let drive = &assembly.drives[task.dataset.drives.first()?.drive];
-    let (candidate, along) =
-        of_kind(&task.dataset.machine, Kind::ForceTable).into_iter().find_map(|one| {
-            let link = &assembly.links[one.site.index];
-            Some((one, Along::of(&assembly, [link.b, link.a], [drive.on, drive.reacts_on])?))
-        })?;
-    let element = task.dataset.machine.element(candidate.site)?.1;
-    if element.effects().iter().any(|effect| effect.definition.kind == Kind::ForceTable) {
+    let (site, along) = of_kind(&task.dataset.machine, Kind::ForceTable).into_iter().find_map(|one| {
+        let link = &assembly.links[one.site.index];
+        let along = Along::of(&assembly, [link.b, link.a], [drive.on, drive.reacts_on])?;
+        Some((one.site, along))
+    })?;
+    let element = task.dataset.machine.element(site)?.1;
+    if element.effects().iter().any(|effect| KINDS.contains(&effect.definition.kind)) {
         return None;
     }
-    let missing: Vec<[f64; 2]> = portrait(task, base, &task.fitted, AVERAGE, Some(false))
-        .into_iter()
-        .map(|[x, _, _, force]| [along.sign * x + along.offset, along.sign * force])
-        .collect();
-    let start = regressed(&missing)?;
-    let (model, theta) = base.fitted.model.with_table(&base.fitted.theta, candidate.site, start);
+    let missing = |records: &[usize]| portrait(task, base, records, AVERAGE, Some(false));
+    let (fitted, checked) = (missing(&task.fitted), missing(checks));
+    let read = |kind: Kind| {
+        let values = regressed(kind, &along.seen(kind, &fitted))?;
+        let table = Table::of(&values);
+        Some((kind, left(&along.seen(kind, &checked), &table)?, values))
+    };
+    let found = KINDS.into_iter().filter_map(read).min_by(|a, b| a.1.total_cmp(&b.1));
+    let (kind, _, start) = found.filter(|(_, left, _)| *left < 1.0)?;
+    let (model, theta) = base.fitted.model.with_table(&base.fitted.theta, site, kind, &start);
     let fitted = task.fit(&model, &theta, STEPS);
     let last = fitted.model.tried.len() - 1;
-    let table = ForceTable::of(&fitted.model.parameters(last, &fitted.theta));
-    Some(Tabled { scored: score(task, base.causes.clone(), fitted), site: candidate.site, table })
+    let table = Table::of(&fitted.model.parameters(last, &fitted.theta));
+    Some(Tabled { scored: score(task, base.causes.clone(), fitted), site, kind, table })
+}
+
+/// A missing force where a table is looked up, and what the table's own force there counts in it.
+struct Missing {
+    at: f64,
+    factor: f64,
+    force: f64,
+}
+
+impl Along {
+    /// Points of a portrait as a table of this kind sees them.
+    fn seen(&self, kind: Kind, portrait: &[[f64; 4]]) -> Vec<Missing> {
+        let mean = portrait.iter().map(|[_, v, ..]| v * v).sum::<f64>() / portrait.len().max(1) as f64;
+        let seen = |[x, v, _, force]: &[f64; 4]| {
+            let (x, v, force) = (self.sign * x + self.offset, self.sign * v, self.sign * force);
+            match kind {
+                Kind::SpeedTable => Some(Missing { at: v, factor: 1.0, force }),
+                Kind::FrictionTable if v.abs() < SLIDES * mean.sqrt() => None,
+                Kind::FrictionTable => Some(Missing { at: x, factor: -v.signum(), force }),
+                _ => Some(Missing { at: x, factor: 1.0, force }),
+            }
+        };
+        portrait.iter().filter_map(seen).collect()
+    }
+}
+
+/// Share of missing forces, as mean squares, that a table leaves; `None` without any.
+fn left(missing: &[Missing], table: &Table) -> Option<f64> {
+    let sum = |of: &dyn Fn(&Missing) -> f64| missing.iter().map(|one| of(one).powi(2)).sum::<f64>();
+    let all = sum(&|one| one.force);
+    (all > 0.0).then(|| sum(&|one| one.force - one.factor * table.force(one.at)) / all)
 }
 
 /// How the position of a guide follows from that of a drive: `sign x + offset`.
@@ -76,9 +118,10 @@ impl Along {
     }
 }
 
-/// The table over all positions that comes nearest to missing forces, `[position, force]`.
-fn regressed(missing: &[[f64; 2]]) -> Option<ForceTable> {
-    let ends = |(low, high): (f64, f64), [x, _]: &[f64; 2]| (low.min(*x), high.max(*x));
+/// Values of the table that comes nearest to missing forces, over all places where there are any. A level of
+/// friction is not below zero.
+fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
+    let ends = |(low, high): (f64, f64), one: &Missing| (low.min(one.at), high.max(one.at));
     let (from, to) = missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
     if missing.len() < FEWEST || from >= to {
         return None;
@@ -87,8 +130,8 @@ fn regressed(missing: &[[f64; 2]]) -> Option<ForceTable> {
     let shapes: [Table; POINTS] = std::array::from_fn(alone);
     let mut a = DMatrix::<f64>::zeros(POINTS, POINTS);
     let mut b = DVector::<f64>::zeros(POINTS);
-    for [x, force] in missing {
-        let values = DVector::from_iterator(POINTS, shapes.iter().map(|shape| shape.force(*x)));
+    for Missing { at, factor, force } in missing {
+        let values = DVector::from_iterator(POINTS, shapes.iter().map(|shape| factor * shape.force(*at)));
         a += &values * values.transpose();
         b += *force * values;
     }
@@ -99,23 +142,25 @@ fn regressed(missing: &[[f64; 2]]) -> Option<ForceTable> {
             a[(*i, *j)] += weight * by_i * by_j;
         }
     }
-    let forces = a.cholesky()?.solve(&b);
+    let least = if kind == Kind::FrictionTable { 0.0 } else { f64::NEG_INFINITY };
+    let forces = minimise(&a, &b, &[least; POINTS], &[f64::INFINITY; POINTS])?;
     let values: Vec<f64> = [from, to].into_iter().chain(forces.iter().copied()).collect();
-    values.iter().all(|value| value.is_finite()).then(|| ForceTable::of(&values))
+    values.iter().all(|value| value.is_finite()).then_some(values)
 }
 
 impl Model {
     /// The model with a table whose forces are free, and a point that continues `theta`. The records decide
     /// where the table begins and ends.
-    fn with_table(&self, theta: &[f64], site: Site, table: ForceTable) -> (Self, Vec<f64>) {
-        let mut model = self.with(site, Kind::ForceTable.definition(), &table.values());
+    fn with_table(&self, theta: &[f64], site: Site, kind: Kind, values: &[f64]) -> (Self, Vec<f64>) {
+        let definition = kind.definition();
+        let mut model = self.with(site, definition, values);
         let effect = model.tried.len() - 1;
         model.unknowns.retain(|unknown| {
-            let parameter = unknown.parameter_of(effect).map(|p| &ForceTable::PARAMETERS[p]);
+            let parameter = unknown.parameter_of(effect).map(|p| &definition.parameters[p]);
             parameter.is_none_or(|parameter| parameter.null.is_some())
         });
         // Steps of a fit are at most one unit: the largest force.
-        let unit = table.forces().iter().fold(f64::MIN_POSITIVE, |most, force| most.max(force.abs()));
+        let unit = values[2..].iter().fold(f64::MIN_POSITIVE, |most, force| most.max(force.abs()));
         for unknown in model.unknowns.iter_mut().filter(|unknown| unknown.parameter_of(effect).is_some()) {
             let factor = unknown.unit / unit;
             unknown.bounds = (unknown.bounds.0 * factor, unknown.bounds.1 * factor);
@@ -157,16 +202,47 @@ mod tests {
 
     /// The weight of the bends, over the share of one point in the trace.
     const OFF: f64 = 1e-4;
+    const AXIS: Along = Along { sign: 1.0, offset: 0.0 };
+
+    /// A portrait of 401 points along the way, there and back, with a force over position and speed.
+    fn portrait_of(force: impl Fn(f64, f64) -> f64) -> Vec<[f64; 4]> {
+        let at = |k: u32| -0.1 + 0.4 * f64::from(k) / 200.0;
+        let way = (0..=200).map(at).flat_map(|x| [[x, 0.2 - x * x], [x, x * x - 0.2]]);
+        way.map(|[x, v]| [x, v, 0.0, force(x, v)]).collect()
+    }
 
     #[test]
     fn truth_a_table_is_read_off_its_own_forces() {
-        let table = Table::between(-0.1, 0.3, [0.0, 1.0, 5.0, 2.0, -3.0, 0.0, 0.0, 4.0, 1.0]);
-        let at = |k: u32| -0.1 + 0.4 * f64::from(k) / 400.0;
-        let points: Vec<[f64; 2]> = (0..=400).map(|k| [at(k), table.force(at(k))]).collect();
-        let found = regressed(&points).unwrap();
-        for x in [-0.1, -0.03, 0.02, 0.11, 0.25, 0.3] {
-            assert!((found.table().force(x) - table.force(x)).abs() < OFF, "{x} {found:?}");
+        let forces = [0.0, 1.0, 5.0, 2.0, 3.0, 0.0, 0.0, 4.0, 1.0];
+        let (place, speed) = (Table::between(-0.1, 0.3, forces), Table::between(-0.2, 0.2, forces));
+        let made: [(Kind, &Table, Vec<[f64; 4]>); 3] = [
+            (Kind::ForceTable, &place, portrait_of(|x, _| place.force(x))),
+            (Kind::SpeedTable, &speed, portrait_of(|_, v| speed.force(v))),
+            (Kind::FrictionTable, &place, portrait_of(|x, v| -v.signum() * place.force(x))),
+        ];
+        for (own, table, portrait) in &made {
+            let found = regressed(*own, &AXIS.seen(*own, portrait)).unwrap();
+            let read = Table::of(&found);
+            for x in [-0.1, -0.03, 0.02, 0.11, 0.25, 0.3] {
+                let is_seen = (found[0]..=found[1]).contains(&x);
+                assert!(!is_seen || (read.force(x) - table.force(x)).abs() < OFF, "{own} {x} {found:?}");
+            }
+            // Read off half of the points, no other kind comes as near to the other half.
+            let half = |odd: usize| portrait.iter().skip(odd).step_by(2).copied().collect::<Vec<_>>();
+            let left = |kind: Kind| {
+                let values = regressed(kind, &AXIS.seen(kind, portrait)).unwrap();
+                left(&AXIS.seen(kind, &half(1)), &Table::of(&values)).unwrap()
+            };
+            let others = KINDS.iter().filter(|kind| *kind != own);
+            assert!(left(*own) < 1e-6 && others.map(|kind| left(*kind)).all(|left| left > 0.1), "{own}");
         }
-        assert!(regressed(&points[..100]).is_none());
+        assert!(regressed(Kind::ForceTable, &AXIS.seen(Kind::ForceTable, &made[0].2[..100])).is_none());
+    }
+
+    #[test]
+    fn truth_no_level_of_friction_is_below_zero() {
+        let portrait = portrait_of(|x, v| -v.signum() * (x - 0.1));
+        let found = regressed(Kind::FrictionTable, &AXIS.seen(Kind::FrictionTable, &portrait)).unwrap();
+        assert!(found[2..].iter().all(|level| *level >= 0.0) && found[10] > 0.1, "{found:?}");
     }
 }

@@ -4,7 +4,7 @@ use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::effects::Place;
 use nalgebra::{DMatrix, DVector};
 
-use crate::fit::least_squares::Task;
+use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::missing::{missing_acceleration, moving_mass};
 use crate::fit::scored::Scored;
 
@@ -128,6 +128,22 @@ pub(crate) fn portrait(
     }
     points
 }
+
+/// Force that the believed and the repaired machine lack along a record, `[t, x, v, F_believed, F_repaired]`,
+/// averaged to at most [`LACKING_POINTS`].
+pub(crate) fn lacking(task: &Task<'_>, calibrated: &Scored, repaired: &Scored, r: usize) -> Vec<[f64; 5]> {
+    let record = &task.dataset.records[r];
+    let average = record.len().div_ceil(LACKING_POINTS).max(1);
+    let theta = calibrated.fitted.model.start();
+    let given = Scored { fitted: Fitted { theta, ..calibrated.fitted.clone() }, ..calibrated.clone() };
+    let [given, repaired] = [&given, repaired].map(|scored| portrait(task, scored, &[r], average, None));
+    let rows = given.into_iter().zip(repaired).enumerate();
+    let at = |k: usize| record.start_s + record.spacing_s * (average * k) as f64;
+    rows.map(|(k, ([x, v, _, before], [.., after]))| [at(k), x, v, before, after]).collect()
+}
+
+/// Most points of the force that machines lack along a record.
+const LACKING_POINTS: usize = 2000;
 
 /// Ratio of mean square residuals of two encoders along one chain above which the chain is not rigid; and
 /// the mean square residual of their difference.

@@ -6,11 +6,11 @@ use std::f64::consts::TAU;
 
 use feeler_diagnosis::dataset::{Channel, Dataset, Driven, Record};
 use feeler_diagnosis::replay::replay;
-use feeler_diagnosis::report::Verdict;
+use feeler_diagnosis::report::{ForceOver, Verdict};
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
-use feeler_plant::assembly::Source;
-use feeler_plant::effects::{EffectUse, ForceTable, Kind};
+use feeler_plant::assembly::{Source, Table};
+use feeler_plant::effects::{EffectUse, ForceTable, Kind, Parameters as _, SpeedTable};
 
 use crate::Noise;
 
@@ -183,8 +183,8 @@ fn bumps(x: f64) -> f64 {
 }
 
 /// An answer about a carriage on that spring.
-fn answer_held(force: &dyn Fn(f64) -> f64) -> Diagnosis {
-    let mut dataset = dataset(HELD, &|x, _| 400.0 * x + force(x));
+fn answer_held(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+    let mut dataset = dataset(HELD, &|x, v| 400.0 * x + force(x, v));
     // A table contains a spring: its stiffness is known.
     dataset.tolerance.insert("springs.spring.stiffness".into(), 1e-3);
     diagnose(&dataset, &|_| {}).expect("there is an answer")
@@ -196,28 +196,95 @@ const TABLE: f64 = 0.06;
 
 #[test]
 fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
-    let answer = answer_held(&bumps);
-    assert_eq!(answer.verdict, Verdict::UnknownCause, "{}", told(&answer));
-    let table = answer.table.as_ref().unwrap_or_else(|| panic!("no table: {}", told(&answer)));
+    let answer = answer_held(&|x, _| bumps(x));
+    let table = table_of(&answer);
     assert_eq!((table.on.as_str(), table.over), ("springs.guide", "position"));
     assert!(table.closed > 0.5, "{table:?}");
     assert!(!accepted(&answer).contains(&"force-table"));
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
     // The machine has just what is reported.
-    assert_eq!(table.knots, found.points());
+    let read = Table::of(&found.values());
+    assert_eq!(table.knots, read.points());
     for k in 0..=50 {
         let x = found.from + (found.to - found.from) * f64::from(k) / 50.0;
-        let (own, real) = (found.table().force(x), -bumps(x));
+        let (own, real) = (read.force(x), -bumps(x));
         assert!((own - real).abs() < TABLE * 9.0, "{own} for {real} at {x}: {table:?}");
     }
 }
 
+/// The table of an answer without a cause.
+fn table_of(answer: &Diagnosis) -> &ForceOver {
+    assert_eq!(answer.verdict, Verdict::UnknownCause, "{}", told(answer));
+    answer.table.as_ref().unwrap_or_else(|| panic!("no table: {}", told(answer)))
+}
+
+#[test]
+fn truth_a_force_of_no_library_over_speed_becomes_a_table_over_speed() {
+    let answer = answer_held(&|_, v| bumps(v));
+    let table = table_of(&answer);
+    assert_eq!((table.kind, table.over), (Kind::SpeedTable, "speed"), "{table:?}");
+    let effects = &answer.machine.springs["guide"].effects;
+    let found = effects.iter().find_map(EffectUse::parameters::<SpeedTable>).expect("it has one");
+    // Damping does the same as a line through the table, so the two are held together. Of fast motion there
+    // are few rows.
+    let read = Table::of(&found.values());
+    let damping = answer.machine.springs["guide"].damping;
+    for v in [-0.12, -0.07, -0.03, 0.0, 0.03, 0.06, 0.12] {
+        let (own, real) = (read.force(v) - damping * v, -bumps(v) - DAMPING_N_S_PER_M * v);
+        assert!((own - real).abs() < 2.0 * TABLE * 9.0, "{own} for {real} at {v}: {table:?}");
+    }
+}
+
+/// A tight spot of the guide: friction with a level of its own at every place.
+#[test]
+fn truth_friction_that_varies_along_the_way_becomes_a_table_of_friction() {
+    let level = |x: f64| 2.0 + 10.0 * (-((x - 0.03) / 0.05).powi(2)).exp();
+    let answer = answer_held(&|x, v| dry(level(x), v));
+    let table = table_of(&answer);
+    assert_eq!((table.kind, table.over), (Kind::FrictionTable, "position and direction"), "{table:?}");
+    assert!(table.closed > 0.3, "{table:?}");
+    let [tight, loose] = [0.03, -0.09].map(|x| {
+        let nearest = |a: &&[f64; 2], b: &&[f64; 2]| (a[0] - x).abs().total_cmp(&(b[0] - x).abs());
+        table.knots.iter().min_by(nearest).expect("there are nine")[1]
+    });
+    // Friction of one level that the answer tells of beside the table counts at both.
+    assert!(tight - loose > 7.0, "{table:?}");
+}
+
 #[test]
 fn truth_where_nothing_is_missing_there_is_no_table() {
-    let answer = answer_held(&|_| 0.0);
+    let answer = answer_held(&|_, _| 0.0);
     assert_eq!(answer.verdict, Verdict::NoGap, "{}", told(&answer));
     assert_eq!(answer.table, None);
     let effects = &answer.machine.springs["guide"].effects;
     assert!(effects.is_empty(), "{effects:?}");
+}
+
+/// One long record is split by itself. Cut by hand into ten files it gives the same causes and values, since
+/// evidence counts rows: what a start costs is a few rows of thousands.
+#[test]
+fn truth_ten_pieces_of_one_long_record_give_the_answer_of_the_whole() {
+    let mut whole = dataset("", &|_, v| dry(12.0, v));
+    whole.records.truncate(1);
+    whole.records[0].is_check = false;
+    let long = whole.records[0].clone();
+    let mut ten = whole.clone();
+    ten.records = (0..10)
+        .map(|i| {
+            let rows = i * long.len() / 10..(i + 1) * long.len() / 10;
+            let cut = |series: &Vec<f64>| series[rows.clone()].to_vec();
+            let (commands, series) = (long.commands.iter().map(cut), long.series.iter().map(cut));
+            let piece =
+                Record::even(format!("piece-{i}.csv"), long.spacing_s, commands.collect(), series.collect());
+            Record { is_check: i % 3 == 1, ..piece }
+        })
+        .collect();
+    let [whole, ten] =
+        [whole.in_pieces(), ten].map(|cut| diagnose(&cut, &|_| {}).expect("there is an answer"));
+    assert_eq!(whole.verdict, ten.verdict, "{}\n{}", told(&whole), told(&ten));
+    assert_eq!(accepted(&whole), accepted(&ten));
+    let first = |answer: &Diagnosis| answer.effects[0].parameters["level"].clone();
+    let [a, b] = [&whole, &ten].map(first);
+    assert!((a.value - b.value).abs() < 0.5 * (a.ci90[1] - a.ci90[0]), "{a:?} {b:?}");
 }

@@ -294,6 +294,13 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         first.place
     ));
     page.drawings(&portrait::drawings(first, units));
+    if !diagnosis.inverse.is_empty() {
+        page.paragraph(
+            "The force that the machines lack along the first check experiment (blue: machine as given; \
+             orange: with what was found):",
+        );
+        page.drawings(&portrait::inverse(&diagnosis.inverse, units));
+    }
 }
 
 /// Evidence in a word: strong from odds of 150 to 1 on, some from 3 to 1 on.

@@ -14,7 +14,9 @@ const LEFT: f64 = 72.0;
 const BOTTOM: f64 = 252.0;
 const TOP: f64 = 12.0;
 const RIGHT: f64 = 430.0;
-/// Dots of one drawing.
+/// Colours of the sets of dots; the second one is that of the mean of a lone set too.
+const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
+/// Dots of one set.
 const MOST_DOTS: usize = 1500;
 /// Intervals of the horizontal axis with a drawn mean, and the smallest number of dots for a mean.
 const BINS: usize = 24;
@@ -40,7 +42,20 @@ pub(super) fn drawings(rung: &Rung, units: Units) -> Vec<(String, String)> {
             let caption = format!("against {name}, which explains {:.0} % of its variance", 100.0 * share(i));
             let dots: Vec<[f64; 2]> =
                 rung.portrait.iter().map(|point| [of(point), point.missing_n]).collect();
-            (caption, drawing(&dots, name, unit, units.force))
+            (caption, drawing(&[dots], name, unit, units.force))
+        })
+        .collect()
+}
+
+/// What the believed and the repaired machine lack of the force of one experiment, over time, position and
+/// speed.
+pub(super) fn inverse(rows: &[[f64; 5]], units: Units) -> Vec<(String, String)> {
+    [("time", "s"), ("position", units.position), ("velocity", units.velocity)]
+        .into_iter()
+        .enumerate()
+        .map(|(i, (name, unit))| {
+            let dots = [3, 4].map(|machine| rows.iter().map(|row| [row[i], row[machine]]).collect());
+            (format!("against {name}"), drawing(&dots, name, unit, units.force))
         })
         .collect()
 }
@@ -58,8 +73,9 @@ fn limits(values: impl Iterator<Item = f64>) -> [f64; 2] {
     [low - room, high + room]
 }
 
-fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
-    let [x_limits, y_limits] = [0, 1].map(|axis| limits(dots.iter().map(|dot| dot[axis])));
+/// Sets of dots, each in a colour of its own; a lone one with its mean.
+fn drawing(sets: &[Vec<[f64; 2]>], name: &str, unit: &str, force: &str) -> String {
+    let [x_limits, y_limits] = [0, 1].map(|axis| limits(sets.iter().flatten().map(|dot| dot[axis])));
     let x = |value: f64| LEFT + (RIGHT - LEFT) * (value - x_limits[0]) / (x_limits[1] - x_limits[0]);
     let y = |value: f64| BOTTOM - (BOTTOM - TOP) * (value - y_limits[0]) / (y_limits[1] - y_limits[0]);
     let mut svg = format!(
@@ -92,26 +108,33 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
     let inside = |dot: &&[f64; 2]| {
         (x_limits[0]..=x_limits[1]).contains(&dot[0]) && (y_limits[0]..=y_limits[1]).contains(&dot[1])
     };
-    let thin = dots.len().div_ceil(MOST_DOTS).max(1);
-    svg.push_str(
-        "<path fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.35\" stroke-width=\"3\" \
-                  stroke-linecap=\"round\" d=\"",
-    );
-    for dot in dots.iter().step_by(thin).filter(inside) {
-        let _ = write!(svg, "M{:.0} {:.0}h0", x(dot[0]), y(dot[1]));
+    for (dots, colour) in sets.iter().zip(COLOURS) {
+        let thin = dots.len().div_ceil(MOST_DOTS).max(1);
+        let _ = write!(
+            svg,
+            "<path fill=\"none\" stroke=\"{colour}\" stroke-opacity=\"0.35\" stroke-width=\"3\" \
+             stroke-linecap=\"round\" d=\""
+        );
+        for dot in dots.iter().step_by(thin).filter(inside) {
+            let _ = write!(svg, "M{:.0} {:.0}h0", x(dot[0]), y(dot[1]));
+        }
+        svg.push_str("\"/>");
     }
-    svg.push_str("\"/>");
-    let mut sums = [(0.0, 0.0, 0_usize); BINS];
-    for dot in dots.iter().filter(inside) {
-        let i = (((dot[0] - x_limits[0]) / (x_limits[1] - x_limits[0]) * BINS as f64) as usize).min(BINS - 1);
-        sums[i] = (sums[i].0 + dot[0], sums[i].1 + dot[1], sums[i].2 + 1);
+    if let [dots] = sets {
+        let mut sums = [(0.0, 0.0, 0_usize); BINS];
+        for dot in dots.iter().filter(inside) {
+            let share = (dot[0] - x_limits[0]) / (x_limits[1] - x_limits[0]);
+            let i = ((share * BINS as f64) as usize).min(BINS - 1);
+            sums[i] = (sums[i].0 + dot[0], sums[i].1 + dot[1], sums[i].2 + 1);
+        }
+        let mut mean = String::new();
+        for (sx, sy, n) in sums.iter().filter(|(_, _, n)| *n >= LEAST_IN_BIN) {
+            let letter = if mean.is_empty() { 'M' } else { 'L' };
+            let _ = write!(mean, "{letter}{:.1} {:.1}", x(sx / *n as f64), y(sy / *n as f64));
+        }
+        let colour = COLOURS[1];
+        let _ = write!(svg, "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.5\" d=\"{mean}\"/>");
     }
-    let mut mean = String::new();
-    for (sx, sy, n) in sums.iter().filter(|(_, _, n)| *n >= LEAST_IN_BIN) {
-        let letter = if mean.is_empty() { 'M' } else { 'L' };
-        let _ = write!(mean, "{letter}{:.1} {:.1}", x(sx / *n as f64), y(sy / *n as f64));
-    }
-    let _ = write!(svg, "<path fill=\"none\" stroke=\"#d55e00\" stroke-width=\"2.5\" d=\"{mean}\"/>");
     let (across, middle) = (f64::midpoint(LEFT, RIGHT), f64::midpoint(TOP, BOTTOM));
     let _ = write!(
         svg,

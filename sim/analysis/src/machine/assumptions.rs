@@ -108,6 +108,8 @@ impl ControlLoop {
             found.when(link.asymmetry != 0.0, &of, Kind::DirectionalDamping.name(), mean);
             let no_slope = "left out: at rest it has no slope; about a speed v it damps by 2 drag v";
             found.when(link.drag != 0.0, &of, Kind::QuadraticDrag.name(), no_slope);
+            let at_rest = "taken as its slope at rest: a damping";
+            found.when(link.over_speed.is_some(), &of, Kind::SpeedTable.name(), at_rest);
             found.when(link.stop.is_some(), &of, Kind::HardStop.name(), NOT_REACHED);
             let is_lost = !link.rigid && link.stiffness > 0.0 && self.is_lost(link);
             found.when(is_lost, &of, "stiffness", LOST);

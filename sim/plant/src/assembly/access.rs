@@ -212,6 +212,7 @@ impl Link {
             damping: 0.0,
             asymmetry: 0.0,
             drag: 0.0,
+            over_speed: None,
             cubic: 0.0,
             play: 0.0,
             stop: None,

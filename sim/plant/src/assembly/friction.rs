@@ -1,9 +1,11 @@
 //! Dry friction of a link.
 
+use super::Table;
+
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
 /// While sliding forward its magnitude is `forward + (static_forward - forward) exp(-(v/velocity)^2) +
-/// load_ratio |F_contact|`; backward is analogous. At rest it takes any value up to the static level of its
+/// load_ratio |F_contact| + over(e)`; backward is analogous. At rest it takes any value up to the static level of its
 /// direction. `F_contact` is the sum over all contacts of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
@@ -17,15 +19,24 @@ pub struct Friction {
     pub stribeck_velocity: f64,
     /// Growth of the level with the contact force.
     pub load_ratio: f64,
+    /// A further level over the elongation of the link.
+    pub over: Option<Table>,
 }
 
 impl Friction {
     /// No friction.
-    pub const NONE: Self =
-        Self { forward: 0.0, backward: 0.0, stribeck_excess: 0.0, stribeck_velocity: 1.0, load_ratio: 0.0 };
+    pub const NONE: Self = Self {
+        forward: 0.0,
+        backward: 0.0,
+        stribeck_excess: 0.0,
+        stribeck_velocity: 1.0,
+        load_ratio: 0.0,
+        over: None,
+    };
 
     /// Whether any force can arise.
     pub fn acts(&self) -> bool {
-        self.forward > 0.0 || self.backward > 0.0 || self.stribeck_excess > 0.0 || self.load_ratio > 0.0
+        let levels = [self.forward, self.backward, self.stribeck_excess, self.load_ratio];
+        levels.iter().any(|level| *level > 0.0) || self.over.is_some()
     }
 }

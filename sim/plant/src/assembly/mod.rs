@@ -62,8 +62,8 @@ pub struct Node {
 }
 
 /// A spring, guide or joint between two nodes with elongation `e = x_b - x_a`. The force on `b` is `-(k e +
-/// cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + load` less friction; the force on `a` is its
-/// opposite.
+/// cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + over_speed(e') + load` less friction; the force on
+/// `a` is its opposite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name of the spring, or of the effect's host for an added one.
@@ -82,6 +82,8 @@ pub struct Link {
     pub asymmetry: f64,
     /// Increase of the damping with speed, N s²/m².
     pub drag: f64,
+    /// A force on `b` over the speed of the elongation.
+    pub over_speed: Option<Table>,
     /// Hardening, N/m³.
     pub cubic: f64,
     /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts. Beyond it the two

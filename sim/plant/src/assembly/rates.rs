@@ -40,7 +40,8 @@ impl Assembly {
         for link in self.links.iter().filter(|link| !link.rigid) {
             let is_bounded = link.cubic <= 0.0 && link.drag <= 0.0 && link.bristle.is_none();
             let stiffness = if is_bounded { link.stiffness } else { f64::INFINITY };
-            hold([link.a, link.b], [stiffness, link.damping * (1.0 + link.asymmetry.abs())]);
+            let steepest = link.over_speed.map_or(0.0, |table| table.stiffness());
+            hold([link.a, link.b], [stiffness, link.damping * (1.0 + link.asymmetry.abs()) + steepest]);
         }
         for weight in &self.weights {
             hold([weight.on, weight.reacts_on], [weight.course.stiffness(), 0.0]);

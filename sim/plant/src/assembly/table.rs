@@ -1,4 +1,4 @@
-//! A force over position by its values at evenly spaced points.
+//! A force over position or speed by its values at evenly spaced points.
 
 /// Number of points.
 pub const POINTS: usize = 9;
@@ -12,9 +12,9 @@ const ROUNDING: f64 = 0.25;
 /// and `sqrt(u^2 + ROUNDING^2)`, in spacings. The course is therefore an analytic function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table {
-    /// Position of the first point, m.
+    /// Position or speed of the first point, m or m/s.
     from: f64,
-    /// Distance of the points, m.
+    /// Distance of the points.
     spacing: f64,
     /// Force at each point, N.
     forces: [f64; POINTS],
@@ -24,6 +24,24 @@ impl Table {
     /// The table with its points evenly spaced from `from` to `to`, which lies above.
     pub fn between(from: f64, to: f64, forces: [f64; POINTS]) -> Self {
         Self { from, spacing: (to - from) / (POINTS - 1) as f64, forces }
+    }
+
+    /// The table of these values: where it begins and ends, then the force at each point.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub fn of(values: &[f64]) -> Self {
+        Self::between(values[0], values[1], std::array::from_fn(|i| values[2 + i]))
+    }
+
+    /// Place and force of each point.
+    pub fn points(&self) -> [[f64; 2]; POINTS] {
+        std::array::from_fn(|i| [self.from + self.spacing * i as f64, self.forces[i]])
+    }
+
+    /// Whether no force acts anywhere.
+    pub fn is_null(&self) -> bool {
+        self.forces.iter().all(|force| *force == 0.0)
     }
 
     /// Rise of the force from one point to the next, N: `i` counts from the stretch before the first point.
@@ -37,12 +55,13 @@ impl Table {
         (0..POINTS).map(|i| (self.rise(i + 1) - self.rise(i)) * by(u - i as f64)).sum()
     }
 
-    /// The force at a position, N.
+    /// The force at a place, N. It stays between the smallest and the largest of the points' forces, since the
+    /// rounding is a mean with positive weights.
     pub fn force(&self, x: f64) -> f64 {
         self.forces[0] + self.turned(x, |u| 0.5 * (u + root(u)))
     }
 
-    /// Derivative of the force by position, N/m.
+    /// Derivative of the force by its place.
     pub fn slope(&self, x: f64) -> f64 {
         self.turned(x, |u| 0.5 * (1.0 + u / root(u))) / self.spacing
     }

@@ -1,7 +1,7 @@
 //! `force-table`: a force over position that no law describes, by its values at some points.
 
 use super::prelude::*;
-use crate::assembly::{Course, POINTS, Table, Weight};
+use crate::assembly::{Course, Table, Weight};
 
 parameters! { ForceTable
     from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
@@ -56,12 +56,13 @@ It is no cause, but what is left when none is known: bumps of a rail, a cable ch
 The missing force is a function of position alone, the same at every speed and in both directions. If it
 repeats, it is `force-ripple` or `gravity`, whose laws hold beyond the records too. Over a short stroke it
 contains `constant-load`. A table holds nothing finer than its spacing, and no force that depends on speed
-or direction, such as `coulomb-friction`.
+or direction: `speed-table` and `friction-table` do.
 
 ## How it is recognised
 Plot the missing force against position: it is one curve. A diagnosis never names the table as a cause. If it
-calls the cause unknown, it fits a table at the guide. It proposes the table if that closes more than a tenth
-of the gap on the check experiments and worsens no horizon.
+calls the cause unknown, it fits the table at the guide, over position, speed or direction, that comes
+nearest to the missing force of the check experiments. It proposes the table if that closes more than a tenth
+of the gap there and worsens no horizon.
 
 ## Numerical treatment
 The force is an analytic function of the position, so an extrapolation method integrates the mode to
@@ -84,45 +85,34 @@ where no law is known.
     change: Change::plant::<ForceTable>(),
 };
 
-impl ForceTable {
-    /// Forces at the points.
-    pub fn forces(self) -> [f64; POINTS] {
-        let Self { force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9, .. } =
-            self;
-        [force_1, force_2, force_3, force_4, force_5, force_6, force_7, force_8, force_9]
-    }
-
-    /// Position and force of each point.
-    pub fn points(self) -> [[f64; 2]; POINTS] {
-        let spacing = (self.to - self.from) / (POINTS - 1) as f64;
-        let forces = self.forces();
-        std::array::from_fn(|i| [self.from + spacing * i as f64, forces[i]])
-    }
-
-    /// The law with these parameters.
-    pub fn table(self) -> Table {
-        Table::between(self.from, self.to, self.forces())
-    }
-}
-
 impl ChangesPlant for ForceTable {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let link = machine.link_mut(host, &DEFINITION)?;
         let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
-        if self.to <= self.from {
-            return Err(EffectError::Value {
-                parameter: "to",
-                value: self.to,
-                reason: "the last point does not lie above `from`",
-                remedy: "raise it above `from`, or exchange both and reverse the order of the forces",
-            });
-        }
-        if self.forces().iter().any(|force| *force != 0.0) {
-            let course = Course::Table(self.table());
+        if let Some(table) = table(&self)? {
+            let course = Course::Table(table);
             machine.weights.push(Weight { name, on, reacts_on, is_of_earth: false, course });
         }
         Ok(())
     }
+}
+
+/// The table of an effect with the parameters `from`, `to` and a force at each point; `None` if all are zero.
+///
+/// # Errors
+/// [`EffectError::Value`] if the last point does not lie above the first.
+pub(super) fn table(effect: &impl Parameters) -> Result<Option<Table>, EffectError> {
+    let values = effect.values();
+    if values[1] <= values[0] {
+        return Err(EffectError::Value {
+            parameter: "to",
+            value: values[1],
+            reason: "the last point does not lie above `from`",
+            remedy: "raise it above `from`, or exchange both and reverse the order of the forces",
+        });
+    }
+    let table = Table::of(&values);
+    Ok((!table.is_null()).then_some(table))
 }
 
 #[cfg(test)]

@@ -111,6 +111,7 @@ mod tests {
             stribeck_excess: 6.0,
             stribeck_velocity: 0.02,
             load_ratio: 0.0,
+            over: None,
         };
         assert_eq!(friction, expected);
     }

@@ -67,6 +67,7 @@ impl Motion {
                     friction[i] = self.sliding_level(i, -1.0, &load, &mut forces);
                 }
                 Some(FrictionState::Stick) => {
+                    self.level_over(i, &mut forces);
                     stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)]));
                 }
                 None => {}
@@ -142,6 +143,9 @@ impl Motion {
         let friction = self.assembly.links[i].friction;
         let mut level = scaled(friction.load_ratio, load);
         level[self.layout.one()] += if direction > 0.0 { friction.forward } else { friction.backward };
+        if let Some(j) = self.level_over(i, forces) {
+            level[self.layout.term(j)] += 1.0;
+        }
         for (j, term) in self.terms.iter().enumerate() {
             if matches!(term.law, super::NonlinearLaw::Stribeck { link, .. } if link == i) {
                 forces.arguments[j] = Some([forces.elongation[i][1].clone(), self.layout.zero()]);
@@ -149,6 +153,19 @@ impl Motion {
             }
         }
         level
+    }
+
+    /// The term of the level of link `i` over its elongation, which it is made to follow.
+    fn level_over(&self, i: usize, forces: &mut Forces) -> Option<usize> {
+        let j = self.level_term(i)?;
+        forces.arguments[j] = Some([forces.elongation[i][0].clone(), self.layout.zero()]);
+        Some(j)
+    }
+
+    /// The term of the level of link `i` over its elongation.
+    pub(super) fn level_term(&self, i: usize) -> Option<usize> {
+        let is_it = |law| matches!(law, super::NonlinearLaw::Level { link, .. } if link == i);
+        self.terms.iter().position(|term| is_it(term.law))
     }
 
     /// Forces of links, weights and contacts, each with the node that it pushes and that which it reacts on.

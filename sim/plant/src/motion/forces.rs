@@ -197,7 +197,7 @@ impl Motion {
                 act(None, 0.0, ContactState::Pushing);
             }
             add(&mut force, 1.0, &spring);
-            self.drag_force(mode, i, &rate, forces, &mut force);
+            self.speed_force(mode, i, &rate, forces, &mut force);
             force[layout.one()] += link.load;
         }
         forces.link.push(force);
@@ -210,13 +210,18 @@ impl Motion {
         link.damping * (1.0 + link.asymmetry * self.direction(mode, i).sign())
     }
 
-    /// Adds the drag of link `i`, whose elongation changes at `rate`.
-    fn drag_force(&self, mode: Mode, i: usize, rate: &Row, forces: &mut Forces, force: &mut Row) {
+    /// Adds drag and table of link `i`, whose elongation changes at `rate`.
+    fn speed_force(&self, mode: Mode, i: usize, rate: &Row, forces: &mut Forces, force: &mut Row) {
         let sign = self.direction(mode, i).sign();
         for (j, term) in self.terms.iter().enumerate() {
-            if sign != 0.0 && matches!(term.law, NonlinearLaw::Drag { link, .. } if link == i) {
+            let by = match term.law {
+                NonlinearLaw::Drag { link, .. } if link == i => -sign,
+                NonlinearLaw::OverSpeed { link, .. } if link == i => 1.0,
+                _ => 0.0,
+            };
+            if by != 0.0 {
                 forces.arguments[j] = Some([rate.clone(), self.layout.zero()]);
-                force[self.layout.term(j)] -= sign;
+                force[self.layout.term(j)] += by;
             }
         }
     }

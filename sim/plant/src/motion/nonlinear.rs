@@ -1,7 +1,7 @@
 //! Laws without a matrix exponential.
 
 use super::coordinates::Coordinates;
-use crate::assembly::{Assembly, Bristle, Course, ForceLaw, StopSide};
+use crate::assembly::{Assembly, Bristle, Course, ForceLaw, StopSide, Table};
 use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
@@ -43,6 +43,10 @@ pub enum NonlinearLaw {
     },
     /// `|F|` of a clamped contact that loads a guide.
     Load { contact: usize },
+    /// A force of a link over the speed of its elongation.
+    OverSpeed { link: usize, table: Table },
+    /// A level of dry friction over the elongation of a link.
+    Level { link: usize, table: Table },
     /// `drag v^2` of a link.
     Drag {
         link: usize,
@@ -106,6 +110,7 @@ impl NonlinearTerm {
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
             NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
             NonlinearLaw::Load { .. } => a.abs(),
+            NonlinearLaw::OverSpeed { table, .. } | NonlinearLaw::Level { table, .. } => table.force(a),
             NonlinearLaw::Drag { drag, .. } => drag * a * a,
             NonlinearLaw::Slip { bristle, .. } => bristle.slip(a, b),
             NonlinearLaw::Weight { course, .. } => course.force(a),
@@ -165,6 +170,9 @@ impl NonlinearTerm {
                 [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0]
             }
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
+            NonlinearLaw::OverSpeed { table, .. } | NonlinearLaw::Level { table, .. } => {
+                [table.slope(a), 0.0]
+            }
             NonlinearLaw::Drag { drag, .. } => [2.0 * drag * a, 0.0],
             NonlinearLaw::Slip { bristle, .. } => bristle.slip_slopes(a, b),
             NonlinearLaw::Weight { course, .. } => [course.slope(a), 0.0],
@@ -231,6 +239,8 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             });
         }
         loads |= friction.load_ratio > 0.0;
+        laws.extend(friction.over.map(|table| NonlinearLaw::Level { link, table }));
+        laws.extend(part.over_speed.map(|table| NonlinearLaw::OverSpeed { link, table }));
         if part.drag > 0.0 {
             laws.push(NonlinearLaw::Drag { link, drag: part.drag });
         }
@@ -267,7 +277,7 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::{POINTS, Pull, Table};
+    use crate::assembly::{POINTS, Pull};
 
     /// Error of a central difference with a step of 1e-5 of the scale: 1e-10, and its rounding 1e-11, with a
     /// margin.
@@ -277,6 +287,7 @@ mod tests {
     fn prop_gradients_are_differences_of_values() {
         let law = ForceLaw { stiffness: 3e4, exponent: 1.5, damping: 7.0, alpha: 0.4, cubic: 2e3 };
         let bristle = Bristle { stiffness: 40.0, damping: 2.0, coulomb: 1.0, excess: 0.5, velocity: 0.2 };
+        let table = Table::between(-0.4, 0.4, std::array::from_fn::<_, POINTS, _>(|i| i as f64));
         let laws = [
             NonlinearLaw::Contact { contact: 0, law, unilateral: true },
             NonlinearLaw::Contact { contact: 0, law, unilateral: false },
@@ -290,14 +301,9 @@ mod tests {
                 weight: 0,
                 course: Course::Pull(Pull { amplitude: 2.0, period: 1.3, phase: 0.4 }),
             },
-            NonlinearLaw::Weight {
-                weight: 0,
-                course: Course::Table(Table::between(
-                    -0.4,
-                    0.4,
-                    std::array::from_fn::<_, POINTS, _>(|i| i as f64),
-                )),
-            },
+            NonlinearLaw::Weight { weight: 0, course: Course::Table(table) },
+            NonlinearLaw::OverSpeed { link: 0, table },
+            NonlinearLaw::Level { link: 0, table },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },
             NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },

@@ -137,6 +137,9 @@ impl Motion {
         [(friction.forward, 1.0), (friction.backward, -1.0)].map(|(level, sign)| {
             let mut row = scaled(friction.load_ratio, load);
             row[self.layout.one()] += level + friction.stribeck_excess;
+            if let Some(j) = self.level_term(i) {
+                row[self.layout.term(j)] += 1.0;
+            }
             add(&mut row, sign, held);
             row
         })

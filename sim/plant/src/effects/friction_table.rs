@@ -1,0 +1,94 @@
+//! `friction-table`: dry friction over position that no law describes, by its levels at some points.
+
+use super::force_table::table;
+use super::prelude::*;
+use crate::assembly::Table;
+
+parameters! { FrictionTable
+    from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
+    to: linear(Dimension::LENGTH, None, 0.01, (-1e6, 1e6), "position of the last point, above `from`"),
+    level_1: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the first point"),
+    level_2: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the second point"),
+    level_3: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the third point"),
+    level_4: linear(Dimension::FORCE, Some(0.0), 3.0, (0.0, 1e6), "friction at the fourth point"),
+    level_5: linear(Dimension::FORCE, Some(0.0), 4.0, (0.0, 1e6), "friction midway"),
+    level_6: linear(Dimension::FORCE, Some(0.0), 3.0, (0.0, 1e6), "friction at the sixth point"),
+    level_7: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the seventh point"),
+    level_8: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the eighth point"),
+    level_9: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the last point"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: FrictionTable::KIND,
+    name: "friction-table",
+    place: Place::Guide,
+    order: 227,
+    hosts: &[HostKind::Spring],
+    site: "",
+    parameters: FrictionTable::PARAMETERS,
+    summary: "dry friction over position that no law describes, by nine levels",
+    example: "\
+[springs.guide.effects.friction-table]
+from = \"-1 mm\"
+to = \"7 mm\"
+level_1 = 0.0
+level_2 = 0.0
+level_3 = \"4 N\"
+level_4 = \"10 N\"
+level_5 = \"7 N\"
+level_6 = \"2 N\"
+level_7 = 0.0
+level_8 = 0.0
+level_9 = 0.0
+",
+    sections: "\
+## Model
+Dry friction acts at the spring, with a level that depends on the position `x` of the second body against the
+first. Nine points lie evenly spaced from `from` to `to`. The level there is `level_1`, `level_2`, `level_3`,
+`level_4`, `level_5`, `level_6`, `level_7`, `level_8` and `level_9`. Between them it follows straight lines
+with rounded corners, as the force of `force-table` does. Beyond its ends it stays at the outermost level. It
+adds to other dry friction of the spring: sliding either way takes the level at the place, and at rest the
+spring holds up to it.
+
+## Where it comes from
+It is no cause, but what is left when none is known: a tight spot, a rail out of line, worn or dry stretches,
+a gear that binds over part of its turn.
+
+## How it shows
+The missing force depends on position and direction: it has the sign of the speed, and a size that varies
+along the way. With the same level everywhere it is `coulomb-friction`. A force that keeps its sign in both
+directions is a `force-table`.
+
+## How it is recognised
+Plot the missing force against position, forward and backward: the two curves mirror each other. A diagnosis
+never names the table as a cause. It proposes one as it does a `force-table`.
+
+## Numerical treatment
+Forward, backward and stick are modes, as for `coulomb-friction`, found as events to rounding. The level is an
+analytic function of the position, so an extrapolation method integrates each mode to rounding. Linear theory
+takes the guide as sliding one way or as sticking.
+
+## Source
+L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
+where no law is known.
+",
+    law: LawDrawing {
+        axes: ["position", "friction of the guide"],
+        start: -1.0,
+        with: &[Curve::Function(|x| level(x)), Curve::Function(|x| -level(x))],
+        without: &[],
+    },
+    traits: &[Trait::Dissipative, Trait::DryFriction],
+    change: Change::plant::<FrictionTable>(),
+};
+
+fn level(x: f64) -> f64 {
+    Table::between(-0.8, 0.8, [0.1, 0.1, 0.25, 0.7, 0.5, 0.2, 0.1, 0.1, 0.1]).force(x)
+}
+
+impl ChangesPlant for FrictionTable {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        machine.link_mut(host, &DEFINITION)?.friction.over = table(&self)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,90 @@
+//! `speed-table`: a force over speed that no law describes, by its values at some points.
+
+use super::force_table::table;
+use super::prelude::*;
+use crate::assembly::Table;
+
+parameters! { SpeedTable
+    from: linear(Dimension::VELOCITY, None, -0.1, (-1e6, 1e6), "speed of the first point"),
+    to: linear(Dimension::VELOCITY, None, 0.1, (-1e6, 1e6), "speed of the last point, above `from`"),
+    force_1: linear(Dimension::FORCE, Some(0.0), 4.0, (-1e6, 1e6), "force at the first point"),
+    force_2: linear(Dimension::FORCE, Some(0.0), 3.0, (-1e6, 1e6), "force at the second point"),
+    force_3: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "force at the third point"),
+    force_4: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force at the fourth point"),
+    force_5: linear(Dimension::FORCE, Some(0.0), 0.0, (-1e6, 1e6), "force midway"),
+    force_6: linear(Dimension::FORCE, Some(0.0), -1.0, (-1e6, 1e6), "force at the sixth point"),
+    force_7: linear(Dimension::FORCE, Some(0.0), -2.0, (-1e6, 1e6), "force at the seventh point"),
+    force_8: linear(Dimension::FORCE, Some(0.0), -3.0, (-1e6, 1e6), "force at the eighth point"),
+    force_9: linear(Dimension::FORCE, Some(0.0), -4.0, (-1e6, 1e6), "force at the last point"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: SpeedTable::KIND,
+    name: "speed-table",
+    place: Place::Guide,
+    order: 226,
+    hosts: &[HostKind::Spring],
+    site: "",
+    parameters: SpeedTable::PARAMETERS,
+    summary: "a force over speed that no law describes, by nine values",
+    example: "\
+[springs.guide.effects.speed-table]
+from = \"-80 mm/s\"
+to = \"80 mm/s\"
+force_1 = \"9 N\"
+force_2 = \"11 N\"
+force_3 = \"8 N\"
+force_4 = \"3 N\"
+force_5 = 0.0
+force_6 = \"-2 N\"
+force_7 = \"-5 N\"
+force_8 = \"-6 N\"
+force_9 = \"-4 N\"
+",
+    sections: "\
+## Model
+A force acts on the second body of the spring, and its opposite on the first. It depends on the speed `v` of
+the second against the first. Nine points lie evenly spaced from `from` to `to`. The force there is
+`force_1`, `force_2`, `force_3`, `force_4`, `force_5`, `force_6`, `force_7`, `force_8` and `force_9`. Between
+them it follows straight lines with rounded corners, as that of `force-table` does. Beyond its ends the force
+levels out at the outermost value. Forward and backward have points of their own, so a table may differ by
+direction.
+
+## Where it comes from
+It is no cause, but what is left when none is known: a drive that sags, a seal, grease, a bearing.
+
+## How it shows
+The missing force is a function of speed alone, the same at every position. One line through rest is
+`viscous-friction`, a line for each direction `directional-damping`, a parabola `quadratic-drag`. Their laws
+hold beyond the recorded speeds too. A jump at rest is dry friction, which no table over speed holds.
+
+## How it is recognised
+Plot the missing force against speed: it is one curve. A diagnosis never names the table as a cause. It
+proposes one as it does a `force-table`.
+
+## Numerical treatment
+The force is an analytic function of the speed, so an extrapolation method integrates the mode to rounding.
+The energy balance counts its work as damping. Linear theory takes the slope at rest: damping of either sign.
+
+## Source
+L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
+where no law is known.
+",
+    law: LawDrawing {
+        axes: ["sliding speed", "force on the second body"],
+        start: -1.0,
+        with: &[Curve::Function(|v| {
+            Table::between(-0.8, 0.8, [0.45, 0.55, 0.4, 0.15, 0.0, -0.2, -0.5, -0.6, -0.4]).force(v)
+        })],
+        without: &[],
+    },
+    traits: &[],
+    change: Change::plant::<SpeedTable>(),
+};
+
+impl ChangesPlant for SpeedTable {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        machine.link_mut(host, &DEFINITION)?.over_speed = table(&self)?;
+        Ok(())
+    }
+}

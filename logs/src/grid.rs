@@ -49,7 +49,7 @@ impl Series {
         let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
         let is_repeat = |row: usize| {
             row > 0
-                && self.times_s[row] == self.times_s[row - 1]
+                && same(self.times_s[row], self.times_s[row - 1])
                 && self.values.iter().all(|values| same(values[row], values[row - 1]))
         };
         let kept: Vec<usize> = (0..self.times_s.len()).filter(|row| !is_repeat(*row)).collect();

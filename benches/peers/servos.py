@@ -214,7 +214,8 @@ def main():
         for i in ("implicitfast", "RK4")
     ]
     print(f"| damping ratio | {zeta:.4f} | " + " | ".join(f"{z:.4f}" for z, _ in found) + " |")
-    print(f"| frequency of the swing, Hz | {hertz:.4f} | " + " | ".join(f"{f:.4f}" for _, f in found) + " |")
+    rates = " | ".join(f"{f:.4f}" for _, f in found)
+    print(f"| frequency of the oscillation, Hz | {hertz:.4f} | {rates} |")
     under_load = next(closed for name, *_, closed in CASES if name.startswith("load"))
     ends = [feeler(binary, SERVO, TARGET, -MASS * GRAVITY)[-1][1]]
     ends += [

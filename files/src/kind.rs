@@ -89,13 +89,20 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
     if bytes.starts_with(b"\xff\xfe") {
         return Some(("this is a text in UTF-16", "save it as UTF-8".into()));
     }
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let of_ending = OF_ENDINGS.into_iter().find(|(own, ..)| ending.as_deref() == Some(*own));
+    if let Some((_, what, remedy)) = of_ending.filter(|_| !bytes.is_empty()) {
+        return Some((what, remedy.into()));
+    }
     if let Some(sort) = sort_of(bytes) {
         return Some((sort.what, if sort.remedy.is_empty() { RECORD } else { sort.remedy }.into()));
     }
     let text = std::str::from_utf8(bytes).ok()?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_start();
     if text.starts_with('<') {
-        return Some(if text.contains("<robot") {
+        return Some(if text.contains("<xacro:") {
+            ("this is a xacro", "expand it by `xacro FILE > robot.urdf`, and go on with that".into())
+        } else if text.contains("<robot") {
             ("this is a URDF", of_urdf(path))
         } else if text.contains("<mujoco") {
             ("this is an MJCF model", "`feeler import LOG --mjcf FILE` makes a first machine of it".into())
@@ -107,11 +114,22 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
         return Some(("this file is empty", "begin with a template: `feeler new --list` names them".into()));
     }
     if text.starts_with('{') {
-        return Some(("this is JSON", "write it as TOML: `feeler new` gives a file to begin with".into()));
+        return Some(("this is JSON", AS_TOML.into()));
     }
     is_table_of_numbers(text).then(|| ("this is a table of numbers (CSV)", RECORD.into()))
 }
 
+/// Sorts that their names show before their first bytes do.
+const OF_ENDINGS: [(&str, &str, &str); 7] = [
+    ("npz", "this is an archive of NumPy arrays (.npz)", RECORD),
+    ("xlsx", "this is a spreadsheet", "save its sheet as CSV, and give that to `feeler import`"),
+    ("ods", "this is a spreadsheet", "save its sheet as CSV, and give that to `feeler import`"),
+    ("yaml", "this is YAML", AS_TOML),
+    ("yml", "this is YAML", AS_TOML),
+    ("py", "this is a Python program", AS_TOML),
+    ("md", "this is a text of words", AS_TOML),
+];
+const AS_TOML: &str = "write it as TOML: `feeler new` gives a file to begin with";
 /// The remedy for a record.
 const RECORD: &str =
     "`feeler import` lists what it holds and makes a dataset of it, which `feeler diagnose` takes";
@@ -143,6 +161,7 @@ mod tests {
         let what = |bytes: &[u8]| foreign(bytes, path).map(|(what, _)| what);
         for (bytes, expected) in [
             (&b"<?xml version=\"1.0\"?>\n<robot name=\"a\">"[..], "this is a URDF"),
+            (b"<robot xmlns:xacro=\"x\"><xacro:arm/></robot>", "this is a xacro"),
             (b"<svg/>", "this is XML"),
             (b"{ \"bodies\": {} }", "this is JSON"),
             (b" \n", "this file is empty"),
@@ -159,6 +178,14 @@ mod tests {
         }
         for toml in ["[bodies.a]\nmass = 1\n", "# only a remark\n", "a = [1,2]\nb = 3\n", "name,x\n[a]\n"] {
             assert_eq!(what(toml.as_bytes()), None, "{toml}");
+        }
+        for (name, bytes, expected) in [
+            ("a.npz", &b"PK\x03\x04"[..], "this is an archive of NumPy arrays (.npz)"),
+            ("a.xlsx", b"PK\x03\x04", "this is a spreadsheet"),
+            ("a.yaml", b"bodies:\n  a: 1\n", "this is YAML"),
+            ("a.py", b"import numpy\n", "this is a Python program"),
+        ] {
+            assert_eq!(foreign(bytes, Path::new(name)).map(|(what, _)| what), Some(expected));
         }
         let (_, remedy) = foreign(b"<robot/>", path).unwrap_or_default();
         assert!(remedy.contains("feeler new arm --urdf robot.urdf"), "{remedy}");

@@ -42,6 +42,31 @@ pub struct Series {
     pub notes: Vec<String>,
 }
 
+impl Series {
+    /// Leaves out rows that repeat the one before, time and all, as a recorder writes them that asks more
+    /// often than values change. Returns how many.
+    pub fn leave_out_repeats(&mut self) -> usize {
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+        let is_repeat = |row: usize| {
+            row > 0
+                && same(self.times_s[row], self.times_s[row - 1])
+                && self.values.iter().all(|values| same(values[row], values[row - 1]))
+        };
+        let kept: Vec<usize> = (0..self.times_s.len()).filter(|row| !is_repeat(*row)).collect();
+        let left_out = self.times_s.len() - kept.len();
+        if left_out > 0 {
+            self.times_s = kept.iter().map(|row| self.times_s[*row]).collect();
+            for values in &mut self.values {
+                *values = kept.iter().map(|row| values[*row]).collect();
+            }
+            for bridged in self.bridged.iter_mut().filter(|bridged| !bridged.is_empty()) {
+                *bridged = kept.iter().map(|row| bridged[*row]).collect();
+            }
+        }
+        left_out
+    }
+}
+
 impl Run {
     /// The table and column of a name: a column's own name, its full name, a list with the number of an item,
     /// or its number in the file. Slashes of topics may be omitted or replaced by dots.
@@ -270,6 +295,24 @@ mod tests {
         let times = [0.0, 1.0, 1.5, 3.0, 4.0, 9.0];
         assert_eq!(sampled(&at, &values, &times, false), [10.0, 10.0, 15.0, 10.0, 0.0, 0.0]);
         assert_eq!(sampled(&at, &values, &times, true), [10.0, 10.0, 10.0, 20.0, 0.0, 0.0]);
+    }
+
+    /// Rows 1 and 4 repeat those before them. Row 2 has the time of row 1 and another value.
+    #[test]
+    fn truth_only_rows_that_repeat_time_and_values_are_left_out() {
+        let mut series = Series {
+            clock: "t".into(),
+            times_s: vec![0.0, 0.0, 0.0, 1.0, 1.0],
+            values: vec![vec![1.0, 1.0, 2.0, f64::NAN, f64::NAN], vec![0.0; 5]],
+            bridged: vec![Vec::new(), vec![false, false, false, true, true]],
+            bad: vec![None; 2],
+            rows_before: 1,
+            notes: Vec::new(),
+        };
+        assert_eq!(series.leave_out_repeats(), 2);
+        assert_eq!(series.times_s, [0.0, 0.0, 1.0]);
+        assert_eq!(series.values[0][..2], [1.0, 2.0]);
+        assert_eq!(series.bridged, [vec![], vec![false, false, true]]);
     }
 
     /// Each reading is that of one instant at most, and every other instant is unknown.

@@ -85,6 +85,9 @@ pub(crate) fn of(path: &Path) -> Result<Format, LogError> {
         "npy" | "npz" => Some("a NumPy array"),
         _ => None,
     };
+    if let (Some(_), true) = (expected, start.is_empty()) {
+        return Err(LogError::other(path, "it is empty", "record it again: nothing was written into it"));
+    }
     if let Some(expected) = expected {
         let what = format!("its first bytes are not those of {expected}");
         return Err(LogError::other(
@@ -158,6 +161,7 @@ mod tests {
             ("m.toml", b"[bodies.a]", "TOML", "feeler check"),
             ("a.json", b"{\"a\": 1}", "JSON", "CSV"),
             ("a.mcap", b"hello", "first bytes", "copy it again"),
+            ("a.mcap", b"", "empty", "record it again"),
             ("a.zip", b"PK\x03\x04", "zip", "unpack"),
             ("a.csv.gz", b"\x1f\x8b..", "gzip", "gunzip"),
             ("a.yaml", b"a: 1\n", "YAML", "log"),

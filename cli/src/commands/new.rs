@@ -7,6 +7,7 @@ use std::path::Path;
 use feeler_arm::Urdf;
 use feeler_files::{ARM_TEMPLATE, Document, FOLDERS, Folder, TEMPLATES, arm_text, template};
 use feeler_problem::Remedy;
+use feeler_problem::sort::sort_of;
 use feeler_studies::run::record_csv;
 
 use crate::arguments::New;
@@ -84,8 +85,12 @@ fn write_folder(folder: &Folder, out: Option<&Path>) -> crate::Result<()> {
 fn arm_file(path: &Path, out: Option<&Path>) -> crate::Result<String> {
     let wrong =
         |message: String, remedy: &str| BadInput::error(format!("{}: {message}", path.display()), remedy);
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| wrong(error.to_string(), "name the URDF of the robot with --urdf FILE"))?;
+    let remedy = "name the URDF of the robot with --urdf FILE";
+    let bytes = std::fs::read(path).map_err(|error| wrong(error.to_string(), remedy))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let sort = sort_of(error.as_bytes());
+        wrong(sort.map_or("this is no text", |sort| sort.what).into(), remedy)
+    })?;
     let urdf = Urdf::parse(&text).map_err(|error| wrong(error.to_string(), &error.remedy()))?;
     let tool = urdf.last_link().unwrap_or_default();
     let chain = urdf.chain(tool).map_err(|error| wrong(error.to_string(), &error.remedy()))?;

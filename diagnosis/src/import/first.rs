@@ -11,6 +11,7 @@ use feeler_problem::short;
 
 use super::axis::AxisBelief;
 use super::role::Role;
+use super::roles::Amount;
 use super::seen::Seen;
 use crate::error::DiagnosisError;
 
@@ -27,6 +28,9 @@ const LEAD: &str = "lead";
 const FORCE: &str = "the command is the force of the drive";
 const CURRENT: &str = "the command is a current, and forces are counted in amperes: state the force per \
                        ampere as `scale` of [columns.command]";
+const VOLTAGE: &str = "the command is a voltage, and forces are counted in volts: state the force per volt \
+                       at rest as `scale` of [columns.command]; the back-EMF counts as damping of the \
+                       bearing";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
 const LAG_OMEGA: f64 = 2.0;
 /// Lag that is assumed if none is visible, s.
@@ -198,7 +202,12 @@ impl First {
         let name = if is_force { DRIVE } else { SERVO };
         let mut tolerance = None;
         let kind = if is_force {
-            assumptions.push(if seen.is_current { CURRENT } else { FORCE }.into());
+            let counted = match seen.command {
+                Amount::Force => FORCE,
+                Amount::Current => CURRENT,
+                Amount::Voltage => VOLTAGE,
+            };
+            assumptions.push(counted.into());
             "kind = \"force\"".to_owned()
         } else {
             let gains = gains(joint, inertia, seen);

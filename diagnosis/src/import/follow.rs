@@ -71,7 +71,8 @@ impl Readings {
         let both = table.times_s.iter().zip(&column.values).filter(|(t, x)| t.is_finite() && x.is_finite());
         // Origins of calendar clocks are far from zero; both columns lose the same digits.
         let (times_s, values): (Vec<f64>, Vec<f64>) = both.map(|(t, x)| (t + origin_s, *x)).unzip();
-        (times_s.len() > 1).then_some(Self { times_s, values })
+        let moves = values.windows(2).any(|pair| pair[0].to_bits() != pair[1].to_bits());
+        moves.then_some(Self { times_s, values })
     }
 
     fn at(&self, t: f64) -> f64 {
@@ -135,5 +136,14 @@ mod tests {
         let found = follow((&target.0, &target.1), (&position.0, &position.1)).expect("a lag");
         assert!((found.lag_s - 0.06).abs() <= 0.0025 && found.correlation < -0.999, "{found:?}");
         assert!((found.times / 50.0 - 1.0).abs() < 0.01, "{found:?}");
+    }
+
+    /// 0.1 has roundings in its sums.
+    #[test]
+    fn truth_what_stands_still_follows_nothing() {
+        let (target, mut still) = (series(0.0), series(0.06));
+        still.1.values.iter_mut().for_each(|x| *x = 0.1);
+        assert_eq!(follow((&target.0, &target.1), (&still.0, &still.1)), None);
+        assert_eq!(follow((&still.0, &still.1), (&still.0, &still.1)), None);
     }
 }

@@ -88,6 +88,16 @@ fn take(
 ) -> Result<(), DiagnosisError> {
     let mut guesses = roles::guess(run, &options.columns);
     pair::pair(run, &mut guesses, !options.columns.is_empty());
+    for plan in run.tables.iter().filter(|table| roles::is_plan(table)) {
+        let note = format!(
+            "`{}` holds plans of several points, and no column says which is the target when: record the \
+             `reference` in the state of the controller",
+            plan.name
+        );
+        if !survey.notes.contains(&note) {
+            survey.notes.push(note);
+        }
+    }
     survey.runs.push(summary::of(run, &guesses));
     for (joint, guess) in guesses {
         survey.joints.entry(joint).or_insert(guess);

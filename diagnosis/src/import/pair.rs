@@ -10,11 +10,14 @@ use super::units::{beside, stated};
 
 /// Largest factor between a target and what follows it: a loop that is too slow for its target moves less.
 const APART: f64 = 5.0;
+/// How much less every other pair of columns must be alike, for two to belong together by their motion.
+const CLEARLY_LESS: f64 = 0.05;
 
 /// Pairs targets and positions. Columns that the user chose (`is_chosen`) stay as they are.
 pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bool) {
     if !is_chosen {
         pair_lone_columns(found);
+        pair_by_motion(run, found);
     }
     for guess in found.values_mut() {
         if !is_chosen {
@@ -48,6 +51,40 @@ fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
     }
 }
 
+/// Targets without names (`/commands.data[0]`) belong to the positions that follow each of them alone.
+fn pair_by_motion(run: &Run, found: &mut IndexMap<String, Guess>) {
+    let having = |role: Role, without: Role| {
+        let has = |guess: &Guess, role: Role| guess.columns.contains_key(&role);
+        let joints = found.iter().filter(|(_, guess)| has(guess, role) && !has(guess, without));
+        joints.map(|(joint, _)| joint.clone()).collect::<Vec<String>>()
+    };
+    let mut targets = having(Role::Target, Role::Position);
+    targets.retain(|joint| joint.chars().all(|c| c.is_ascii_digit()));
+    let positions = having(Role::Position, Role::Target);
+    let likeness = |target: &String, position: &String| {
+        let target = column_of(run, &found[target], Role::Target)?;
+        let motion = follow(target, column_of(run, &found[position], Role::Position)?)?;
+        Some(motion.correlation.abs()).filter(|_| motion.is_of_one_motion())
+    };
+    let alike: Vec<Vec<f64>> = (targets.iter())
+        .map(|target| positions.iter().map(|position| likeness(target, position).unwrap_or(0.0)).collect())
+        .collect();
+    let is_clear = |i: usize, j: usize| {
+        let rivals = (0..alike.len()).flat_map(|k| (0..positions.len()).map(move |l| (k, l)));
+        let mut rivals = rivals.filter(|(k, l)| (*k == i) != (*l == j));
+        alike[i][j] > 0.0 && rivals.all(|(k, l)| alike[k][l] < alike[i][j] - CLEARLY_LESS)
+    };
+    for (i, target) in targets.iter().enumerate() {
+        let Some(j) = (0..positions.len()).find(|j| is_clear(i, *j)) else { continue };
+        let Some(mut chosen) = found[target].columns.get(&Role::Target).cloned() else { continue };
+        chosen.why = format!("{}; it names no joint, and this one alone moves as it does", chosen.why);
+        if let Some(guess) = found.get_mut(&positions[j]) {
+            guess.columns.insert(Role::Target, chosen);
+            found.shift_remove(target);
+        }
+    }
+}
+
 /// Of a target and what follows it, gives the one of no stated unit the unit that makes them one motion.
 fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
     let Some(follow) = guess.follow.filter(|follow| follow.is_of_one_motion()) else { return };
@@ -65,7 +102,8 @@ fn unit_by_the_other(guess: &mut Guess, are_stated: [bool; 2]) {
         (Role::Target, are_stated[0], 1.0 / (follow.times * position.in_si()), position.column.clone()),
     ];
     let mut open = sides.into_iter().filter(|(_, is_stated, ..)| !is_stated);
-    let told = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other)?)));
+    let is_straight = guess.is_straight();
+    let told = open.find_map(|(role, _, times, other)| Some((role, beside(times, &other, is_straight)?)));
     if let Some((role, unit)) = told
         && let Some(chosen) = guess.columns.get_mut(&role)
     {

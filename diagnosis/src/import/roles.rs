@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 
 use super::follow::Follow;
 use super::role::Role;
-use super::units::{Reasoned, UnitGuess, by_size, stated};
+use super::units::{Reasoned, UnitGuess, bare, by_size, stated};
 
 /// A column that was chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +62,7 @@ impl Guess {
     }
 }
 
-const TARGETS: [&str; 17] = [
+const TARGETS: [&str; 19] = [
     "target",
     "targets",
     "command",
@@ -80,8 +80,10 @@ const TARGETS: [&str; 17] = [
     "control",
     "trajectory",
     "sp",
+    "soll",
+    "sollwert",
 ];
-const POSITIONS: [&str; 16] = [
+const POSITIONS: [&str; 20] = [
     "position",
     "positions",
     "pos",
@@ -96,6 +98,10 @@ const POSITIONS: [&str; 16] = [
     "qpos",
     "actual",
     "feedback",
+    "observation",
+    "obs",
+    "ist",
+    "istwert",
     "deg",
     "rad",
 ];
@@ -106,6 +112,8 @@ const EFFORTS: [&str; 12] = [
 ];
 /// Words of a current, among those of an effort.
 const CURRENTS: [&str; 4] = ["current", "currents", "curr", "amps"];
+/// Words of a voltage, or of a share of it.
+const VOLTAGES: [&str; 6] = ["voltage", "volt", "volts", "v", "duty", "pwm"];
 /// Units at the end of a name by which a column is a force or a torque, or a position.
 const FORCE_UNITS: [&str; 2] = ["n", "nm"];
 const LENGTH_UNITS: [&str; 2] = ["m", "mm"];
@@ -157,9 +165,26 @@ pub(super) const PLAIN: [&str; 24] = [
     "ma",
 ];
 
-/// Whether a column of efforts is one of currents, by its name.
-pub(super) fn is_current(name: &str) -> bool {
-    words(name).iter().any(|word| CURRENTS.contains(&word.as_str()))
+/// What a column of commands counts in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Amount {
+    #[default]
+    Force,
+    Current,
+    Voltage,
+}
+
+impl Amount {
+    /// By the words of its name.
+    pub(super) fn of(name: &str) -> Self {
+        let words = words(name);
+        let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+        match (has(&CURRENTS), has(&VOLTAGES)) {
+            (true, _) => Self::Current,
+            (_, true) => Self::Voltage,
+            _ => Self::Force,
+        }
+    }
 }
 
 /// Words of a name in lower case; numbers are separate words.
@@ -181,7 +206,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
         last = c;
     }
     found.retain(|word| !word.is_empty());
-    // The unit at the end of `current_mA`.
+    // The unit at the end of `current_mA` or `current_A`.
     if let [.., m, a] = &found[..]
         && (m.as_str(), a.as_str()) == ("m", "a")
         && name.ends_with("mA")
@@ -189,14 +214,27 @@ pub(super) fn words(name: &str) -> Vec<String> {
         found.truncate(found.len() - 2);
         found.push("ma".into());
     }
+    if let [before @ .., a] = &found[..]
+        && a == "a"
+        && before.iter().any(|word| CURRENTS.contains(&word.as_str()))
+        && name.trim_end_matches([']', ')']).ends_with('A')
+    {
+        found.pop();
+    }
     found
+}
+
+/// Whether the messages of a topic are trajectories of several points.
+pub(super) fn is_plan(table: &Table) -> bool {
+    table.columns.iter().any(|column| column.name.contains("points[1]."))
 }
 
 /// Role of a column by its name: its role, the joint, and the decisive word.
 fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
-    let (path, item) = match column.name.rsplit_once('[') {
+    let name = bare(&column.name);
+    let (path, item) = match name.rsplit_once('[') {
         Some((path, item)) if item.ends_with(']') => (path, Some(item.trim_end_matches(']'))),
-        _ => (column.name.as_str(), None),
+        _ => (name, None),
     };
     let of_path = words(path);
     let of_item = item.map(words).unwrap_or_default();
@@ -211,9 +249,9 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         |units: &[&str]| own.last().filter(|last| own.len() > 1 && units.contains(&last.as_str())).copied();
     // `words` parts the number of `mps2`.
     let is_acceleration = own.len() > 1 && own[own.len() - 2] == "mps" && own[own.len() - 1] == "2";
-    // The last item of a trajectory's points is a plan, and its first one is the present target.
-    if is_acceleration || in_own(&OTHERS).is_some() || path.contains("points[") && !path.contains("points[0]")
-    {
+    // The only point of a trajectory is the present target. Several are a plan.
+    let is_plan = path.contains("points[") && (!path.contains("points[0]") || is_plan(table));
+    if is_acceleration || in_own(&OTHERS).is_some() || is_plan {
         return None;
     }
     // The name of a table counts if none of its columns says so itself.
@@ -374,6 +412,12 @@ mod tests {
             ("log", "command_rad", Role::Target, ""),
             ("log", "encoder_m", Role::Position, ""),
             ("log", "slide_mm", Role::Position, "slide"),
+            ("log", "Soll [deg]", Role::Target, ""),
+            ("log", "Ist (deg)", Role::Position, ""),
+            ("log", "current_A", Role::Effort, ""),
+            ("log", "q_A", Role::Position, "a"),
+            ("log", "position[m]", Role::Position, "m"),
+            ("", "observation[elbow]", Role::Position, "elbow"),
             ("curr_data", "Joint_1", Role::Position, "1"),
         ] {
             // The name of a table of currents gives the role of columns named by joints.
@@ -397,9 +441,11 @@ mod tests {
     }
 
     #[test]
-    fn truth_a_current_is_told_from_a_torque_by_its_name() {
-        let named = ["knee_current_cmd", "cmd.amps[knee]", "/motor/curr_des"].map(is_current);
-        assert_eq!(named, [true; 3]);
-        assert_eq!(["knee_tau_cmd", "currently", "effort[knee]"].map(is_current), [false; 3]);
+    fn truth_a_current_or_voltage_is_told_from_a_torque_by_its_name() {
+        let named = ["knee_current_cmd", "cmd.amps[knee]", "/motor/curr_des"].map(Amount::of);
+        assert_eq!(named, [Amount::Current; 3]);
+        let named = ["knee_tau_cmd", "currently", "effort[knee]"].map(Amount::of);
+        assert_eq!(named, [Amount::Force; 3]);
+        assert_eq!(["u_V", "motor_voltage", "duty"].map(Amount::of), [Amount::Voltage; 3]);
     }
 }

@@ -1,14 +1,13 @@
 //! Findings on a joint and its servo from a log.
 
 use super::role::Role;
-use super::roles::{Guess, is_current};
+use super::roles::{Amount, Guess};
 
 /// Share of the squares of the errors that a load explains at least where it makes them.
 const LEAST_EXPLAINED: f64 = 0.25;
 
 /// Findings on a joint.
 #[derive(Clone, Copy, Debug, Default)]
-#[expect(clippy::struct_excessive_bools, reason = "independent facts")]
 pub(super) struct Seen {
     /// How much later the position follows, s.
     pub(super) lag_s: Option<f64>,
@@ -22,8 +21,8 @@ pub(super) struct Seen {
     pub(super) has_speed: bool,
     /// Whether targets come with a force that the servo adds.
     pub(super) has_lead: bool,
-    /// Whether the command of a force drive is a current.
-    pub(super) is_current: bool,
+    /// What the command of a force drive counts in.
+    pub(super) command: Amount,
 }
 
 impl Seen {
@@ -35,7 +34,7 @@ impl Seen {
             is_straight: guess.is_straight(),
             has_speed: guess.columns.contains_key(&Role::TargetVelocity),
             has_lead: guess.columns.contains_key(&Role::FeedForward),
-            is_current: command.is_some_and(|chosen| is_current(&chosen.column)),
+            command: command.map(|chosen| Amount::of(&chosen.column)).unwrap_or_default(),
             ..Self::default()
         }
     }

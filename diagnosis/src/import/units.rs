@@ -66,9 +66,24 @@ pub(super) fn stated(role: Role, column: &Column) -> Reasoned {
         let known = known.into_iter().find(|symbol| symbol == stated)?;
         return Some((UnitGuess::Symbol(known), "the file states it".into()));
     }
-    let ending = column.name.trim_end_matches(']').rsplit_once('_').map(|(_, ending)| ending);
+    let name = &column.name;
+    let in_brackets = (bare(name).len() < name.len())
+        .then(|| name[bare(name).len()..].trim_matches([' ', '(', ')', '[', ']']));
+    let ending =
+        in_brackets.or_else(|| name.trim_end_matches(']').rsplit_once('_').map(|(_, ending)| ending));
     let named = known.into_iter().find(|symbol| ending == Some(*symbol))?;
     Some((UnitGuess::Symbol(named), "its name ends in it".into()))
+}
+
+/// A name without the unit in brackets behind it: `Ist [deg]`, `q(rad)`. The item of a list stays: `q[a]`.
+pub(super) fn bare(name: &str) -> &str {
+    let Some(end) = name.chars().last() else { return name };
+    let begin = match end {
+        ')' => name.rfind('('),
+        ']' => name.rfind('[').filter(|at| name[..*at].ends_with(' ')),
+        _ => None,
+    };
+    begin.map_or(name, |at| name[..at].trim_end())
 }
 
 /// The unit of a column of positions that states none, if its numbers show that it is not SI.
@@ -93,12 +108,14 @@ pub(super) fn by_size(role: Role, column: &Column) -> Reasoned {
 
 /// The unit of a column whose motion is `times` that of another in SI, though it is the same motion. `None`
 /// if no common unit makes it so.
-pub(super) fn beside(times: f64, other: &str) -> Reasoned {
-    let degree = UnitGuess::Symbol("deg");
+pub(super) fn beside(times: f64, other: &str, is_straight: bool) -> Reasoned {
     let counts = TURNS.map(|turn| UnitGuess::Counts(std::f64::consts::TAU / turn));
-    let known = counts.into_iter().chain([degree, UnitGuess::Counts(1e-3)]);
+    let turning = counts.into_iter().chain([UnitGuess::Symbol("deg"), UnitGuess::Counts(1e-3)]);
+    let straight = [UnitGuess::Symbol("mm")];
+    let known: Vec<UnitGuess> = if is_straight { straight.into() } else { turning.collect() };
     let off = |unit: &UnitGuess| (times * unit.in_si()).ln().abs();
-    let nearest = known.min_by(|a, b| off(a).total_cmp(&off(b))).filter(|unit| off(unit) < SAME.ln())?;
+    let nearest =
+        known.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).filter(|unit| off(unit) < SAME.ln())?;
     Some((nearest, format!("its numbers move {} times as far as `{other}`", short(times))))
 }
 
@@ -118,14 +135,19 @@ mod tests {
         assert_eq!(found("elbow_deg", Role::Position), Some(UnitGuess::Symbol("deg")));
         assert_eq!(found("elbow", Role::Position), Some(UnitGuess::Symbol("deg")));
         assert_eq!(found("command_n", Role::Command), None);
+        for name in ["Ist [deg]", "ist (deg)", "ist(deg)"] {
+            assert_eq!(found(name, Role::Position), Some(UnitGuess::Symbol("deg")), "{name}");
+        }
     }
     /// A motion in degrees is 57.3 times that in radians.
     #[test]
     fn truth_the_size_of_one_motion_tells_its_unit() {
-        let found = |times: f64| beside(times, "target").map(|(unit, _)| unit);
+        let found = |times: f64| beside(times, "target", false).map(|(unit, _)| unit);
         assert_eq!(found(55.0), Some(UnitGuess::Symbol("deg")));
         assert_eq!(found(990.0), Some(UnitGuess::Counts(1e-3)));
         assert_eq!(found(640.0), Some(UnitGuess::Counts(std::f64::consts::TAU / 4096.0)));
         assert_eq!([found(0.02), found(4.0), found(1e7)], [None; 3]);
+        assert_eq!(beside(990.0, "x", true).map(|(unit, _)| unit), Some(UnitGuess::Symbol("mm")));
+        assert_eq!(beside(57.0, "x", true), None);
     }
 }

@@ -401,7 +401,13 @@ fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, Diagno
     if let Some(error) = first(Table::goes_back_at) {
         return Err(error.into());
     }
-    let series = on_one_grid(file, run, picks)?;
+    let mut series = on_one_grid(file, run, picks)?;
+    match series.leave_out_repeats() {
+        0 => {}
+        repeats => series
+            .notes
+            .push(format!("rows that repeat the one before, time and all, are left out: {repeats}")),
+    }
     // Two readings of a slower column may share an instant.
     let advances = series.times_s.windows(2).all(|pair| pair[1] > pair[0]);
     match first(Table::stays_at).filter(|_| !advances) {

@@ -1,9 +1,9 @@
 //! `stribeck-friction`: dry friction that falls with speed.
 
-use feeler_plant::effects::{CoulombFriction, Kind, Parameters, StribeckFriction};
+use feeler_plant::effects::{CoulombFriction, EffectUse, Kind, Parameters, StribeckFriction};
 
 use super::start::levels;
-use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, spread};
+use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, Seen, spread};
 
 /// Speed over which it falls when its fit starts from Coulomb friction, m/s.
 const SPEED_M_PER_S: f64 = 0.01;
@@ -11,6 +11,10 @@ const SPEED_M_PER_S: f64 = 0.01;
 /// hides it.
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
+
+/// Share of the fastest motion below which a guide as good as sticks. A peak that is gone by then may as well
+/// be a guide that gives way before it slides.
+const AS_GOOD_AS_STUCK: f64 = 0.01;
 
 impl Known for StribeckFriction {
     const BALANCE: Option<Balance<Self>> = Some(Balance {
@@ -38,7 +42,41 @@ impl Known for StribeckFriction {
         levels(glance.command).into_iter().flat_map(at).collect()
     }
 
+    fn is_trivial(self, element: &Element<'_>, seen: Seen) -> bool {
+        let believed = element.spring().map_or(&[][..], |spring| spring.effects.as_slice());
+        let is_within = |effect: &EffectUse| {
+            let off = (self.coulomb / effect.values[0]).ln().abs();
+            effect.definition.kind == Kind::CoulombFriction
+                && off <= element.tolerance_of_friction(effect, "level").ln_1p()
+        };
+        self.velocity < AS_GOOD_AS_STUCK * seen.speed_m_per_s && believed.iter().any(is_within)
+    }
+
     fn fractions_off() -> Option<Self> {
         Some(Self { coulomb: FALLEN, static_level: LEVEL, velocity: FALL_SPEED })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_plant::description::{ElementKind, GROUND, Machine, Site, Spring};
+    use indexmap::IndexMap;
+
+    use super::*;
+
+    /// Of a peak over a believed level, only one that moving guides meet is a departure.
+    #[test]
+    fn truth_a_peak_that_only_stuck_guides_meet_is_no_departure_from_the_believed_level() {
+        let mut guide = Spring::new(GROUND, "motor", 0.0, 5.0);
+        guide.effects.push(EffectUse::of(CoulombFriction { level: 2.0 }));
+        let mut machine = Machine::default();
+        machine.springs.insert("guide".into(), guide);
+        let tolerance = IndexMap::new();
+        let element = Element::at(Site { table: ElementKind::Springs, index: 0 }, &machine, &tolerance);
+        let seen = Seen { speed_m_per_s: 1.0, ..Seen::default() };
+        let of = |coulomb, velocity| StribeckFriction { coulomb, static_level: 8.0, velocity };
+        assert!(of(1.8, 0.005).is_trivial(&element, seen));
+        assert!(!of(1.8, 0.05).is_trivial(&element, seen) && !of(0.5, 0.005).is_trivial(&element, seen));
+        assert!(!of(1.8, 0.005).is_trivial(&element.known_exactly(), seen));
     }
 }

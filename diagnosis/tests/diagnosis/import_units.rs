@@ -79,3 +79,72 @@ fn truth_a_stated_column_that_no_run_has_is_refused() {
     let error = import(&[&folder.path().join("a.csv")], &options, &|_| ()).expect_err("no such column");
     assert!(error.to_string().contains("there is no column `goal`"), "{error}");
 }
+
+/// A controller lists its joints in an order of its own, without names. Two joints that move alike stay
+/// apart from their targets: nothing tells which is whose.
+#[test]
+fn truth_targets_without_names_belong_to_the_positions_that_follow_each_alone() {
+    let waves: [fn(f64) -> f64; 2] = [|t| (2.0 * t).sin(), |t| (1.3 * t).cos() + 0.4 * (4.1 * t).sin()];
+    for (of_wrist, paired) in [(1, true), (0, false)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut commands = "t_s,data[0],data[1]\n".to_owned();
+        let mut states = "t_s,position[wrist],position[elbow]\n".to_owned();
+        for k in 0..1200 {
+            let t = 0.01 * f64::from(k);
+            let of = |joint: usize, t: f64| waves[joint](t);
+            let _ = writeln!(commands, "{t},{:.6},{:.6}", of(0, t), of(of_wrist, t));
+            let late = t - 0.06;
+            let _ = writeln!(states, "{t},{:.6},{:.6}", of(of_wrist, late), of(0, late));
+        }
+        fs::write(folder.path().join("commands.csv"), commands).expect("written");
+        fs::write(folder.path().join("joint_states.csv"), states).expect("written");
+        let survey = import(&[folder.path()], &Options::default(), &|_| ()).expect("a survey");
+        let target = |joint: &str| {
+            survey.joints[joint].columns.get(&Role::Target).map(|chosen| chosen.column.as_str())
+        };
+        let expected = if paired { [Some("commands.data[0]"), Some("commands.data[1]")] } else { [None; 2] };
+        assert_eq!(["elbow", "wrist"].map(target), expected, "{:?}", survey.joints);
+    }
+}
+
+#[test]
+fn truth_a_plan_of_several_points_is_no_target() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("plan.csv");
+    let mut rows = "t_s,points[0].positions[elbow],points[1].positions[elbow],position[elbow]\n".to_owned();
+    for k in 0..100 {
+        let t = 0.1 * f64::from(k);
+        let _ = writeln!(rows, "{t},{:.6},{:.6},{:.6}", t.sin(), (t + 0.05).sin(), (t - 0.1).sin());
+    }
+    fs::write(&file, rows).expect("written");
+    let survey = import(&[&file], &Options::default(), &|_| ()).expect("a survey");
+    assert_eq!(survey.joints["elbow"].columns.get(&Role::Target), None);
+    assert!(survey.notes[0].contains("plans of several points"), "{:?}", survey.notes);
+}
+
+/// A recorder that asks more often than values change writes rows twice. Two different rows of one instant
+/// stay an error.
+#[test]
+fn truth_rows_that_repeat_are_left_out_and_counted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, twice: &dyn Fn(u32, &str) -> String| {
+        let mut rows = "t_s,target,position\n".to_owned();
+        for k in 0..200 {
+            let t = 0.01 * f64::from(k);
+            rows.push_str(&twice(k, &format!("{t},{:.6},{:.6}\n", (9.0 * t).sin(), (9.0 * t - 0.2).sin())));
+        }
+        let file = folder.path().join(name);
+        fs::write(&file, rows).expect("written");
+        let options = Options { out: Some(folder.path().join(format!("{name}-out"))), ..Options::default() };
+        import(&[&file], &options, &|_| ())
+    };
+    let survey =
+        write("a.csv", &|k, row| if k % 3 == 1 { row.repeat(2) } else { row.into() }).expect("a survey");
+    let said = survey.notes.iter().any(|note| note.contains("time and all, are left out: 67"));
+    assert!(said, "{:?}", survey.notes);
+    let dataset = Dataset::load(&survey.datasets[0].folder).expect("it loads");
+    assert_eq!(dataset.records[0].times_s.len(), 200);
+    let error = write("b.csv", &|k, row| if k == 90 { format!("{row}0.9,5,5\n") } else { row.into() });
+    let error = error.expect_err("two rows of one instant").to_string();
+    assert!(error.contains("row 93") && error.contains("does not advance beyond 0.9 s"), "{error}");
+}

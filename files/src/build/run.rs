@@ -28,6 +28,8 @@ const ORDINARY_S: f64 = 1e-5;
 /// Largest number of bodies: every mode has matrices of twice as many rows, and their exponentials cost the
 /// cube of that.
 const MOST_BODIES: usize = 256;
+/// Highest rate of a record: a row takes about a microsecond, and ten milliseconds then take a second.
+const MOST_RATE_HZ: f64 = 1e8;
 /// Most rows of a record.
 const MOST_ROWS: f64 = 1e7;
 /// Largest number of values in a record: 0.8 GB.
@@ -177,6 +179,19 @@ impl Builder<'_> {
                 path(&field),
                 message,
                 "lower `record_rate`, record fewer signals, or shorten the run",
+            );
+        }
+        if rate > MOST_RATE_HZ {
+            let message = format!(
+                "a row every {} s, and at most {MOST_RATE_HZ:.0e} rows a second",
+                compact(1.0 / rate)
+            );
+            let field = if is_stated { RunSettings::RECORD_RATE } else { RunSettings::STEP };
+            self.problems.add(
+                place(&field),
+                path(&field),
+                message,
+                "lower `record_rate`; a number without a unit is in hertz",
             );
         }
         if rows < 1.0 {

@@ -26,6 +26,8 @@ fn truth_a_record_beyond_reason_is_refused_with_the_arithmetic() {
         report.contains("100000 s * 10000 Hz = 1.000e9 rows of 3 signals = 3.000e9 numbers (24.0 GB)"),
         "{report}"
     );
+    let report = refused(&["run.duration=0.01", "run.record_rate=1e6 kHz"]);
+    assert!(report.contains("a row every 1e-9 s, and at most 1e8 rows a second"), "{report}");
 }
 
 #[test]

@@ -247,8 +247,13 @@ fn truth_the_command_line_starts_threads_only_to_write_compare_and_serve() {
     let users: Names = users
         .map(|(path, _)| path.display().to_string().rsplit_once("cli/src/").unwrap().1.to_owned())
         .collect();
-    let named =
-        ["commands/compare.rs", "commands/run.rs", "live/mod.rs", "live/session.rs", "pages/sweep/png.rs"];
+    let named = [
+        "commands/compare.rs",
+        "commands/run.rs",
+        "live/mod.rs",
+        "live/session.rs",
+        "pages/sweep/png/mod.rs",
+    ];
     assert_eq!(users, named.map(str::to_owned).into());
 }
 

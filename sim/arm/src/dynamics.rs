@@ -1,7 +1,7 @@
 //! Newton-Euler recursion along a chain: R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, ch. 5; here
 //! in vectors of the base's frame.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::chain::{Chain, JointKind};
 use crate::posture::Posture;
@@ -41,19 +41,41 @@ impl Posture<'_> {
         self.efforts(v, &vec![0.0; v.len()], &Vector3::zeros())
     }
 
-    /// Mass matrix of the links: kg m², kg m or kg, depending on the joints.
+    /// Mass matrix of the links: kg m², kg m or kg, depending on the joints. Each joint accelerates all that
+    /// it carries as one rigid body, whose wrench the joints before it bear (composite rigid bodies;
+    /// Featherstone, ch. 6).
     pub fn mass_matrix(&self) -> DMatrix<f64> {
+        let joints = &self.chain.joints;
         let n = self.bodies.len();
-        let mut mass = DMatrix::zeros(n, n);
-        let still = vec![0.0; n];
-        let mut unit = vec![0.0; n];
-        for j in 0..n {
-            unit[j] = 1.0;
-            mass.set_column(j, &self.efforts(&still, &unit, &Vector3::zeros()));
-            unit[j] = 0.0;
+        let mut matrix = DMatrix::zeros(n, n);
+        let origin = |i: usize| self.bodies[i].frame.translation.vector;
+        // All that joint `j` carries, about its origin: mass, mass times centre, and inertia.
+        let (mut mass, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
+        for (j, body) in self.bodies.iter().enumerate().rev() {
+            if j + 1 < n {
+                let ahead = origin(j + 1) - origin(j);
+                second += about(&ahead, &(2.0 * first + mass * ahead));
+                first += mass * ahead;
+            }
+            let own = joints[j].inertial.mass_kg;
+            mass += own;
+            first += own * body.centre;
+            second += body.inertia + about(&body.centre, &(own * body.centre));
+            // Force of the acceleration and its moment, which moves from joint to joint.
+            let (force, mut moment) = match joints[j].kind {
+                JointKind::Prismatic => (mass * body.axis, first.cross(&body.axis)),
+                JointKind::Revolute | JointKind::Continuous => (body.axis.cross(&first), second * body.axis),
+            };
+            for i in (0..=j).rev() {
+                if i < j {
+                    moment += (origin(i + 1) - origin(i)).cross(&force);
+                }
+                let along = if joints[i].kind == JointKind::Prismatic { &force } else { &moment };
+                let share = self.bodies[i].axis.dot(along);
+                (matrix[(i, j)], matrix[(j, i)]) = (share, share);
+            }
         }
-        // Two rows of the same sum, added in different order.
-        0.5 * (&mass + mass.transpose())
+        matrix
     }
 
     fn efforts(&self, v: &[f64], acceleration: &[f64], gravity: &Vector3<f64>) -> DVector<f64> {
@@ -94,4 +116,10 @@ impl Posture<'_> {
         }
         efforts
     }
+}
+
+/// The symmetric part of `(a . b) 1 - a b'`: the inertia of a mass at `a`, where `b` is the mass times `a`.
+fn about(a: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+    let product = a * b.transpose();
+    Matrix3::from_diagonal_element(product.trace()) - 0.5 * (product + product.transpose())
 }

@@ -39,6 +39,48 @@ fn truth_what_is_written_is_read() {
     );
 }
 
+/// The mass matrix sums what each joint carries, and inverse dynamics runs through all links: two ways to one
+/// force. In space, with a slide between turns and centres off every axis.
+#[test]
+fn truth_forces_of_accelerations_are_those_of_the_mass_matrix() {
+    /// Sums of some ten products of numbers of size one.
+    const ROUNDING: f64 = 1e-14;
+    let link = |name: &str, scale: f64| {
+        format!(
+            "<link name=\"{name}\"><inertial><origin xyz=\"0.1 -0.2 {scale}\" rpy=\"0.3 0.2 {scale}\"/>\
+             <mass value=\"{scale}\"/><inertia ixx=\"0.3\" \
+             ixy=\"0.02\" ixz=\"-0.03\" iyy=\"0.4\" iyz=\"0.01\" \
+             izz=\"0.5\"/></inertial></link>"
+        )
+    };
+    let joint = |name: &str, kind: &str, [parent, child]: [&str; 2], axis: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <origin xyz=\"0.2 0.3 0.5\" rpy=\"0.4 -0.7 0.1\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"-9\" upper=\"9\"/></joint>"
+        )
+    };
+    let links = [link("l1", 1.1), link("l2", 0.7), link("l3", 0.4), link("l4", 0.2)].concat();
+    let joints = [
+        joint("j1", "revolute", ["base", "l1"], "0 0 1"),
+        joint("j2", "prismatic", ["l1", "l2"], "0 0.6 0.8"),
+        joint("j3", "revolute", ["l2", "l3"], "1 0 0"),
+        joint("j4", "revolute", ["l3", "l4"], "0 1 0"),
+    ]
+    .concat();
+    let text = format!("<robot name=\"four\"><link name=\"base\"/>{links}{joints}</robot>");
+    let chain = Urdf::parse(&text).unwrap().chain("l4").unwrap();
+    let (q, still) = ([0.7, -0.4, 1.9, -2.3], [0.0; 4]);
+    let mass = chain.mass_matrix(&q);
+    let weight = chain.inverse_dynamics(&q, &still, &still);
+    for joint in 0..4 {
+        let unit = [0, 1, 2, 3].map(|i| if i == joint { 1.0 } else { 0.0 });
+        let force = chain.inverse_dynamics(&q, &still, &unit) - &weight;
+        // Weights of up to 24 N are subtracted.
+        assert!((force - mass.column(joint)).amax() < 24.0 * ROUNDING, "{mass}");
+    }
+}
+
 #[test]
 fn truth_collision_shapes_stand_in_the_frame_of_what_carries_them() {
     let text = r#"<robot name="post">

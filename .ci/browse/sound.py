@@ -178,8 +178,6 @@ def check(browser, name, address, axe_text, shots, problems):
             if shots:
                 browser.shot(shots / f"{name}-{width}-{'dark' if dark else 'light'}.png")
             if width == NARROW and not dark:
-                browser.ask("POST", "/refresh")
-                time.sleep(0.3)
                 if small := browser.run(SMALL_TEXT, LEAST_PX):
                     wrong(f"small text at {NARROW} px: {small[:4]}")
                 if cut := browser.run(CUT):

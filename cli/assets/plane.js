@@ -51,9 +51,17 @@
   feeler.plane = (place, written) => {
     let plane = read(written);
     // In a narrow place fewer units, so that text stays large; the inner rectangle keeps its proportions.
-    const [WIDTH, HEIGHT] = place.clientWidth < 640 ? [480, 251] : [900, 460];
-    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture", role: "img",
+    let WIDTH, HEIGHT;
+    const svg = node("svg", { class: "plane-picture", role: "img",
         "aria-label": place.getAttribute("aria-label") || plane.x });
+    const size = () => {
+      const units = place.clientWidth < 640 ? [480, 251] : [900, 460];
+      if (units[0] === WIDTH) return false;
+      [WIDTH, HEIGHT] = units;
+      svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
+      return true;
+    };
+    size();
     const told = document.createElement("p");
     told.className = "told";
     told.setAttribute("aria-live", "polite");
@@ -207,6 +215,7 @@
     });
     svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
     paint(); rest();
+    new ResizeObserver(() => { if (size()) { paint(); rest(); } }).observe(place);
     // Another state of the same plane, seen through the same frame.
     return { update: (next) => { const moved = view !== plane.view; plane = read(next);
       if (!moved) view = next.view; paint(); rest(); } };

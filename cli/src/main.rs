@@ -47,7 +47,9 @@ fn main() -> ExitCode {
 /// The parser's error, with a tip if a setting lacks quotes: its rest then looks like further arguments.
 fn with_tip(mut error: clap::Error) -> clap::Error {
     let unquoted = match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::String(argument)) if error.kind() == ErrorKind::UnknownArgument => {
+        Some(ContextValue::String(argument))
+            if error.kind() == ErrorKind::UnknownArgument && !argument.starts_with('-') =>
+        {
             let words: Vec<_> = std::env::args_os().collect();
             words.windows(3).any(|three| three[0] == "--set" && three[2] == argument.as_str())
         }

@@ -12,6 +12,8 @@ use crate::terminal::failure::{BadInput, Failure};
 
 /// Digits of joint positions: a micrometre at the tool.
 const DIGITS: usize = 7;
+/// Smaller parts of a pose are rounding, rad or m.
+const FINEST: f64 = 1e-9;
 
 pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let draft = Draft::load_with(&arguments.file, &arguments.settings)?;
@@ -38,7 +40,8 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
 /// A run of a whole arm takes seconds, which no slider waits for. Names the commands that move its axis.
 fn of_arm(file: &CellFile, arm: &Path) -> Failure {
     let list = |values: &[f64]| {
-        values.iter().map(|value| rounded(*value, DIGITS).to_string()).collect::<Vec<_>>().join(",")
+        let short = |value: &f64| rounded((value / FINEST).round() * FINEST + 0.0, DIGITS).to_string();
+        values.iter().map(short).collect::<Vec<_>>().join(",")
     };
     let (start, cell) = (&file.cell.start, &file.cell);
     let hold = if cell.hold.bandwidth_hz > 0.0 { " --hold" } else { "" };

@@ -3,13 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use feeler_analysis::{gain, leading_gain};
 use feeler_diagnosis::difference::Difference;
+use feeler_engine::Program;
 use feeler_files::{Document, Draft};
 use feeler_studies::doubts;
 use feeler_studies::tune::{Spec, Uncertain, machines, tune};
 use serde_json::Value;
 
-use super::why::{next, write_set};
+use super::why::{kept, next, write_set};
 use crate::arguments::Tune;
 use crate::pages::tune::summary;
 use crate::terminal;
@@ -40,19 +42,40 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     }
     if let Some(out) = &arguments.out {
         let all: Vec<String> = arguments.settings.iter().chain(&tuned.settings).cloned().collect();
-        write_set(&arguments.file, &document, &all, out)?;
+        let backup = write_set(&arguments.file, &document, &all, out)?;
         let head = if written.is_empty() { "\n\nwrote" } else { "" };
-        let next = next(&arguments.file, out);
-        let _ = write!(written, "{head}\n  {}\n\n{next}", out.display());
+        let next = next(backup.as_ref().unwrap_or(&arguments.file), out);
+        let _ = write!(written, "{head}\n  {}{}\n\n{next}", out.display(), kept(backup.as_deref()));
     }
     if arguments.json {
         return terminal::print(&terminal::json(&tuned)?);
     }
-    let units = Units::of(&document.scenario.machine);
-    terminal::print(&format!(
-        "{}{written}",
-        summary(&document.scenario.machine.name, &tuned, &uncertain, units)
-    ))
+    let machine = &document.scenario.machine;
+    let further = further(&document, &spec, &tuned.controller);
+    let said = summary(&machine.name, &tuned, &uncertain, Units::of(machine), further.as_deref());
+    terminal::print(&format!("{said}{written}"))
+}
+
+/// What a specification could tune besides, if it names nothing.
+fn further(document: &Document, spec: &Spec, controller: &str) -> Option<String> {
+    if spec.gains.is_some() || !spec.parts.is_empty() {
+        return None;
+    }
+    let law = &document.scenario.controllers.get(controller)?.spec;
+    let is_undamped = gain(law, "damping").is_ok_and(|damping| damping == 0.0);
+    let damped = leading_gain(law).filter(|_| is_undamped && reads_motion(document, controller));
+    let damped = damped.map_or_else(String::new, |leading| format!("\"gains = {leading}+damping\" or "));
+    // A lead is a key of force laws.
+    let part = if law.law.name() == "explicit-force" { "lead" } else { "filter" };
+    Some(format!("more bandwidth may come from --spec {damped}\"structure = gains+{part}\""))
+}
+
+/// Whether a controller knows the motion of its drive, as damping needs.
+fn reads_motion(document: &Document, controller: &str) -> bool {
+    let program = Program::new(&document.scenario);
+    program.is_ok_and(|program| {
+        program.loops().any(|wiring| wiring.name == controller && wiring.motion.is_some())
+    })
 }
 
 /// Results of a diagnosis.

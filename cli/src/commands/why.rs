@@ -1,6 +1,6 @@
 //! `feeler why`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use feeler_files::{Document, Draft};
@@ -17,11 +17,11 @@ use crate::{pages, terminal};
 
 /// Meaning of the last column of the table of runs.
 const ABOUT_LIMIT: &str =
-    " limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
-const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
+    "limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
+const ABOUT_NO_LIMIT: &str = "-: 50 or more, or linear theory has no answer";
 /// Meaning of the last column of the table of remedies.
 const ABOUT_NOW: &str =
-    " than now: beside the bandwidth of the file's loop, which an unstable loop has only on paper";
+    "than now: beside the bandwidth of the file's loop, which an unstable loop has only on paper";
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -50,7 +50,13 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
         return terminal::print(&json);
     }
     let units = Units::of(&document.scenario.machine);
-    terminal::print(&format!("{}{}{written}", found.verdict, details(&found, units)))
+    let set = arguments.settings.iter().map(|setting| format!(" --set {}", terminal::quoted(setting)));
+    let named = terminal::quoted_path(&arguments.file) + &set.collect::<String>();
+    let next = setting_rows(&found)
+        .first()
+        .map(|row| format!("\n\nnext: feeler why {named} --try {} --out cured.toml", row[0]));
+    let said = terminal::wrapped(&found.verdict) + &details(&found, units) + &written;
+    terminal::print(&(said + &next.unwrap_or_default()))
 }
 
 /// Writes the file with a remedy and with the settings of the command line.
@@ -61,17 +67,25 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
         let known: Vec<String> = setting_rows(found).into_iter().map(|mut row| row.swap_remove(0)).collect();
         return Err(BadInput::error(
             format!("{} has no remedy {number} that can be applied by settings", arguments.file.display()),
-            if known.is_empty() {
-                "see `feeler why FILE`".into()
+            if !found.chatters {
+                "it does not chatter: `feeler tune FILE` raises its bandwidth".into()
+            } else if known.is_empty() {
+                "no remedy that was tried settles, as `feeler why FILE` shows".into()
             } else {
                 format!("try one of {}", known.join(", "))
             },
         ));
     };
     let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
-    write_set(&arguments.file, document, &all, out)?;
-    let next = next(&arguments.file, out);
-    terminal::print(&format!("{}: {}\n\n{next}", out.display(), settings.join("; ")))
+    let backup = write_set(&arguments.file, document, &all, out)?;
+    let next = next(backup.as_ref().unwrap_or(&arguments.file), out);
+    let kept = kept(backup.as_deref());
+    terminal::print(&format!("{}: {}{kept}\n\n{next}", out.display(), settings.join("; ")))
+}
+
+/// Where the old text of a replaced file is.
+pub(super) fn kept(backup: Option<&Path>) -> String {
+    backup.map_or_else(String::new, |backup| format!(" (what it was is in {})", backup.display()))
 }
 
 /// The command that shows a changed file beside the one that it was made from.
@@ -80,13 +94,14 @@ pub(super) fn next(file: &Path, out: &Path) -> String {
 }
 
 /// Writes a file with changed settings, and reads it back. Comments stay. A copy is named after its file:
-/// `feeler run` writes into a folder of that name, and so leaves the results of the original alone.
+/// `feeler run` writes into a folder of that name, and so leaves the results of the original alone. If `out`
+/// is the file itself, its old text is kept beside it, and that path is returned.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,
     settings: &[String],
     out: &Path,
-) -> crate::Result<()> {
+) -> crate::Result<Option<PathBuf>> {
     let folder =
         |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
     let from = folder(file).filter(|from| folder(out).as_ref() != Some(from));
@@ -99,9 +114,14 @@ pub(super) fn write_set(
     let text = document
         .with_settings(&settings, from.as_deref())
         .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
-    terminal::write(out, text.as_bytes())?;
+    let backup = if is_copy {
+        terminal::write(out, text.as_bytes())?;
+        None
+    } else {
+        Some(terminal::rewrite(out, &text).map_err(|error| BadInput::unwritable(out, &error))?)
+    };
     Draft::load(out)?.build()?;
-    Ok(())
+    Ok(backup)
 }
 
 fn details(found: &Explanation, units: Units) -> String {
@@ -113,7 +133,7 @@ fn details(found: &Explanation, units: Units) -> String {
         &[2, 3],
         trial_rows(found, units),
     );
-    let untried = untried(found).map_or_else(String::new, |said| format!("\n {said}"));
+    let untried = untried(found).map_or_else(String::new, |said| format!("\n{said}"));
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
         rows => {
@@ -131,13 +151,13 @@ fn details(found: &Explanation, units: Units) -> String {
         "no remedy tried settles".into()
     } else {
         let settings = table(&["remedy", "applied by"], &[], setting_rows(found));
-        let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
         let costs = table(
             &["remedies, largest bandwidth first", "gain kept", "bandwidth", "than now"],
             &[1, 2, 3],
             remedies,
         );
-        format!("{costs}\n{ABOUT_NOW}\n\n{settings}\n {about}")
+        format!("{costs}\n{}\n\n{settings}", terminal::wrapped(ABOUT_NOW))
     };
-    format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{untried}{others}\n\n{remedies}")
+    let about = terminal::wrapped(&format!("{ABOUT_LIMIT}{unlimited}{untried}"));
+    format!("\n\n{trials}\n{about}{others}\n\n{remedies}")
 }

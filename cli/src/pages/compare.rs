@@ -65,6 +65,9 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
     ]
 }
 
+/// Times the largest stable step response up to which unstable ones are drawn.
+const BESIDE_STABLE: f64 = 1.5;
+
 /// The page of scenarios.
 pub(crate) fn page(taken: &[Taken]) -> String {
     let names: Vec<&str> = taken.iter().map(|one| one.name.as_str()).collect();
@@ -86,7 +89,7 @@ pub(crate) fn page(taken: &[Taken]) -> String {
         page.heading("What differs");
         page.versus(&heads(taken), &keys);
     }
-    page.heading("What comes of it");
+    page.heading("Outcomes");
     page.versus(&heads(taken), &figures(taken));
     page.heading("Runs");
     page.paragraph("Drag across a chart to zoom; double-click to see the whole again.");
@@ -164,9 +167,19 @@ fn theory(taken: &[Taken]) -> Vec<Chart> {
         chart.x = steps.iter().flat_map(|(_, step)| times(step)).collect();
         chart.x.sort_by(f64::total_cmp);
         chart.x.dedup();
+        let bound = shown_up_to(taken);
         chart.series = (steps.iter())
-            .map(|(name, step)| Series::new(*name, "", onto(&times(step), &step.values, &chart.x)))
+            .map(|(name, step)| {
+                let mut values = onto(&times(step), &step.values, &chart.x);
+                if let Some(beyond) = values.iter().position(|value| value.abs() > bound) {
+                    values[beyond..].fill(f64::NAN);
+                }
+                Series::new(*name, "", values)
+            })
             .collect();
+        if bound.is_finite() {
+            chart.caption.push_str(" An unstable response ends where it leaves the others.");
+        }
         chart.lines.push(Line { y: 1.0, label: "reference".into() });
         charts.push(chart);
     }
@@ -195,6 +208,21 @@ fn theory(taken: &[Taken]) -> Vec<Chart> {
         charts.push(chart);
     }
     charts
+}
+
+/// Where unstable step responses end beside stable ones, so that these can be seen. Infinite unless there are
+/// both.
+fn shown_up_to(taken: &[Taken]) -> f64 {
+    let of = |stable: bool| {
+        let such = taken.iter().filter(move |one| {
+            one.figures().is_some_and(|figures| figures.is_stable.is_some_and(|is| is == stable))
+        });
+        such.filter_map(|one| one.theory()?.1.step.as_ref()).flat_map(|step| &step.values)
+    };
+    match (of(true).map(|value| value.abs()).reduce(f64::max), of(false).next()) {
+        (Some(largest), Some(_)) => BESIDE_STABLE * largest,
+        _ => f64::INFINITY,
+    }
 }
 
 /// The page of datasets: common columns, record over record.

@@ -38,7 +38,7 @@ const PLACES: [[&str; 3]; 9] = [
     ["phase", "chart", "Open loop, phase"],
     ["nyquist", "plane", "Nyquist's curve"],
     ["locus", "plane", "Root locus"],
-    ["map", "map", "What becomes of it over two numbers"],
+    ["map", "map", "Outcome over two numbers"],
     ["records", "records", "Measured records"],
 ];
 
@@ -55,10 +55,13 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
         escape(&machine.name),
         escape(&machine.about)
     );
-    for [name, kind, heading] in PLACES {
-        if kind == "records" && records.is_empty() {
-            continue;
-        }
+    let mut places: Vec<_> = PLACES.into_iter().filter(|[_, kind, _]| *kind != "records").collect();
+    if !records.is_empty() {
+        // Nothing moves a machine without controllers but its records.
+        let first = document.scenario.controllers.is_empty();
+        places.insert(if first { 0 } else { places.len() }, PLACES[PLACES.len() - 1]);
+    }
+    for [name, kind, heading] in places {
         let _ = write!(
             body,
             "<figure id=\"of-{name}\"><figcaption><b>{heading}</b></figcaption>\

@@ -3,11 +3,17 @@
 use feeler_studies::numbers::{count, percent, plain, with_unit};
 use feeler_studies::tune::{Figures, Step, Tuned, Uncertain};
 
-use crate::terminal::table;
+use crate::terminal::{table, wrapped};
 use crate::units::Units;
 
-/// The printed lines of a tuned controller.
-pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units: Units) -> String {
+/// The printed lines of a tuned controller. `further` tells what else could be tuned.
+pub(crate) fn summary(
+    name: &str,
+    tuned: &Tuned,
+    uncertain: &[Uncertain],
+    units: Units,
+    further: Option<&str>,
+) -> String {
     let on = match tuned.machines {
         1 if uncertain.is_empty() => "on the machine of the file".to_owned(),
         1 => "on the most probable machine".to_owned(),
@@ -36,6 +42,7 @@ pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units:
         format!("settings\n  {}", tuned.settings.join("\n  "))
     };
     parts.push(settings);
+    parts.extend(further.map(str::to_owned));
     parts.push(order(tuned, units));
     parts.push(equation(tuned));
     parts.join("\n\n")
@@ -92,7 +99,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
             "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"
         ),
     ];
-    let about = about.map(|line| format!(" {line}")).join("\n");
+    let about = wrapped(&about.join("\n"));
     let row = |step: &Step| {
         let own = format!("controllers.{}.", tuned.controller);
         let settings: Vec<&str> =
@@ -110,7 +117,8 @@ fn order(tuned: &Tuned, units: Units) -> String {
         ]
     };
     let header = ["try", "set", "gain left", "stop above", "or if it oscillates by", "at about", "after"];
-    format!("{}\n{about}", table(&header, &[0, 2, 3, 4, 5, 6], tuned.steps.iter().map(row)))
+    let rows = table(&header, &[0, 2, 3, 4, 5, 6], tuned.steps.iter().map(row));
+    format!("gains to try on the robot, in this order\n\n{rows}\n{about}")
 }
 
 fn equation(tuned: &Tuned) -> String {
@@ -118,10 +126,14 @@ fn equation(tuned: &Tuned) -> String {
     let constants: Vec<String> =
         equation.constants.iter().map(|(name, value)| format!("  {name} = {value:?}")).collect();
     format!(
-        "at each sample, every {}, acting after {}\n{}\n  output {}\n\nwith\n{}\n\n \
+        "{}\n{}\n  output {}\n\nwith\n{}\n\n\
          --code DIR writes this as C and Rust that give the bits of the simulation",
-        with_unit(equation.period_s, "s"),
-        with_unit(equation.delay_s, "s"),
+        wrapped(&format!(
+            "the controller: what it computes at each sample, every {}; the output acts {} later; x[n-1] is \
+             x of the sample before, at first zero or false; SI units",
+            with_unit(equation.period_s, "s"),
+            with_unit(equation.delay_s, "s")
+        )),
         equation.lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n"),
         equation.output,
         constants.join("\n")

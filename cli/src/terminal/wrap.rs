@@ -10,6 +10,10 @@ pub(crate) fn wrapped(text: &str) -> String {
 fn within(text: &str, width: usize) -> String {
     let mut lines = Vec::new();
     for long in text.lines() {
+        if long.chars().count() <= width {
+            lines.push(long.to_owned());
+            continue;
+        }
         let (mut line, mut used) = (String::new(), 0);
         for word in long.split(' ') {
             let size = word.chars().count();
@@ -36,6 +40,8 @@ mod tests {
     #[test]
     fn truth_lines_are_broken_between_words() {
         assert_eq!(within("the limit is 1.507\n\nshort", 10), "the limit\nis 1.507\n\nshort");
+        // Blanks of a line that fits stay.
+        assert_eq!(within("  a  b", 10), "  a  b");
         // A word that is too long has a line of its own.
         assert_eq!(within("1 % more springs.guide.damping", 10), "1 % more\nsprings.guide.damping");
     }

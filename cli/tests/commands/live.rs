@@ -309,6 +309,24 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(bench.feeler(&["compare", "press.toml", "out"]).code, BAD_INPUT);
 }
 
+/// `sustained` is unstable by linear theory: its response grows beyond all others.
+#[test]
+fn truth_an_unstable_step_response_hides_no_stable_one() {
+    let bench = Bench::new();
+    let scenario = |name: &str| format!("{}/../scenarios/chatter/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let (stable, unstable) = (scenario("settles"), scenario("sustained"));
+    assert_eq!(bench.feeler(&["compare", &stable, &unstable, "--out", "both"]).code, DONE);
+    let data = data_of(&bench.read("both/report.html"));
+    let charts = data["charts"].as_array().unwrap();
+    let steps = charts.iter().find(|chart| chart["y"]["label"] == "reading over reference").unwrap();
+    let largest = |i: usize| {
+        let all = values(&steps["series"][i]).into_iter().filter(|value| value.is_finite());
+        all.fold(0.0_f64, |most, value| most.max(value.abs()))
+    };
+    let (shown, cut) = (largest(0), largest(1));
+    assert!(shown > 1.0 && cut > shown && cut <= 1.5 * shown, "{shown} {cut}");
+}
+
 #[test]
 fn truth_a_comparison_for_programs_holds_the_runs_and_the_keys_that_differ() {
     let bench = Bench::new();

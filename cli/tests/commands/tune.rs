@@ -13,9 +13,15 @@ fn truth_a_tuned_file_keeps_its_comments_and_does_what_was_said() {
     let code = folder.path().join("code");
     let (tuned, written) = (out.to_str().unwrap(), code.to_str().unwrap());
     let said = printed(&["tune", FILE, "--set", "run.duration=1", "--out", tuned, "--code", written]);
-    for word in
-        ["phase margin", "runs: 1", "controllers.force.kp=", "stop above", "KP = ", "next: feeler compare "]
-    {
+    for word in [
+        "phase margin",
+        "runs: 1",
+        "controllers.force.kp=",
+        "stop above",
+        "KP = ",
+        "next: feeler compare ",
+        "--spec \"gains = kp+damping\"",
+    ] {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert_eq!(said.matches("\nwrote\n").count(), 1, "{said}");

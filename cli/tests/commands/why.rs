@@ -47,6 +47,23 @@ fn truth_a_remedy_that_does_not_exist_is_refused_with_those_that_do() {
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.contains("no remedy 99") && said.err.contains("try one of 1, 2"), "{}", said.err);
     assert!(!exists(bench.path("cured.toml")));
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["why", "press.toml", "--try", "1", "--out", "cured.toml"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("it does not chatter") && said.err.contains("feeler tune"), "{}", said.err);
+}
+
+#[test]
+fn truth_a_remedy_that_replaces_its_file_leaves_what_it_was_beside_it() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
+    let before = bench.read("chatter.toml");
+    let said = bench.feeler(&["why", "chatter.toml", "--try", "1", "--out", "chatter.toml"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    assert_ne!(bench.read("chatter.toml"), before);
+    assert_eq!(bench.read("chatter.toml.bak"), before);
+    assert!(said.out.contains("what it was is in chatter.toml.bak"), "{}", said.out);
+    assert!(said.out.trim_end().ends_with("compare chatter.toml.bak chatter.toml"), "{}", said.out);
 }
 
 #[test]

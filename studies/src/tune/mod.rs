@@ -385,8 +385,8 @@ fn nothing_settles(trouble: Option<Trouble>) -> TuneError {
             format!(
                 "no gains meet --spec in simulation: the {} is {} where {} is allowed",
                 limit.of.name(),
-                value.map_or("none".into(), |value| format!("{value:.4}")),
-                limit.bound
+                value.map_or("none".into(), |value| limit.of.with_unit(value)),
+                limit.of.with_unit(limit.bound)
             ),
             "lower this limit, or slow the approach: an impact passes any reference",
         ),

@@ -3,6 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use crate::Refusal;
+use crate::numbers::{percent, plain, with_unit};
 
 /// Quantities that may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,28 @@ impl TuneMeasure {
     /// Its name in a specification.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(measure, ..)| *measure == self).map_or("", |(_, name, ..)| name)
+    }
+
+    /// Why no controlled loop has this value or a better one; `None` if one may.
+    fn never_is(self, bound: f64) -> Option<&'static str> {
+        let (never, why) = match self {
+            Self::PhaseMargin => (bound >= 180.0, "a phase margin is below 180 deg"),
+            Self::Sensitivity => (bound <= 1.0, "a sensitivity peaks above 1, which is 0 dB"),
+            Self::GainMargin | Self::PeakForce | Self::SettlingTime => (bound <= 0.0, "this is above zero"),
+            Self::StepOvershoot | Self::Overshoot => (bound < 0.0, "this is not below zero"),
+        };
+        never.then_some(why)
+    }
+
+    /// A value with its unit.
+    pub(super) fn with_unit(self, value: f64) -> String {
+        match self {
+            Self::PhaseMargin => format!("{} deg", plain(value)),
+            Self::GainMargin | Self::Sensitivity => format!("{:.1} dB", 20.0 * value.log10()),
+            Self::StepOvershoot | Self::Overshoot => format!("{} %", percent(value)),
+            Self::PeakForce => with_unit(value, "N"),
+            Self::SettlingTime => with_unit(value, "s"),
+        }
     }
 
     /// Whether it follows from linear theory; the others follow from a run.
@@ -215,6 +238,9 @@ impl Spec {
         if !bound.is_finite() {
             return Err(refused(clause, &format!("`{value}` is beyond all numbers"), "write a smaller one"));
         }
+        if let Some(why) = of.never_is(bound) {
+            return Err(refused(clause, why, &format!("write a {name} that a loop can have")));
+        }
         self.limits.retain(|limit| limit.of != *of);
         self.limits.push(TuneLimit { of: *of, at_least, bound });
         Ok(())
@@ -263,6 +289,9 @@ mod tests {
             ("phase margin", "write `NAME >= VALUE`"),
             ("phase margin <= 45 deg", "write phase margin >= 45 deg"),
             ("phase margin >= 45 dB", "deg or rad"),
+            ("phase margin >= 450 deg", "that a loop can have"),
+            ("sensitivity <= 0 dB", "that a loop can have"),
+            ("peak force <= 0 N", "that a loop can have"),
             ("phase margin >= much", "a number"),
             ("colour <= 3 %", "limit phase margin"),
             ("structure = gains+magic", "gains+filter"),

@@ -1,6 +1,8 @@
 //! An analysis in plain words.
 
-use feeler_analysis::{Edge, GainReport, Limit, ModeClass, RankedBy, Report, Sensitivity, WhyNoWaterfall};
+use feeler_analysis::{
+    Edge, GainReport, Limit, ModeClass, RankedBy, Relief, Report, Sensitivity, WhyNoWaterfall,
+};
 
 use crate::numbers::{plain, two_digits, with_unit};
 
@@ -91,7 +93,7 @@ fn sets(limit: Limit) -> Option<&'static str> {
     }
 }
 
-/// What to change first, which of the three problems limits the bandwidth, and how far the gain may rise.
+/// Which of the three problems limits the bandwidth, what to change first, and how far the gain may rise.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let Some(gain) = report.gain() else {
         return vec![format!(
@@ -99,7 +101,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             report.input, report.output
         )];
     };
-    let mut said = advice(report);
+    let mut said = Vec::new();
     match (report.limit(), gain.sampled.all.bands.is_empty()) {
         (_, true) => {
             let spans = gain.sampled.intervals.iter().map(|band| {
@@ -130,6 +132,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             said.push(untold(report));
         }
     }
+    said.extend(advice(report));
     said.extend(stable_interval(report, gain));
     said.extend(margin_of_all(report, gain));
     let unbounded = gain
@@ -271,7 +274,10 @@ fn advice(report: &Report) -> Vec<String> {
     };
     let most = || report.sensitivities().iter().find(|s| s.worth(by).is_finite() && !s.is_trade(by));
     if !first.is_empty() {
-        said.push(format!("To raise {aim}, first: {}.", first.join("; ")));
+        said.push(format!(
+            "Of masses, stiffnesses and dampings, these raise {aim} most: {}.",
+            first.join("; ")
+        ));
     } else if let Some(most) = most() {
         said.push(format!(
             "No single mass, stiffness or damping helps much. The most telling change is {}.",
@@ -342,5 +348,33 @@ fn limited(report: &Report, limit: Limit) -> String {
     let reach = achieved.map_or_else(String::new, |f| {
         format!(" At half of the largest stable gain, the bandwidth{of} is {}.", with_unit(f, "Hz"))
     });
-    format!("{what}.{reach}")
+    let relief = relief(report).unwrap_or_default();
+    format!("{what}.{relief}{reach}")
+}
+
+/// A relief below this share of the limit is not worth a sentence.
+const RELIEVING: f64 = 1.1;
+
+/// How far the limit would be without the ingredient that lowers it most.
+fn relief(report: &Report) -> Option<String> {
+    let factor = |relief: Relief| match relief {
+        Relief::Times(factor) => factor,
+        Relief::Unlimited => f64::INFINITY,
+        Relief::Stable | Relief::NoneEither => 1.0,
+    };
+    let without = report.waterfall()?.without.iter();
+    let (name, most) = without.max_by(|a, b| factor(a.1).total_cmp(&factor(b.1)))?;
+    let high = match *most {
+        Relief::Times(factor) if factor > RELIEVING => {
+            format!("its limit would be {} times as high", plain(two_digits(factor)))
+        }
+        Relief::Unlimited => "no gain would be too large".to_owned(),
+        Relief::Times(_) | Relief::Stable | Relief::NoneEither => return None,
+    };
+    let with = match name.as_str() {
+        "sampling" => "With continuous control".to_owned(),
+        "actuator" => "With an ideal actuator".to_owned(),
+        spring => format!("With {spring} rigid"),
+    };
+    Some(format!(" {with}, {high}."))
 }

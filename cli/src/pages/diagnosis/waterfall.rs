@@ -17,6 +17,8 @@ const BOTTOM: f64 = 258.0;
 const BAR: f64 = 0.62;
 /// Space above the tallest bar, as a share of it.
 const HEADROOM: f64 = 1.08;
+/// A step below this share of the tallest bar is rounding.
+const ROUNDING: f64 = 1e-9;
 /// Characters of a line below a bar, for each pixel of its column.
 const LETTER: f64 = 7.2;
 
@@ -72,7 +74,13 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
         let text = if bar.is_level {
             format!("{} %", fine_percent(bar.to))
         } else {
-            format!("{}{} %", sign(bar.to - bar.from), fine_percent((bar.to - bar.from).abs()))
+            let change = bar.to - bar.from;
+            // Less is rounding of sums.
+            if change.abs() <= ROUNDING * top {
+                "0 %".into()
+            } else {
+                format!("{}{} %", sign(change), fine_percent(change.abs()))
+            }
         };
         let _ = write!(
             svg,

@@ -1,20 +1,20 @@
 //! Arm files: a URDF, and the drives of its joints, which a URDF does not describe.
 
-use feeler_catalogue::{Contents, Record};
-use feeler_plant::names::did_you_mean;
+use feeler_catalogue::{Absent, Contents, Record};
+use feeler_plant::names::{did_you_mean, list};
 use feeler_problem::{Problem, Remedy};
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, ShortInertia, Urdf};
 
 use super::draft::{Sheet, load};
-use super::keys::arm::{ABOUT, NAME, TOOL, URDF};
+use super::keys::arm::{ABOUT, JOINTS, NAME, TOOL, URDF};
 use super::keys::{ARM, JOINT};
 use super::kind::FileKind;
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope, join};
 use super::source::{Origin, Sources};
-use super::tree::{Table, Value};
+use super::tree::{Entry, Table, place};
 
 /// Bytes of the largest URDF.
 const LARGEST_URDF: u64 = 16 << 20;
@@ -75,8 +75,8 @@ pub(super) fn read(
     problems: &mut Problems,
 ) -> Option<ReadArm> {
     let before = problems.count();
-    let fields = Reader { problems, scope: Scope::new(true) }.fields(&ARM, &["joints"], root, at, "");
-    let source = root.get("urdf").map_or(0, |entry| entry.node.origin.source);
+    let fields = Reader { problems, scope: Scope::new(true) }.fields(&ARM, &[JOINTS], root, at, "");
+    let source = root.get(URDF.name).map_or(0, |entry| entry.node.origin.source);
     let path = sources.0[source].directory.join(fields.value::<String>(&URDF)?);
     let (urdf, tool) = urdf(&path, &fields, root, problems)?;
     let (chain, collisions) = chain(&urdf, &tool, &path, root, problems)?;
@@ -94,14 +94,10 @@ pub(super) fn read(
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
         }),
         Err(error) => {
-            problems.add_error(&Origin::default(), "joints", &error);
+            problems.add_error(&Origin::default(), JOINTS, &error);
             None
         }
     }
-}
-
-fn origin_of(root: &Table, key: &str) -> Origin {
-    root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default()
 }
 
 /// The meshes that a URDF names and that are absent. Those of collisions are mistakes where they are used.
@@ -115,7 +111,11 @@ fn absent_meshes(urdf: &Urdf, path: &Path) -> Option<Problem> {
         path.display(),
         if absent.len() > 1 { format!(" ({} meshes are absent)", absent.len()) } else { String::new() }
     );
-    Some(Problem::new("urdf", message, "put the files beside the URDF if its shapes are to touch something"))
+    Some(Problem::new(
+        URDF.name,
+        message,
+        "put the files beside the URDF if its shapes are to touch something",
+    ))
 }
 
 /// Inertias without all six numbers, for which other programs refuse a URDF.
@@ -128,34 +128,21 @@ fn short_inertias(urdf: &Urdf, path: &Path) -> Option<Problem> {
         if count > 1 { format!(" ({count} links lack some)") } else { String::new() }
     );
     let remedy = "write ixx, ixy, ixz, iyy, iyz and izz: other programs refuse the file without";
-    Some(Problem::new("urdf", message, remedy))
+    Some(Problem::new(URDF.name, message, remedy))
 }
 
 /// The URDF and the tool link.
 fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
-    let origin = origin_of(root, "urdf");
     let shown = path.display();
-    let text = match super::file::read_text(path, LARGEST_URDF) {
-        Ok(text) => text,
-        Err(error) => {
-            problems.add(
-                &origin,
-                "urdf",
-                format!("{shown}: {error}"),
-                "name a URDF file, relative to this one",
-            );
-            return None;
-        }
+    let mut refuse = |message: String, remedy: &str| {
+        problems.add(&place(root, URDF.name), URDF.name, format!("{shown}{message}"), remedy);
     };
-    let urdf = match Urdf::parse(&text) {
-        Ok(urdf) => urdf,
-        Err(error) => {
-            problems.add(&origin, "urdf", format!("{shown}: {error}"), error.remedy());
-            return None;
-        }
-    };
+    let text = super::file::read_text(path, LARGEST_URDF)
+        .map_err(|error| refuse(format!(": {error}"), "name a URDF file, relative to this one"))
+        .ok()?;
+    let urdf = Urdf::parse(&text).map_err(|error| refuse(format!(": {error}"), &error.remedy())).ok()?;
     let Some(tool) = fields.value(&TOOL).or_else(|| urdf.last_link().map(str::to_owned)) else {
-        problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
+        refuse(" has no links".into(), "name a URDF file of an arm");
         return None;
     };
     Some((urdf, tool))
@@ -171,8 +158,8 @@ fn chain(
 ) -> Option<(Chain, Vec<Vec<Collision>>)> {
     let found = urdf.chain(tool).and_then(|chain| Ok((chain, urdf.collisions(tool)?)));
     if let Err(error) = &found {
-        let key = if root.contains_key("tool") { "tool" } else { "urdf" };
-        problems.add(&origin_of(root, key), key, format!("{}: {error}", path.display()), error.remedy());
+        let key = if root.contains_key(TOOL.name) { TOOL.name } else { URDF.name };
+        problems.add(&place(root, key), key, format!("{}: {error}", path.display()), error.remedy());
     }
     found.ok()
 }
@@ -191,32 +178,21 @@ pub(super) fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
 }
 
 fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems) -> Vec<JointDrive> {
-    let remedy = "add [joints.NAME] with gear_ratio, rotor_inertia and stiffness for each joint that moves";
-    let Some(entry) = root.get("joints") else {
-        problems.add(
-            &Origin::default(),
-            "joints",
-            "`joints` is missing: a URDF does not describe gears and rotors",
-            remedy,
-        );
+    let required = JOINT.keys.iter().filter(|key| key.absent == Absent::Required).map(|key| key.name);
+    let remedy = format!("add [{JOINTS}.NAME] with {} for each joint that moves", list(required));
+    let Some(entry) = root.get(JOINTS) else {
+        let message = format!("`{JOINTS}` is missing: a URDF does not describe gears and rotors");
+        problems.add(&Origin::default(), JOINTS, message, remedy);
         return Vec::new();
     };
-    let Value::Table(table) = &entry.node.value else {
-        problems.add(
-            &entry.node.origin,
-            "joints",
-            format!("this must be a table, not {}", entry.node.value.kind()),
-            remedy,
-        );
-        return Vec::new();
-    };
+    let Some(table) = problems.table(&entry.node, JOINTS, remedy.as_str()) else { return Vec::new() };
     let names = || chain.joints.iter().map(|joint| joint.name.as_str());
     for (name, entry) in table {
         if !names().any(|known| known == name) {
             let remedy = did_you_mean(name, names());
             problems.add(
                 &entry.key,
-                join("joints", name),
+                join(JOINTS, name),
                 format!("no joint `{name}` moves on the way to the tool"),
                 remedy,
             );
@@ -224,22 +200,16 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
     }
     let mut found = Vec::new();
     for joint in &chain.joints {
-        let path = join("joints", &joint.name);
-        match table.get(&joint.name).map(|entry| (&entry.node.value, &entry.node.origin)) {
-            Some((Value::Table(keys), origin)) => {
-                let scope = Scope::new(joint.kind != JointKind::Prismatic);
-                let fields = Reader { problems, scope }.fields(&JOINT, besides, keys, origin, &path);
-                found.push(drive(joint, &fields));
-            }
-            Some((value, origin)) => {
-                problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy);
-            }
-            None => problems.add(
-                &entry.node.origin,
-                &path,
-                format!("joint `{}` has no drive", joint.name),
-                remedy,
-            ),
+        let path = join(JOINTS, &joint.name);
+        let Some(Entry { node, .. }) = table.get(&joint.name) else {
+            let message = format!("joint `{}` has no drive", joint.name);
+            problems.add(&entry.node.origin, &path, message, remedy.as_str());
+            continue;
+        };
+        if let Some(keys) = problems.table(node, &path, remedy.as_str()) {
+            let scope = Scope::new(joint.kind != JointKind::Prismatic);
+            let fields = Reader { problems, scope }.fields(&JOINT, besides, keys, &node.origin, &path);
+            found.push(drive(joint, &fields));
         }
     }
     found

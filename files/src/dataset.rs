@@ -12,7 +12,7 @@ use super::document::Document;
 use super::draft::{Draft, Sheet, load};
 use super::followed::{self, followed_by};
 use super::keys::dataset::{
-    ABOUT, CLOCK, Column, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL, UNIT,
+    ABOUT, CLOCK, COLUMNS, Column, EXPERIMENTS, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL, UNIT,
 };
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::kind::FileKind;
@@ -20,7 +20,7 @@ use super::located::Located;
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
-use super::tree::{Table, Value};
+use super::tree::{Table, Value, place};
 
 /// A checked dataset file with its believed machine. The series themselves are not read here.
 #[derive(Clone, Debug)]
@@ -69,7 +69,7 @@ impl DatasetFile {
 
     fn read(root: &Table, directory: &Path, problems: &mut Problems) -> Option<Self> {
         let mut reader = Reader { problems, scope: Scope::new(false) };
-        let fields = reader.fields(&DATASET, &["columns", "experiments"], root, &Origin::default(), "");
+        let fields = reader.fields(&DATASET, &[COLUMNS, EXPERIMENTS], root, &Origin::default(), "");
         let machine_path = directory.join(fields.value::<String>(&MACHINE).unwrap_or_default());
         let machine = fields.get(MACHINE.name).and_then(|_| load_machine(&machine_path, root, problems));
         let columns = columns(root, machine.as_ref(), problems);
@@ -93,36 +93,21 @@ fn load_machine(path: &Path, root: &Table, problems: &mut Problems) -> Option<Do
         Ok(machine) => return Some(machine),
         Err(error) => error,
     };
-    let origin = root.get("machine").map(|entry| entry.node.origin.clone()).unwrap_or_default();
     let first = error.problems.first().map_or_else(String::new, Located::to_string);
-    problems.add(&origin, "machine", first, "every mistake of a machine shows when it is checked by itself");
+    let remedy = "every mistake of a machine shows when it is checked by itself";
+    problems.add(&place(root, MACHINE.name), MACHINE.name, first, remedy);
     None
 }
 
 fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) -> IndexMap<String, Column> {
     let mut found = IndexMap::new();
-    let remedy = "add [columns.NAME] with a signal for each column of the files";
-    let Some(entry) = root.get("columns") else {
-        problems.add(&Origin::default(), "columns", "`columns` is missing", remedy);
-        return found;
-    };
-    let Value::Table(table) = &entry.node.value else {
-        problems.add(
-            &entry.node.origin,
-            "columns",
-            format!("this must be a table, not {}", entry.node.value.kind()),
-            remedy,
-        );
-        return found;
-    };
-    for (name, entry) in table {
-        let path = join("columns", name);
-        let Value::Table(table) = &entry.node.value else {
-            let message = format!("this must be a table, not {}", entry.node.value.kind());
-            problems.add(&entry.node.origin, &path, message, format!("write [{path}]"));
-            continue;
-        };
-        let written = table.get("signal").map(|entry| &entry.node);
+    let remedy = format!("add [{COLUMNS}.NAME] with a signal for each column of the files");
+    let columns = problems.required(root, COLUMNS, &remedy);
+    let columns = columns.and_then(|node| problems.table(node, COLUMNS, remedy));
+    for (name, entry) in columns.into_iter().flatten() {
+        let path = join(COLUMNS, name);
+        let Some(table) = problems.table(&entry.node, &path, format!("write [{path}]")) else { continue };
+        let written = table.get(SIGNAL.name).map(|entry| &entry.node);
         let signal = written.and_then(|node| node.as_text()).and_then(|text| text.parse::<SignalName>().ok());
         let own_name = |signal| match machine {
             Some(machine) => followed::plain(signal, &machine.scenario.machine),
@@ -137,7 +122,7 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
                 None => resolve(&machine.scenario.machine, signal).err(),
             };
             if let Some(problem) = problem {
-                problems.add(&node.origin, join(&path, "signal"), problem.message, problem.remedy);
+                problems.add(&node.origin, join(&path, SIGNAL.name), problem.message, problem.remedy);
             }
             scope = followed.map_or_else(
                 || signal_scope(machine.draft(), machine.scenario.machine.axis, signal),
@@ -168,42 +153,24 @@ fn signal_scope(draft: &Draft, axis: Axis, signal: &SignalName) -> Scope {
 }
 
 fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<Experiment> {
-    let remedy = "add [[experiments]] with a file for each";
+    let remedy = format!("add [[{EXPERIMENTS}]] with a file for each");
     let mut found = Vec::new();
-    let Some(entry) = root.get("experiments") else {
-        problems.add(&Origin::default(), "experiments", "`experiments` is missing", remedy);
-        return found;
-    };
-    let Value::Array(items) = &entry.node.value else {
-        problems.add(
-            &entry.node.origin,
-            "experiments",
-            format!("this must be a list, not {}", entry.node.value.kind()),
-            remedy,
-        );
+    let Some(node) = problems.required(root, EXPERIMENTS, &remedy) else { return found };
+    let Value::Array(items) = &node.value else {
+        problems.mistyped(node, EXPERIMENTS, "a list", remedy);
         return found;
     };
     for (index, item) in items.iter().enumerate() {
-        let path = format!("experiments[{index}]");
-        let Value::Table(table) = &item.value else {
-            problems.add(
-                &item.origin,
-                &path,
-                format!("this must be a table, not {}", item.value.kind()),
-                remedy,
-            );
-            continue;
-        };
-        let fields = Reader { problems, scope: Scope::new(false) }.fields(
-            &EXPERIMENT,
-            &[],
-            table,
-            &item.origin,
-            &path,
-        );
+        let path = format!("{EXPERIMENTS}[{index}]");
+        let Some(table) = problems.table(item, &path, remedy.as_str()) else { continue };
+        let mut reader = Reader { problems, scope: Scope::new(false) };
+        let fields = reader.fields(&EXPERIMENT, &[], table, &item.origin, &path);
         let Some(file) = fields.value::<String>(&FILE) else { continue };
         let file = directory.join(file);
-        let origin = table.get("file").map_or(&item.origin, |entry| &entry.node.origin);
+        let origin = table.get(FILE.name).map_or(&item.origin, |entry| &entry.node.origin);
+        let mut refuse = |message: String, remedy: &str| {
+            problems.add(origin, join(&path, FILE.name), message, remedy);
+        };
         if !file.is_file() {
             let shown = file.display();
             let message = if file.is_dir() {
@@ -211,15 +178,10 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
             } else {
                 format!("there is no file {shown}")
             };
-            problems.add(origin, join(&path, "file"), message, "name a log relative to this file");
+            refuse(message, "name a log relative to this file");
         }
         if found.iter().any(|other: &Experiment| other.file == file) {
-            problems.add(
-                origin,
-                join(&path, "file"),
-                "this file is an experiment already",
-                "name each file once",
-            );
+            refuse("this file is an experiment already".into(), "name each file once");
         }
         let mut experiment = Experiment { file, engagement: None, role: None, repeat: None };
         experiment.take(&fields);

@@ -11,11 +11,12 @@ use indexmap::IndexMap;
 
 use super::build::{Builder, names};
 use super::draft::{Draft, Setting};
-use super::keys::{ABOUT, AXIS_KIND, EFFECTS, ELEMENTS, NAME, TOLERANCE, TOP};
+use super::keys::cell::ARM_FILE;
+use super::keys::{ABOUT, AXIS_KIND, EFFECTS, ELEMENTS, NAME, RUN_TABLE, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
-use super::source::{OVERRIDE, Origin};
-use super::tree::{Table, Value, locate, node_at};
+use super::source::OVERRIDE;
+use super::tree::{Table, locate, node_at};
 
 /// A checked machine or scenario file.
 #[derive(Clone, Debug)]
@@ -110,7 +111,7 @@ impl Document {
 
     pub(crate) fn build(draft: Draft) -> Result<Self, FormatError> {
         let mut problems = Problems::default();
-        if let Some(entry) = draft.root.get("arm") {
+        if let Some(entry) = draft.root.get(ARM_FILE.name) {
             refuse_arm(entry, &mut problems);
             return Err(problems.into_error(draft.sources));
         }
@@ -177,14 +178,14 @@ pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
                   normal with `feeler reduce`";
     problems.add(
         &entry.key,
-        "arm",
+        ARM_FILE.name,
         "this is a scenario of a whole arm, but this command needs a single axis",
         remedy,
     );
 }
 
 fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
-    let origin = locate(&draft.root, &problem.key).0.unwrap_or(Origin { source: draft.main, span: 0..0 });
+    let origin = locate(&draft.root, &problem.key).0.unwrap_or(draft.top());
     // An entry of a list is shown by its place; its key is that of the list.
     let key =
         problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
@@ -195,8 +196,8 @@ fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
 fn top_fields(draft: &Draft, problems: &mut Problems) -> feeler_catalogue::Contents {
     static SHAPE: Keys = Keys { keys: TOP, choice: None };
     let mut tables: Vec<&str> = ELEMENTS.iter().map(|element| element.table).collect();
-    tables.extend(["run", TOLERANCE]);
-    let at = Origin { source: draft.main, span: 0..0 };
+    tables.extend([RUN_TABLE, TOLERANCE]);
+    let at = draft.top();
     Reader { problems, scope: Scope::new(false) }.fields(&SHAPE, &tables, &draft.root, &at, "")
 }
 
@@ -205,9 +206,7 @@ fn tolerance(root: &Table, machine: &Machine, problems: &mut Problems) -> IndexM
     // A machine with mistakes may lack the element.
     let is_whole = problems.is_empty();
     let Some(entry) = root.get(TOLERANCE) else { return found };
-    let Value::Table(table) = &entry.node.value else {
-        let message = format!("this must be a table, not {}", entry.node.value.kind());
-        problems.add(&entry.node.origin, TOLERANCE, message, "write [tolerance]");
+    let Some(table) = problems.table(&entry.node, TOLERANCE, format!("write [{TOLERANCE}]")) else {
         return found;
     };
     for (key, entry) in table {

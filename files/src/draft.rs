@@ -10,12 +10,14 @@ use toml::de::{DeTable, DeValue};
 
 use super::file;
 use super::gaps::Gaps;
-use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
+use super::keys::arm::JOINTS;
+use super::keys::cell::ARM_FILE;
+use super::keys::{BASE, CELL, CELL_TABLES, EFFECTS, ELEMENTS, RUN_TABLE, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{self, OVERRIDE, Origin, Source, Sources};
-use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value, moved};
+use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value};
 
 /// Machine files are a few kilobytes; a larger file is of another kind.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -43,7 +45,6 @@ pub enum Setting {
     Number(f64),
     /// A word, a name, or a number with its unit.
     Text(String),
-    /// True or false.
     Flag(bool),
 }
 
@@ -71,14 +72,12 @@ impl Draft {
 
     /// Merges a table over the base machine that it names.
     fn on_base(&mut self, table: Table, depth: usize) -> Result<Table, FormatError> {
-        let Some(entry) = table.get("machine") else { return Ok(table) };
+        let Some(entry) = table.get(BASE.name) else { return Ok(table) };
         // The reader rejects a value that is not a text.
         let Some(name) = entry.node.as_text() else { return Ok(table) };
         let origin = entry.node.origin.clone();
         let refuse = |draft: &Self, message: String, remedy: &str| {
-            let mut problems = Problems::default();
-            problems.add(&origin, "machine", message, remedy);
-            Err(problems.into_error(draft.sources.clone()))
+            Err(draft.refuse(&origin, BASE.name, message, remedy))
         };
         if depth >= LONGEST_CHAIN {
             return refuse(
@@ -102,9 +101,9 @@ impl Draft {
         };
         let base = parse_toml(&text, &path.display().to_string(), &mut self.sources)?;
         let mut base = self.on_base(base, depth + 1)?;
-        base.shift_remove("machine");
+        base.shift_remove(BASE.name);
         let mut over = table;
-        over.shift_remove("machine");
+        over.shift_remove(BASE.name);
         lay_over(&mut base, over, 0);
         Ok(base)
     }
@@ -128,7 +127,11 @@ impl Draft {
         let start = key.len() + 1 + (value.len() - value.trim_start().len());
         let span = start..start + value.trim().len();
         let node = match DeValue::parse(value.trim()) {
-            Ok(parsed) => moved(from_value(&parsed, source), start),
+            Ok(parsed) => {
+                let mut node = from_value(&parsed, source);
+                node.replace(&|at: &mut Origin| at.span = at.span.start + start..at.span.end + start);
+                node
+            }
             Err(_) => Node { value: Value::Text(value.trim().to_owned()), origin: Origin { source, span } },
         };
         self.place(key.trim(), &Origin { source, span: 0..key.len() }, node)
@@ -155,14 +158,19 @@ impl Draft {
 
     /// Whether this is a scenario of a whole arm, for [`super::CellFile`].
     pub fn has_arm(&self) -> bool {
-        self.root.contains_key("arm")
+        self.root.contains_key(ARM_FILE.name)
     }
 
     /// The arm file that a scenario of a whole arm names.
     pub fn arm_file(&self) -> Option<PathBuf> {
-        let node = &self.root.get("arm")?.node;
+        let node = &self.root.get(ARM_FILE.name)?.node;
         let Value::Text(name) = &node.value else { return None };
         Some(self.sources.0[node.origin.source].directory.join(name))
+    }
+
+    /// The start of the file itself.
+    pub(crate) fn top(&self) -> Origin {
+        Origin { source: self.main, span: 0..0 }
     }
 
     fn override_source(&mut self, text: &str) -> usize {
@@ -221,9 +229,7 @@ impl Draft {
                 }
                 _ => (format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole")),
             };
-            let mut problems = Problems::default();
-            problems.add(at, path, message, remedy);
-            return Err(problems.into_error(self.sources.clone()));
+            return Err(self.refuse(at, path, message, remedy));
         }
         let key = at.clone();
         table.insert((*last).to_owned(), Entry { key, node });
@@ -264,8 +270,8 @@ impl Draft {
             .iter()
             .map(|key| key.name)
             .chain(CELL_TABLES.iter().map(|(table, ..)| *table))
-            .chain(["joints"]);
-        let top = TOP.iter().map(|key| key.name).chain(tables).chain(["run", TOLERANCE]);
+            .chain([JOINTS]);
+        let top = TOP.iter().map(|key| key.name).chain(tables).chain([RUN_TABLE, TOLERANCE]);
         let top = top.chain(of_cell.filter(|_| self.has_arm()));
         if !top.clone().any(|name| name == first) {
             return Err(self.refuse(

@@ -9,11 +9,10 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use super::document::Document;
 use super::draft::Setting;
+use super::keys::BASE;
 use super::tree::{Value as Node, node_at};
 use super::write::to_toml;
 
-/// The key of the base file.
-const BASE: &str = "machine";
 /// The key of a filter.
 const LOW_PASS: &str = "low_pass";
 
@@ -61,9 +60,9 @@ impl Document {
     /// machine is found from another folder, too.
     pub fn with_settings(&self, settings: &[String], folder: Option<&Path>) -> Option<String> {
         let mut document: DocumentMut = self.text().parse().ok()?;
-        if let (Some(folder), Some(base)) = (folder, document.get(BASE).and_then(Item::as_str)) {
+        if let (Some(folder), Some(base)) = (folder, document.get(BASE.name).and_then(Item::as_str)) {
             let path = folder.join(base).display().to_string();
-            set(&mut document, BASE, Value::from(path)).ok()?;
+            set(&mut document, BASE.name, Value::from(path)).ok()?;
         }
         let pairs = settings.iter().map(|setting| setting.split_once('='));
         let pairs: Vec<(&str, &str)> = pairs.collect::<Option<_>>()?;

@@ -6,6 +6,10 @@ use std::path::Path;
 use feeler_problem::sort::sort_of;
 
 use super::keys::ELEMENTS;
+use super::keys::arm::URDF;
+use super::keys::cell::ARM_FILE;
+use super::keys::dataset::{COLUMNS, EXPERIMENTS};
+use super::keys::sweep::AXES;
 use super::problem::{FormatError, Problems};
 use super::source::Sources;
 use super::tree::Table;
@@ -27,11 +31,11 @@ impl FileKind {
     /// The kind of a table, with the key that shows it.
     fn of(table: &Table) -> Option<(Self, &str)> {
         let marks = [
-            ("axes", Self::Sweep),
-            ("urdf", Self::Arm),
-            ("columns", Self::Dataset),
-            ("experiments", Self::Dataset),
-            ("arm", Self::Scenario),
+            (AXES, Self::Sweep),
+            (URDF.name, Self::Arm),
+            (COLUMNS, Self::Dataset),
+            (EXPERIMENTS, Self::Dataset),
+            (ARM_FILE.name, Self::Scenario),
         ];
         let elements = ELEMENTS.iter().map(|element| (element.table, Self::Scenario));
         let found = marks.into_iter().chain(elements).find(|(mark, _)| table.contains_key(*mark));
@@ -74,7 +78,7 @@ pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -
         return Ok(());
     };
     // A sweep over a whole arm has its own remedy.
-    if wanted == FileKind::Sweep && mark == "arm" {
+    if wanted == FileKind::Sweep && mark == ARM_FILE.name {
         return Ok(());
     }
     let origin = table.get(mark).map(|entry| entry.key.clone()).unwrap_or_default();

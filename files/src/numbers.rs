@@ -21,7 +21,6 @@ const MOST_LISTED: usize = 64;
 /// A number of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// Its dotted path.
     pub key: String,
     /// Its value, SI.
     pub value: f64,
@@ -32,7 +31,6 @@ pub struct Number {
 /// A new value for a number of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edit {
-    /// Its dotted path.
     pub key: String,
     /// The new value, SI.
     pub value: f64,

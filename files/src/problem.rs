@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::located::Located;
 use super::report;
 use super::source::{Cursor, Origin, Sources};
+use super::tree::{Node, Table};
 
 /// Largest number of mistakes that are kept. Further ones are only counted: such a file is probably of
 /// another kind.
@@ -74,6 +75,35 @@ impl Problems {
             return;
         }
         self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
+    }
+
+    /// The table that a node is; another value is a mistake with this remedy.
+    pub(crate) fn table<'n>(
+        &mut self,
+        node: &'n Node,
+        path: &str,
+        remedy: impl Into<String>,
+    ) -> Option<&'n Table> {
+        let table = node.as_table();
+        if table.is_none() {
+            self.mistyped(node, path, "a table", remedy);
+        }
+        table
+    }
+
+    /// The node of a key at the top of a file; its absence is a mistake.
+    pub(crate) fn required<'n>(&mut self, root: &'n Table, key: &str, remedy: &str) -> Option<&'n Node> {
+        let found = root.get(key).map(|entry| &entry.node);
+        if found.is_none() {
+            self.add(&Origin::default(), key, format!("`{key}` is missing"), remedy);
+        }
+        found
+    }
+
+    /// Records that a node has a value of a wrong type.
+    pub(crate) fn mistyped(&mut self, node: &Node, path: &str, expected: &str, remedy: impl Into<String>) {
+        let message = format!("this must be {expected}, not {}", node.value.kind());
+        self.add(&node.origin, path, message, remedy);
     }
 
     pub(crate) fn add_error(&mut self, origin: &Origin, key: impl Into<String>, error: &dyn Remedy) {

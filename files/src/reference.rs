@@ -12,6 +12,7 @@ use feeler_plant::description::Quantity;
 use feeler_plant::effects::{self, LIBRARY};
 
 use super::cell::{NOT_OF_SENSORS, OF_CONTACTS};
+use super::keys::cell::{TIP, WORKPIECE};
 use super::keys::{
     ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SWEEP,
     TOLERANCE_TEXT, TOP,
@@ -55,12 +56,11 @@ fn reference_markdown() -> String {
         .replace("CONTACT-EFFECTS", &quoted(&OF_CONTACTS))
         .replace("SENSOR-EXCEPTIONS", &quoted(&NOT_OF_SENSORS.map(|(kind, _)| kind)));
     section(&mut text, 2, "Scenario of a whole arm", &about, &CELL);
-    for (table, shape, about) in CELL_TABLES.iter().filter(|(table, ..)| *table != "workpiece") {
-        let both = if *table == "tip" { "`[tip]`, `[workpiece]`".to_owned() } else { format!("`[{table}]`") };
-        let more = CELL_TABLES
-            .iter()
-            .find(|(other, ..)| *table == "tip" && *other == "workpiece")
-            .map_or("", |(.., text)| text);
+    for (table, shape, about) in CELL_TABLES.iter().filter(|(table, ..)| *table != WORKPIECE) {
+        let is_tip = *table == TIP;
+        let both = if is_tip { format!("`[{TIP}]`, `[{WORKPIECE}]`") } else { format!("`[{table}]`") };
+        let more = CELL_TABLES.iter().find(|(other, ..)| is_tip && *other == WORKPIECE);
+        let more = more.map_or("", |(.., text)| text);
         section(&mut text, 3, &both, &format!("{about} {more}").trim_end().replace("  ", " "), shape);
     }
     let _ = write!(

@@ -9,9 +9,13 @@ use feeler_plant::effects::{self, Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
+use super::keys::arm::JOINTS;
+use super::keys::cell::{ARM_FILE, START_TABLE, TIP, WORKPIECE};
+use super::keys::dataset::{COLUMNS, EXPERIMENTS};
+use super::keys::sweep::{AXES, KEEP_TABLE, REFINE_TABLE};
 use super::keys::{
-    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN,
-    SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
+    AXIS, BASE, CELL, CELL_TABLES, COLUMN, CONTACTS, CONTROLLERS, DATASET, EFFECTS, ELEMENTS, EXPERIMENT,
+    JOINT, KEEP, REFINE, RUN, RUN_TABLE, SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
 };
 
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
@@ -32,7 +36,7 @@ pub fn schema() -> Value {
     for element in ELEMENTS {
         properties.insert(element.table.into(), json!({ "description": element.text, "type": "object" }));
     }
-    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
+    properties.insert(RUN_TABLE.into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
     let share = json!({ "type": "number", "minimum": 0.0 });
     properties.insert(
         TOLERANCE.into(),
@@ -53,7 +57,7 @@ pub fn schema() -> Value {
         "type": "object",
         "properties": properties,
         "additionalProperties": false,
-        "if": { "required": ["machine"] },
+        "if": { "required": [BASE.name] },
         "then": elements(Part::Changes),
         "else": elements(Part::Whole),
     }))
@@ -75,12 +79,12 @@ pub fn cell_schema() -> Value {
         "additionalProperties": false,
     });
     let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
-    properties.insert("joints".into(), named("drives and effects of joints", &joint));
+    properties.insert(JOINTS.into(), named("drives and effects of joints", &joint));
     for element in ELEMENTS.iter().filter(|element| SHARED.contains(&element.table)) {
         let schema = named(element.text, &of_element(element, Part::Changes));
         properties.insert(element.table.into(), schema);
     }
-    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
+    properties.insert(RUN_TABLE.into(), described(of_shape(&RUN, &Map::new()), "settings of the run"));
     // A file without a base must have all required keys.
     let whole: Map<String, Value> = CELL_TABLES
         .iter()
@@ -92,11 +96,12 @@ pub fn cell_schema() -> Value {
         "type": "object",
         "properties": properties,
         "additionalProperties": false,
-        "if": { "required": ["machine"] },
+        "if": { "required": [BASE.name] },
         "then": {},
         "else": {
             "properties": whole,
-            "required": ["arm", "start", "tip", "workpiece", "contacts", "controllers"],
+            "required":
+                [ARM_FILE.name, START_TABLE, TIP, WORKPIECE, CONTACTS.table, CONTROLLERS.table],
         },
     }))
 }
@@ -107,13 +112,14 @@ pub fn sweep_schema() -> Value {
         json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string", "boolean"] } });
     let axis = json!({ "anyOf": [list, of_shape(&AXIS, &Map::new())] });
     let mut properties = properties(SWEEP.keys);
-    properties.insert("axes".into(), named("key paths, in quotes, and their values", &axis));
-    properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "the data kept of each run"));
+    properties.insert(AXES.into(), named("key paths, in quotes, and their values", &axis));
+    properties
+        .insert(KEEP_TABLE.into(), described(of_shape(&KEEP, &Map::new()), "the data kept of each run"));
     properties.insert(
-        "refine".into(),
+        REFINE_TABLE.into(),
         described(of_shape(&REFINE, &Map::new()), "refines a grid along boundaries"),
     );
-    let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
+    let required = required(SWEEP.keys).into_iter().chain([AXES]).collect::<Vec<_>>();
     shared::defined_once(&json!({
         "$schema": DIALECT, "title": "feeler sweep", "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,
@@ -124,10 +130,10 @@ pub fn sweep_schema() -> Value {
 pub fn dataset_schema() -> Value {
     let mut properties = properties(DATASET.keys);
     let column = of_shape(&COLUMN, &Map::new());
-    properties.insert("columns".into(), named("columns of the CSV files", &column));
+    properties.insert(COLUMNS.into(), named("columns of the CSV files", &column));
     let experiment = of_shape(&EXPERIMENT, &Map::new());
     properties.insert(
-        "experiments".into(),
+        EXPERIMENTS.into(),
         json!({
             "description": "experiments, one for each file",
             "type": "array",
@@ -135,7 +141,7 @@ pub fn dataset_schema() -> Value {
             "items": experiment,
         }),
     );
-    let required = required(DATASET.keys).into_iter().chain(["columns", "experiments"]).collect::<Vec<_>>();
+    let required = required(DATASET.keys).into_iter().chain([COLUMNS, EXPERIMENTS]).collect::<Vec<_>>();
     shared::defined_once(&json!({
         "$schema": DIALECT, "title": "feeler dataset", "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,

@@ -9,7 +9,6 @@ use std::sync::Arc;
 pub(crate) struct Origin {
     /// Index into [`Sources`].
     pub(crate) source: usize,
-    /// Bytes.
     pub(crate) span: Range<usize>,
 }
 

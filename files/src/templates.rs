@@ -9,7 +9,6 @@ use feeler_arm::{Chain, JointKind};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Template {
     pub name: &'static str,
-    /// Description in one line.
     pub about: &'static str,
     pub text: &'static str,
 }
@@ -67,7 +66,6 @@ pub const TEMPLATES: &[Template] = &[
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
     pub name: &'static str,
-    /// Description in one line.
     pub about: &'static str,
     /// Names and texts of the files.
     pub files: &'static [(&'static str, &'static str)],

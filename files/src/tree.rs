@@ -13,7 +13,6 @@ pub(crate) struct Node {
     pub(crate) origin: Origin,
 }
 
-/// A TOML value.
 #[derive(Clone, Debug)]
 pub(crate) enum Value {
     Text(String),
@@ -96,24 +95,21 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     Node { value, origin }
 }
 
-/// A node whose places start `by` bytes later.
-pub(crate) fn moved(mut node: Node, by: usize) -> Node {
-    node.origin.span = node.origin.span.start + by..node.origin.span.end + by;
-    match &mut node.value {
-        Value::Array(items) => {
-            for item in items.iter_mut() {
-                *item = moved(item.clone(), by);
+impl Node {
+    /// Changes its place and those of all that it contains.
+    pub(crate) fn replace(&mut self, change: &impl Fn(&mut Origin)) {
+        change(&mut self.origin);
+        match &mut self.value {
+            Value::Array(items) => items.iter_mut().for_each(|item| item.replace(change)),
+            Value::Table(table) => {
+                for entry in table.values_mut() {
+                    change(&mut entry.key);
+                    entry.node.replace(change);
+                }
             }
+            Value::Text(_) | Value::Integer(_) | Value::Float(_) | Value::Flag(_) | Value::Date => {}
         }
-        Value::Table(table) => {
-            for entry in table.values_mut() {
-                entry.key.span = entry.key.span.start + by..entry.key.span.end + by;
-                entry.node = moved(entry.node.clone(), by);
-            }
-        }
-        _ => {}
     }
-    node
 }
 
 /// Place of the deepest existing part of a dotted path, and whether this is the whole path. Entries of lists
@@ -133,6 +129,11 @@ pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
         node = below;
     }
     (Some(node.origin.clone()), true)
+}
+
+/// Place of a key of a table; the start of the file if the key is absent.
+pub(crate) fn place(table: &Table, key: &str) -> Origin {
+    table.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
 }
 
 pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {

@@ -13,7 +13,7 @@ use feeler_plant::effects::EffectUse;
 use indexmap::IndexMap;
 
 use super::document::Document;
-use super::keys::{ABOUT, AXIS_KIND, EFFECTS, Element, NAME, TOLERANCE};
+use super::keys::{ABOUT, AXIS_KIND, EFFECTS, Element, NAME, RUN_TABLE, TOLERANCE};
 
 pub use driven::{Commands, driven_to_toml, samples_csv};
 
@@ -155,7 +155,7 @@ impl Writer {
 
     /// All keys of a run, so that it does not depend on defaults of the machine.
     fn run(&mut self, run: &RunSettings) {
-        self.header(&["run"]);
+        self.header(&[RUN_TABLE]);
         for field in RunSettings::FIELDS {
             if let Some(content) = (field.get)(run) {
                 self.line(field.key.name, inline(&content));

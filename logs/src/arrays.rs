@@ -16,7 +16,6 @@ const PLAIN_TYPES: &str = "write it as numbers: array.astype(float)";
 /// Largest number of columns of one array.
 const MOST_COLUMNS: usize = 4096;
 
-/// Type of one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kind {
     /// `f`, `i`, `u`, `b`, and `M` for a time.
@@ -25,7 +24,6 @@ struct Kind {
     is_big: bool,
 }
 
-/// Content of a header.
 #[derive(Debug, PartialEq)]
 struct Header {
     /// Fields with their names; a plain array has one without a name.
@@ -40,7 +38,6 @@ struct Array {
     columns: Vec<(String, Vec<f64>)>,
 }
 
-/// Reads one array.
 pub(crate) fn npy(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError> {
     let file = BufReader::new(File::open(path).map_err(LogError::open(path))?);
     let fail = |byte, what: String, remedy| LogError::damaged(path, LogPlace::Byte(byte), what, remedy);

@@ -3,13 +3,9 @@
 /// Unit of a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockUnit {
-    /// Seconds.
     Seconds,
-    /// Milliseconds.
     Milliseconds,
-    /// Microseconds.
     Microseconds,
-    /// Nanoseconds.
     Nanoseconds,
 }
 
@@ -48,7 +44,6 @@ impl ClockUnit {
 pub struct Clock {
     /// Column, field or part of the format.
     pub column: String,
-    /// Its unit.
     pub unit: ClockUnit,
     /// Zero of the table's times on this clock, s.
     pub origin_s: f64,

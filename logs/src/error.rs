@@ -16,7 +16,6 @@ pub enum LogPlace {
     Row(usize),
     /// A byte of a message of a topic, both counted from zero.
     Message {
-        /// The topic.
         topic: String,
         /// Previous messages of the topic.
         number: usize,
@@ -25,7 +24,6 @@ pub enum LogPlace {
     },
     /// A byte of one array of an archive.
     Array {
-        /// Name of the array.
         name: String,
         /// Byte of its file.
         byte: u64,
@@ -58,22 +56,10 @@ pub enum LogError {
     },
     /// The file is not a log, or a log of an unsupported kind.
     #[error("{}: {what}", .file.display())]
-    OtherSort {
-        file: PathBuf,
-        what: String,
-        /// Remedy.
-        remedy: Cow<'static, str>,
-    },
+    OtherSort { file: PathBuf, what: String, remedy: Cow<'static, str> },
     /// The file ends early, or its bytes violate its format.
     #[error("{}: {place}: {what}", .file.display())]
-    Damaged {
-        file: PathBuf,
-        /// Where.
-        place: LogPlace,
-        what: String,
-        /// Remedy.
-        remedy: &'static str,
-    },
+    Damaged { file: PathBuf, place: LogPlace, what: String, remedy: &'static str },
     /// A requested column does not exist.
     #[error("{}: there is no column `{name}`", .file.display())]
     NoColumn {

@@ -12,13 +12,10 @@ use crate::packed;
 pub enum Format {
     /// Text with columns.
     Csv,
-    /// An MCAP log.
     Mcap,
     /// A ROS 2 bag in SQLite.
     Sqlite,
-    /// A Parquet table.
     Parquet,
-    /// One NumPy array.
     Npy,
     /// An archive of NumPy arrays.
     Npz,

@@ -23,7 +23,6 @@ const BATCH: usize = 1 << 14;
 /// Longest list that becomes columns.
 const LONGEST_LIST: usize = 256;
 
-/// Reads a table.
 pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError> {
     let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let file = File::open(path).map_err(LogError::open(path))?;

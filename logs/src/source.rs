@@ -26,7 +26,6 @@ const MOST_DEEP: usize = 3;
 pub struct Source {
     /// Files that belong together.
     pub files: Vec<PathBuf>,
-    /// Their format.
     pub format: Format,
     clock: Option<ClockUnit>,
     name: String,

@@ -9,7 +9,6 @@ use crate::clock::Clock;
 pub struct Run {
     /// Short name: that of the file or folder, with the number of the episode if there are several.
     pub name: String,
-    /// The tables.
     pub tables: Vec<Table>,
     /// Omissions and assumptions, a sentence each.
     pub notes: Vec<String>,

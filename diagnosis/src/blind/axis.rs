@@ -83,7 +83,6 @@ pub(super) struct Axis {
     pub(super) joint: Option<Joint>,
 }
 
-/// Where everything is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct State {
     /// Position, m, and speed, m/s.

@@ -91,7 +91,6 @@ pub(super) struct Bench {
     pub(super) creep: Option<[f64; 2]>,
 }
 
-/// Where everything is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct State {
     base: [f64; 2],

@@ -33,7 +33,6 @@ impl Random {
         self.between(low.ln(), high.ln()).exp()
     }
 
-    /// Either sign.
     pub(super) fn sign(&mut self) -> f64 {
         if self.share() < 0.5 { -1.0 } else { 1.0 }
     }

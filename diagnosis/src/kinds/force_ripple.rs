@@ -9,7 +9,6 @@ use super::{Balance, Element, Force, Form, Glance, Known, Seen, spread};
 /// Step of the trial waves per stroke, from half a wave on. With it the phase over the stroke changes by less
 /// than half a turn per step.
 const WAVES_STEP: f64 = 0.25;
-/// Steps tried.
 const PITCHES: usize = 400;
 /// Number of pitches passed on to the fit.
 const BEST_PITCHES: usize = 4;

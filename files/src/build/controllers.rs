@@ -3,14 +3,15 @@
 use std::collections::HashSet;
 
 use feeler_catalogue::{Dimension, Record};
+use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
-use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine};
+use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Sensor};
 use feeler_plant::effects::HostKind;
 use feeler_problem::Remedy;
 
 use super::{Builder, Item};
-use crate::keys::{CONTROLLERS, LAW};
+use crate::keys::{CONTROLLERS, LAW, SENSORS};
 use crate::read::{Scope, join};
 
 impl Builder<'_> {
@@ -20,7 +21,7 @@ impl Builder<'_> {
 
     fn controller(&mut self, item: Item<'_>, machine: &Machine) -> Option<ControllerUse> {
         let word = |key: &str| item.table.get(key).and_then(|entry| entry.node.as_text()).unwrap_or_default();
-        let output = self.command_dim(word("drives"));
+        let output = self.command_dim(word(ControllerUse::DRIVES.key.name));
         let scope = Scope { output, ..self.scope() };
         let reference = Law::named(word(LAW)).map_or(Dimension::UNKNOWN, |law| scope.dim(law.follows()));
         let before = self.problems.count();
@@ -63,7 +64,7 @@ impl Builder<'_> {
         }
         let Err(error) = error else { return };
         let key = match error.place() {
-            place if place.is_empty() => "reference".into(),
+            place if place.is_empty() => FOLLOWED.name.into(),
             place => place,
         };
         let first = key.split('.').next().unwrap_or_default();
@@ -83,14 +84,14 @@ impl Builder<'_> {
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {
         for problem in found.wiring_problems(machine) {
             let sensor = match problem.key.as_str() {
-                "reads" => found.reads.as_deref(),
+                key if key == READS.name => found.reads.as_deref(),
                 "motion" => found.motion.as_deref(),
                 _ => None,
             };
             let sensor = sensor.filter(|name| machine.sensors.contains_key(*name));
-            let is_noted = sensor
-                .is_some_and(|name| self.problems.covers(&join(&join("sensors", name), "reads")))
-                || self.problems.covers(&item.key(&problem.key));
+            let is_noted = sensor.is_some_and(|name| {
+                self.problems.covers(&join(&join(SENSORS.table, name), Sensor::READS.key.name))
+            }) || self.problems.covers(&item.key(&problem.key));
             if !is_noted {
                 let remedy = problem.remedy;
                 self.problems.add(item.place(&problem.key), item.key(&problem.key), problem.message, remedy);

@@ -26,13 +26,10 @@ impl Builder<'_> {
     ) -> Vec<EffectUse> {
         let Some(entry) = item.table.get(EFFECTS) else { return Vec::new() };
         let path = item.key(EFFECTS);
-        let Value::Table(effects) = &entry.node.value else {
-            let message = format!("this must be a table, not {}", entry.node.value.kind());
-            self.problems.add(&entry.node.origin, &path, message, format!("write [{path}.KIND]"));
-            return Vec::new();
-        };
+        let effects = self.problems.table(&entry.node, &path, format!("write [{path}.KIND]"));
         effects
-            .iter()
+            .into_iter()
+            .flatten()
             .filter_map(|(kind, entry)| self.effect(kind, entry, (host, command), &join(&path, kind)))
             .collect()
     }
@@ -66,11 +63,7 @@ impl Builder<'_> {
             self.problems.add(&entry.key, path, message, remedy);
             return None;
         }
-        let Value::Table(table) = &entry.node.value else {
-            let message = format!("this must be a table, not {}", entry.node.value.kind());
-            self.problems.add(&entry.node.origin, path, message, format!("write [{path}]"));
-            return None;
-        };
+        let table = self.problems.table(&entry.node, path, format!("write [{path}]"))?;
         let names = || definition.parameters.iter().map(|parameter| parameter.name);
         for (name, entry) in table.iter().filter(|(name, _)| !names().any(|known| known == name.as_str())) {
             let message = format!("`{kind}` has no parameter `{name}`");

@@ -27,7 +27,7 @@ impl Builder<'_> {
         };
         self.gaps(&mut machine, contacts);
         if !self.draft.root.contains_key(BODIES.table) {
-            let top = crate::source::Origin { source: self.draft.main, span: 0..0 };
+            let top = self.draft.top();
             self.problems.add(&top, BODIES.table, "there is no body", "add [bodies.NAME] with a mass");
         }
         machine

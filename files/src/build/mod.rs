@@ -19,9 +19,9 @@ use feeler_plant::description::{Axis, Elements};
 
 use super::draft::Draft;
 use super::problem::Problems;
-use super::read::{Reader, Scope};
+use super::read::{Reader, Scope, join};
 use super::source::Origin;
-use super::tree::{Table, Value};
+use super::tree::Table;
 
 /// Reads the tables of a draft.
 pub(crate) struct Builder<'a> {
@@ -78,21 +78,11 @@ impl<'a> Builder<'a> {
         let mut found = Elements::new();
         let draft = self.draft;
         let Some(entry) = draft.root.get(element.table) else { return found };
-        let Value::Table(items) = &entry.node.value else {
-            let message = format!("this must be a table, not {}", entry.node.value.kind());
-            self.problems.add(
-                &entry.node.origin,
-                element.table,
-                message,
-                format!("write [{}.NAME]", element.table),
-            );
-            return found;
-        };
-        for (name, entry) in items {
-            let Value::Table(table) = &entry.node.value else {
-                let path = format!("{}.{name}", element.table);
-                let message = format!("this must be a table, not {}", entry.node.value.kind());
-                self.problems.add(&entry.node.origin, &path, message, format!("write [{path}]"));
+        let remedy = format!("write [{}.NAME]", element.table);
+        let items = self.problems.table(&entry.node, element.table, remedy);
+        for (name, entry) in items.into_iter().flatten() {
+            let path = join(element.table, name);
+            let Some(table) = self.problems.table(&entry.node, &path, format!("write [{path}]")) else {
                 continue;
             };
             if let Some(one) = read(self, Item { element, name, table, at: &entry.node.origin }) {

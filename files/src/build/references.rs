@@ -8,7 +8,9 @@ use feeler_control::reference::{FOLLOWED, SAMPLES_FILE, SAMPLES_PATH};
 
 use super::{Builder, Item};
 use crate::file::read_bytes;
+use crate::read::join;
 use crate::source::Origin;
+use crate::tree::node_at;
 
 /// Largest number of samples of a reference file.
 const MOST_SAMPLES: usize = 20_000_000;
@@ -37,7 +39,7 @@ impl Builder<'_> {
                 let remedy = "name a CSV file with the header `t_s,value`, relative to this file";
                 self.problems.add(
                     &origin,
-                    item.key("reference.file"),
+                    item.key(&join(FOLLOWED.name, SAMPLES_PATH.name)),
                     format!("{}: {message}", path.display()),
                     remedy,
                 );
@@ -49,10 +51,8 @@ impl Builder<'_> {
 
 /// Place of the file's name; relative names refer to that file.
 fn file_origin(item: Item<'_>) -> Origin {
-    let reference = item.table.get("reference").and_then(|entry| entry.node.as_table());
-    reference
-        .and_then(|table| table.get("file"))
-        .map_or_else(|| item.at.clone(), |entry| entry.node.origin.clone())
+    let named = node_at(item.table, &[FOLLOWED.name, SAMPLES_PATH.name]);
+    named.map_or_else(|| item.at.clone(), |node| node.origin.clone())
 }
 
 /// Times and values of a CSV file; otherwise a message.

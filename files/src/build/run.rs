@@ -11,7 +11,7 @@ use feeler_plant::description::{Axis, Contact, Elements, Machine, Quantity, Sign
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
-use crate::keys::{CONTROLLERS, RUN};
+use crate::keys::{CONTROLLERS, RUN, RUN_TABLE};
 use crate::read::{Reader, join};
 use crate::source::Origin;
 use crate::tree::{Entry, Table, Value, locate, node_at};
@@ -40,28 +40,24 @@ fn written<'t>(table: &'t Table, field: &Field<RunSettings>) -> Option<&'t Entry
 }
 
 fn path(field: &Field<RunSettings>) -> String {
-    join("run", field.key.name)
+    join(RUN_TABLE, field.key.name)
 }
 
 impl Builder<'_> {
     /// How to run the scenario.
     pub(crate) fn run(&mut self, machine: &Machine, controllers: &Elements<ControllerUse>) -> RunSettings {
         let empty = Table::new();
-        let top = Origin { source: self.draft.main, span: 0..0 };
-        let (table, at) = match self.draft.root.get("run") {
-            None => (&empty, &top),
-            Some(entry) => match &entry.node.value {
-                Value::Table(table) => (table, &entry.node.origin),
-                other => {
-                    let message = format!("this must be a table, not {}", other.kind());
-                    self.problems.add(&entry.node.origin, "run", message, "write [run]");
-                    (&empty, &top)
-                }
-            },
-        };
+        let top = self.draft.top();
+        let draft = self.draft;
+        let (table, at) = (draft.root.get(RUN_TABLE))
+            .and_then(|entry| {
+                let remedy = format!("write [{RUN_TABLE}]");
+                Some((self.problems.table(&entry.node, RUN_TABLE, remedy)?, &entry.node.origin))
+            })
+            .unwrap_or((&empty, &top));
         let scope = self.scope();
         let before = self.problems.count();
-        let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
+        let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, RUN_TABLE);
         let sound = self.problems.count() == before;
         let mut run = RunSettings::default();
         run.take(&fields);
@@ -223,9 +219,7 @@ impl Builder<'_> {
                     "shorten `run.step` to {:.3e} s or less, or leave `run.engine` out",
                     step_s * LARGEST_TURN / turn
                 );
-                let at = locate(&self.draft.root, &key)
-                    .0
-                    .unwrap_or(Origin { source: self.draft.main, span: 0..0 });
+                let at = locate(&self.draft.root, &key).0.unwrap_or(self.draft.top());
                 self.problems.add(&at, key, message, remedy);
             }
         }

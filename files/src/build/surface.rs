@@ -13,7 +13,7 @@ use super::{Builder, Item};
 use crate::gaps::Travel;
 use crate::keys::CONTACTS;
 use crate::keys::surface::{
-    ERROR, FEED, FeedKeys, MATERIAL, OFFSET, PROFILE, RATE, SURFACE, ShapeFile, TIP, WORKPIECE,
+    ERROR, FEED, FILE, FeedKeys, MATERIAL, OFFSET, PROFILE, RATE, SURFACE, ShapeFile, TIP, WORKPIECE,
 };
 use crate::tree::{locate, node_at};
 
@@ -24,7 +24,12 @@ impl Builder<'_> {
         let profile = fields.table(&PROFILE);
         if let (Some(_), Some(_)) = (surface, profile) {
             let message = "a surface and a profile both define the motion of the gap";
-            self.problems.add(item.place("profile"), item.key("profile"), message, "remove one of them");
+            self.problems.add(
+                item.place(PROFILE.name),
+                item.key(PROFILE.name),
+                message,
+                "remove one of them",
+            );
             return None;
         }
         if !sound {
@@ -33,16 +38,12 @@ impl Builder<'_> {
         let (key, found) = match (surface, profile) {
             (Some(_), _) if self.rotational() => {
                 let message = "shapes touch along a line, and this axis is rotational";
-                self.problems.add(
-                    item.place("surface"),
-                    item.key("surface"),
-                    message,
-                    "write the gap out as `profile`",
-                );
+                let remedy = "write the gap out as `profile`";
+                self.problems.add(item.place(SURFACE.name), item.key(SURFACE.name), message, remedy);
                 return None;
             }
-            (Some(surface), _) => ("surface", self.surface(item, surface)?),
-            (_, Some(profile)) => ("profile", written(profile)),
+            (Some(surface), _) => (SURFACE.name, self.surface(item, surface)?),
+            (_, Some(profile)) => (PROFILE.name, written(profile)),
             _ => return None,
         };
         let noted = |problem: Problem| {
@@ -58,7 +59,8 @@ impl Builder<'_> {
         fields: &Contents,
         law: ContactLaw,
     ) -> Option<f64> {
-        if item.table.contains_key(Contact::STIFFNESS.key.name) {
+        let stiffness = Contact::STIFFNESS.key.name;
+        if item.table.contains_key(stiffness) {
             return None;
         }
         let parts =
@@ -67,7 +69,7 @@ impl Builder<'_> {
         let ([Some(tip), Some(workpiece)], ContactLaw::Hertz) = (materials, law) else {
             let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip \
                           and workpiece in `surface`";
-            self.problems.add(item.at, item.key("stiffness"), "`stiffness` is missing", remedy);
+            self.problems.add(item.at, item.key(stiffness), "`stiffness` is missing", remedy);
             return None;
         };
         let radii = parts.map(|part| match Shape::read(part?) {
@@ -83,12 +85,8 @@ impl Builder<'_> {
             _ => {
                 let message = "these two shapes do not touch in a point of one curvature, so that Hertz's \
                                law for balls does not hold";
-                self.problems.add(
-                    item.at,
-                    item.key("stiffness"),
-                    message,
-                    "write `stiffness`, or give one of them the shape of a ball",
-                );
+                let remedy = "write `stiffness`, or give one of them the shape of a ball";
+                self.problems.add(item.at, item.key(stiffness), message, remedy);
                 None
             }
         }
@@ -136,7 +134,7 @@ impl Builder<'_> {
         name: &str,
         read: impl Fn(&Path) -> Result<T, FileError>,
     ) -> Option<T> {
-        let key = item.key(&format!("{}.{}.file", SURFACE.name, part.name));
+        let key = item.key(&format!("{}.{}.{FILE}", SURFACE.name, part.name));
         let origin = locate(&self.draft.root, &key).0.unwrap_or_else(|| item.at.clone());
         let path: PathBuf = self.draft.sources.0[origin.source].directory.join(name);
         match read(&path) {
@@ -161,7 +159,8 @@ impl Builder<'_> {
                     surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral)
                 {
                     let error = GeometryError::Overlap { depth_m };
-                    self.problems.add_error(&at.origin, format!("contacts.{name}.surface"), &error);
+                    let key = format!("{}.{name}.{}", CONTACTS.table, SURFACE.name);
+                    self.problems.add_error(&at.origin, key, &error);
                 }
                 machine.profiles.insert(name.clone(), profile);
             }

@@ -17,7 +17,8 @@ use crate::build::Builder;
 use crate::build::shapes::{self, FileError};
 use crate::draft::{Draft, lay_over, parse_toml, read_text};
 use crate::keys::EFFECTS;
-use crate::keys::cell::ARM_FILE;
+use crate::keys::arm::{self as arm_keys, JOINTS, URDF};
+use crate::keys::cell::{ARM_FILE, TOOL};
 use crate::problem::Problems;
 use crate::read::join;
 use crate::source::Origin;
@@ -33,20 +34,20 @@ pub(super) struct ArmParts {
 /// Reads the arm that a scenario names; `None` if there are mistakes.
 pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems) -> Option<ArmParts> {
     let name: String = fields.value(&ARM_FILE)?;
-    let entry = draft.root.get("arm")?.clone();
+    let entry = draft.root.get(ARM_FILE.name)?.clone();
     let path = draft.sources.0[entry.node.origin.source].directory.join(name);
-    let tool = draft.root.get("tool").cloned();
+    let tool = draft.root.get(TOOL.name).cloned();
     let is_urdf = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
     let (mut root, at) = if is_urdf {
         let mut root = Table::new();
-        root.insert("urdf".into(), entry.clone());
-        root.extend(tool.map(|tool| ("tool".to_owned(), tool)));
+        root.insert(URDF.name.into(), entry.clone());
+        root.extend(tool.map(|tool| (arm_keys::TOOL.name.to_owned(), tool)));
         (root, entry.node.origin.clone())
     } else {
         if let Some(tool) = tool {
             problems.add(
                 &tool.key,
-                "tool",
+                TOOL.name,
                 "an arm file names its tool itself",
                 "remove `tool`, or set it in the arm file",
             );
@@ -54,7 +55,7 @@ pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems
         (arm_file(&path, draft, &entry, problems)?, Origin { source: draft.sources.0.len() - 1, span: 0..0 })
     };
     let mut over = Table::new();
-    over.extend(draft.root.get("joints").map(|joints| ("joints".to_owned(), joints.clone())));
+    over.extend(draft.root.get(JOINTS).map(|joints| (JOINTS.to_owned(), joints.clone())));
     lay_over(&mut root, over, 0);
     let read = arm::read(&root, &draft.sources, &at, &[EFFECTS], problems)?;
     let joints = joints(&read.arm, &root, draft, problems)?;
@@ -65,7 +66,12 @@ pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems
 /// The tree of an arm file, which is added to the sources.
 fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Problems) -> Option<Table> {
     let mut refuse = |message: String| {
-        problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file");
+        problems.add(
+            &entry.node.origin,
+            ARM_FILE.name,
+            message,
+            "name an arm file or a URDF, relative to this file",
+        );
     };
     let said = |error: crate::FormatError| {
         error.problems.first().map_or_else(String::new, |problem| problem.message.clone())
@@ -81,7 +87,7 @@ fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Proble
 fn joints(arm: &Arm, root: &Table, draft: &Draft, problems: &mut Problems) -> Option<Vec<JointPart>> {
     let mut found = Vec::new();
     for (joint, drive) in arm.chain().joints.iter().zip(arm.drives()) {
-        let path = join("joints", &joint.name);
+        let path = join(JOINTS, &joint.name);
         let slides = joint.kind == JointKind::Prismatic;
         let effects = effects(root, &joint.name, &path, slides, draft, problems)?;
         match JointPart::new(&joint.name, drive, slides, &effects) {
@@ -107,16 +113,8 @@ fn effects(
     problems: &mut Problems,
 ) -> Option<Vec<EffectUse>> {
     let path = join(path, EFFECTS);
-    let Some(node) = node_at(root, &["joints", name, EFFECTS]) else { return Some(Vec::new()) };
-    let Some(table) = node.as_table() else {
-        problems.add(
-            &node.origin,
-            &path,
-            format!("this must be a table, not {}", node.value.kind()),
-            format!("write [{path}.KIND]"),
-        );
-        return None;
-    };
+    let Some(node) = node_at(root, &[JOINTS, name, EFFECTS]) else { return Some(Vec::new()) };
+    let table = problems.table(node, &path, format!("write [{path}.KIND]"))?;
     let axis = if slides { Axis::Translational } else { Axis::Rotational };
     let mut found = Some(Vec::new());
     for (kind, entry) in table {
@@ -184,7 +182,7 @@ fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>)
                     FileError::Read { .. } => "put the file beside the URDF as STL or OBJ".into(),
                     FileError::Geometry(_) | FileError::Extension(_) => error.remedy(),
                 };
-                Problem::new("arm", message, remedy)
+                Problem::new(ARM_FILE.name, message, remedy)
             })?;
             let points_m = mesh
                 .vertices_m

@@ -2,14 +2,22 @@
 //! scenario, with the bodies and the drive between them.
 
 use feeler_arm::Reduction;
+use feeler_catalogue::Key;
+use feeler_engine::{ControllerUse, RunSettings};
+use feeler_plant::description::{
+    Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
 use feeler_plant::effects::{Kind, find};
 
-use crate::draft::Draft;
-use crate::keys::EFFECTS;
+use crate::draft::{Draft, parse_toml};
+use crate::keys::cell::ARM_FILE;
+use crate::keys::surface::{PROFILE, SURFACE};
+use crate::keys::{ABOUT, CONTACTS, CONTROLLERS, EFFECTS, Element, NAME, RUN_TABLE, SENSORS, SHARED};
 use crate::problem::Problems;
 use crate::read::join;
-use crate::source::Origin;
+use crate::source::{Origin, Sources};
 use crate::tree::{Entry, Node, Table, Value};
+use crate::write::machine_to_toml;
 
 const MOTOR: &str = "motor";
 const TIP: &str = "tip";
@@ -29,103 +37,71 @@ pub(crate) const OF_CONTACTS: [Kind; 6] = [
 pub(crate) const NOT_OF_SENSORS: [(Kind, &str); 1] =
     [(Kind::ToolInertia, "the wrist sensor is taken as massless beyond it")];
 /// Keys that are not valid for a whole arm: table, key, and the alternative.
-const NOT_HERE: [(&str, &str, &str); 10] = [
-    ("contacts", "between", "the contact is between `[tip]` and `[workpiece]`"),
-    ("contacts", "engagement", "the contact pushes only"),
-    ("contacts", "surface", "`[tip]` and `[workpiece]` have the shapes"),
-    ("contacts", "profile", "`[tip]` and `[workpiece]` have the shapes"),
-    ("sensors", "relative_to", "the base stands still"),
-    ("controllers", "drives", "the controller drives the force along the normal"),
-    ("run", "engine", "arms have one engine"),
-    ("run", "integrator", "arms have one integrator"),
-    ("run", "record", "everything is recorded"),
-    ("run", "energy", "no energy ledger is kept of an arm"),
+const NOT_HERE: [(&str, Key, &str); 10] = [
+    (CONTACTS.table, Contact::BETWEEN.key, "the contact is between `[tip]` and `[workpiece]`"),
+    (CONTACTS.table, Contact::ENGAGEMENT.key, "the contact pushes only"),
+    (CONTACTS.table, SURFACE, "`[tip]` and `[workpiece]` have the shapes"),
+    (CONTACTS.table, PROFILE, "`[tip]` and `[workpiece]` have the shapes"),
+    (SENSORS.table, Sensor::RELATIVE_TO.key, "the base stands still"),
+    (CONTROLLERS.table, ControllerUse::DRIVES.key, "the controller drives the force along the normal"),
+    (RUN_TABLE, RunSettings::ENGINE.key, "arms have one engine"),
+    (RUN_TABLE, RunSettings::INTEGRATOR.key, "arms have one integrator"),
+    (RUN_TABLE, RunSettings::RECORD.key, "everything is recorded"),
+    (RUN_TABLE, RunSettings::ENERGY.key, "no energy ledger is kept of an arm"),
 ];
 
 /// A scenario of the axis, as a draft; `None` if there are mistakes, or no axis is known.
 pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut Problems) -> Option<Draft> {
     let before = problems.count();
-    let top = Origin { source: draft.main, span: 0..0 };
-    let place = draft.root.get("arm").map_or(top.clone(), |entry| entry.key.clone());
+    let top = draft.top();
+    let place = draft.root.get(ARM_FILE.name).map_or(top.clone(), |entry| entry.key.clone());
+    let kept = |name: &str| [NAME.name, ABOUT.name].contains(&name) || SHARED.contains(&name);
     let mut root: Table = (draft.root.iter())
-        .filter(|(name, _)| {
-            ["name", "about", "contacts", "sensors", "controllers", "run"].contains(&name.as_str())
-        })
+        .filter(|(name, _)| kept(name))
         .map(|(name, entry)| (name.clone(), entry.clone()))
         .collect();
     refuse_keys(&root, problems);
-    only_one(&root, "contacts", "contact", &top, problems);
-    only_one(&root, "controllers", "controller", &top, problems);
+    only_one(&root, &CONTACTS, &top, problems);
+    only_one(&root, &CONTROLLERS, &top, problems);
     refuse_effects(&root, problems);
     refuse_sources(&root, problems);
     let axis = reduction.filter(|_| problems.count() == before)?;
-    let make = Maker { place };
-    each_table(&mut root, "contacts", |table| make.put(table, "between", make.texts(&[TIP, "ground"])));
-    each_table(&mut root, "controllers", |table| make.put(table, "drives", make.text(DRIVE)));
-    let body = |mass| make.table([("mass", make.number(mass))]);
-    make.put(
-        &mut root,
-        "bodies",
-        make.table([(MOTOR, body(axis.motor_mass_kg)), (TIP, body(axis.tip_mass_kg))]),
-    );
-    let spring = make.table([
-        ("between", make.texts(&[MOTOR, TIP])),
-        ("stiffness", make.number(axis.stiffness_n_per_m)),
-        ("damping", make.number(axis.damping_n_s_per_m)),
-    ]);
-    make.put(&mut root, "springs", make.table([("transmission", spring)]));
-    make.put(&mut root, "actuators", make.table([(DRIVE, make.table([("on", make.text(MOTOR))]))]));
-    let sensors = root.entry("sensors".into()).or_insert_with(|| make.entry(make.table([])));
-    if let Some(sensors) = sensors.node.as_table_mut().filter(|sensors| !sensors.contains_key(ENCODER)) {
-        make.put(sensors, ENCODER, make.table([("reads", make.text("motor.position"))]));
+    let text = |text: &str| Node { value: Value::Text(text.into()), origin: place.clone() };
+    let ends = Value::Array([TIP, GROUND].map(text).into());
+    let ends = Node { value: ends, origin: place.clone() };
+    for (table, key, node) in
+        [(&CONTACTS, Contact::BETWEEN.key, ends), (&CONTROLLERS, ControllerUse::DRIVES.key, text(DRIVE))]
+    {
+        let elements = root.get_mut(table.table).and_then(|entry| entry.node.as_table_mut());
+        for element in elements.into_iter().flat_map(Table::values_mut) {
+            if let Some(keys) = element.node.as_table_mut() {
+                keys.insert(key.name.into(), Entry { key: place.clone(), node: node.clone() });
+            }
+        }
+    }
+    let made = parse_toml(&machine_to_toml(&machine(axis)), "", &mut Sources::default()).ok()?;
+    for (name, mut made) in made {
+        made.node.replace(&|at: &mut Origin| *at = place.clone());
+        let Value::Table(elements) = made.node.value else { continue };
+        let empty = Entry { key: place.clone(), node: Node::table(place.clone()) };
+        if let Some(own) = root.entry(name).or_insert(empty).node.as_table_mut() {
+            // What the file says of an element goes before.
+            for (element, entry) in elements {
+                own.entry(element).or_insert(entry);
+            }
+        }
     }
     Some(Draft { sources: draft.sources.clone(), root, main: draft.main, gaps: draft.gaps.clone() })
 }
 
-/// Creates nodes that are in no file.
-struct Maker {
-    place: Origin,
-}
-
-impl Maker {
-    fn node(&self, value: Value) -> Node {
-        Node { value, origin: self.place.clone() }
-    }
-
-    fn text(&self, text: &str) -> Node {
-        self.node(Value::Text(text.into()))
-    }
-
-    fn texts(&self, texts: &[&str]) -> Node {
-        self.node(Value::Array(texts.iter().map(|text| self.text(text)).collect()))
-    }
-
-    fn number(&self, number: f64) -> Node {
-        self.node(Value::Float(number))
-    }
-
-    fn entry(&self, node: Node) -> Entry {
-        Entry { key: self.place.clone(), node }
-    }
-
-    fn table<const N: usize>(&self, entries: [(&str, Node); N]) -> Node {
-        self.node(Value::Table(
-            entries.into_iter().map(|(name, node)| (name.to_owned(), self.entry(node))).collect(),
-        ))
-    }
-
-    fn put(&self, table: &mut Table, name: &str, node: Node) {
-        table.insert(name.into(), self.entry(node));
-    }
-}
-
-fn each_table(root: &mut Table, name: &str, mut change: impl FnMut(&mut Table)) {
-    let tables = root.get_mut(name).and_then(|entry| entry.node.as_table_mut());
-    tables
-        .into_iter()
-        .flat_map(Table::values_mut)
-        .filter_map(|entry| entry.node.as_table_mut())
-        .for_each(&mut change);
+/// The bodies and the drive between them, with the motor's encoder.
+fn machine(axis: &Reduction) -> Machine {
+    Machine::default()
+        .with_body(MOTOR, Body::new(axis.motor_mass_kg))
+        .with_body(TIP, Body::new(axis.tip_mass_kg))
+        .with_spring("transmission", Spring::new(MOTOR, TIP, axis.stiffness_n_per_m, axis.damping_n_s_per_m))
+        .with_actuator(DRIVE, Actuator::ideal(MOTOR, GROUND))
+        .with_sensor(ENCODER, Sensor::ideal(SignalName::new(MOTOR, Quantity::Position)))
 }
 
 fn elements<'t>(root: &'t Table, name: &str) -> impl Iterator<Item = (&'t String, &'t Table)> {
@@ -134,53 +110,46 @@ fn elements<'t>(root: &'t Table, name: &str) -> impl Iterator<Item = (&'t String
 }
 
 fn refuse_keys(root: &Table, problems: &mut Problems) {
-    for (name, key, instead) in NOT_HERE {
-        let mut refuse = |path: &str, table: &Table| {
-            if let Some(entry) = table.get(key) {
-                problems.add(
-                    &entry.key,
-                    join(path, key),
-                    format!("`{key}` has no meaning for a whole arm: {instead}"),
-                    "remove it",
-                );
+    for (table, key, instead) in NOT_HERE {
+        let run = root.get(table).filter(|_| table == RUN_TABLE).and_then(|entry| entry.node.as_table());
+        let of_elements = elements(root, table).map(|(name, keys)| (join(table, name), keys));
+        for (path, keys) in run.map(|keys| (table.to_owned(), keys)).into_iter().chain(of_elements) {
+            if let Some(entry) = keys.get(key.name) {
+                let path = join(&path, key.name);
+                let message = format!("`{}` has no meaning for a whole arm: {instead}", key.name);
+                problems.add(&entry.key, path, message, "remove it");
             }
-        };
-        if name == "run" {
-            if let Some(run) = root.get("run").and_then(|entry| entry.node.as_table()) {
-                refuse("run", run);
-            }
-            continue;
-        }
-        for (element, table) in elements(root, name) {
-            refuse(&join(name, element), table);
         }
     }
 }
 
-fn only_one(root: &Table, name: &str, singular: &str, top: &Origin, problems: &mut Problems) {
-    let count = elements(root, name).count();
+fn only_one(root: &Table, element: &Element, top: &Origin, problems: &mut Problems) {
+    let Element { table, singular, .. } = *element;
+    let count = elements(root, table).count();
     if count != 1 {
-        let at = root.get(name).map_or(top, |entry| &entry.key);
-        let remedy = if count == 0 { format!("add [{name}.NAME]") } else { format!("keep one {singular}") };
-        problems.add(at, name, format!("a whole arm has one {singular}, and here are {count}"), remedy);
+        let at = root.get(table).map_or(top, |entry| &entry.key);
+        let remedy = if count == 0 { format!("add [{table}.NAME]") } else { format!("keep one {singular}") };
+        problems.add(at, table, format!("a whole arm has one {singular}, and here are {count}"), remedy);
     }
 }
 
 fn refuse_effects(root: &Table, problems: &mut Problems) {
-    for name in ["contacts", "sensors"] {
+    for name in [CONTACTS.table, SENSORS.table] {
         for (element, table) in elements(root, name) {
             let effects = table.get(EFFECTS).and_then(|entry| entry.node.as_table());
             for (kind, entry) in effects.into_iter().flatten() {
                 // An unknown name is rejected with the nearest known one.
                 let Some(definition) = find(kind) else { continue };
                 let why = match name {
-                    "contacts" if !OF_CONTACTS.contains(&definition.kind) => {
+                    _ if name == CONTACTS.table && !OF_CONTACTS.contains(&definition.kind) => {
                         format!("contacts of a whole arm take {}", OF_CONTACTS.map(Kind::name).join(", "))
                     }
-                    "sensors" => match NOT_OF_SENSORS.iter().find(|(other, _)| *other == definition.kind) {
-                        Some((_, why)) => (*why).to_owned(),
-                        None => continue,
-                    },
+                    _ if name == SENSORS.table => {
+                        match NOT_OF_SENSORS.iter().find(|(other, _)| *other == definition.kind) {
+                            Some((_, why)) => (*why).to_owned(),
+                            None => continue,
+                        }
+                    }
                     _ => continue,
                 };
                 let path = join(&join(&join(name, element), EFFECTS), kind);
@@ -193,30 +162,23 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
 
 /// Sensors read the contact's force, or the tool's displacement along the normal from the motors.
 fn refuse_sources(root: &Table, problems: &mut Problems) {
-    let contact = elements(root, "contacts").next().map_or("", |(name, _)| name.as_str());
-    for (name, table) in elements(root, "sensors") {
-        let Some(reads) = table.get("reads") else { continue };
-        let signal = reads.node.as_text().unwrap_or_default();
-        let force = [format!("{contact}.force"), format!("{contact}.spring_force")];
-        let motion = signal == "motor.position" || signal == "motor.velocity";
-        let path = join("sensors", name);
-        if !motion && !force.iter().any(|known| known == signal) {
-            let remedy = format!("read {} or {}, motor.position or motor.velocity", force[0], force[1]);
-            problems.add(
-                &reads.node.origin,
-                join(&path, "reads"),
-                format!("no sensor of a whole arm reads `{signal}`"),
-                remedy,
-            );
+    let contact = elements(root, CONTACTS.table).next().map_or("", |(name, _)| name.as_str());
+    let named = |element: &str, quantity| SignalName::new(element, quantity).to_string();
+    let force = [Quantity::Force, Quantity::SpringForce].map(|quantity| named(contact, quantity));
+    let motion = [Quantity::Position, Quantity::Velocity].map(|quantity| named(MOTOR, quantity));
+    for (name, table) in elements(root, SENSORS.table) {
+        let Some(reads) = table.get(Sensor::READS.key.name) else { continue };
+        let signal = reads.node.as_text().unwrap_or_default().to_owned();
+        let path = |key: Key| join(&join(SENSORS.table, name), key.name);
+        if !motion.contains(&signal) && !force.contains(&signal) {
+            let remedy = format!("read {}, {}", force.join(" or "), motion.join(" or "));
+            let message = format!("no sensor of a whole arm reads `{signal}`");
+            problems.add(&reads.node.origin, path(Sensor::READS.key), message, remedy);
         }
-        if let Some(filter) = table.get("low_pass").filter(|_| motion) {
+        let filter = Sensor::LOW_PASS.key;
+        if let Some(written) = table.get(filter.name).filter(|_| motion.contains(&signal)) {
             let remedy = "remove it; `velocity_filter` of the controller smooths speeds";
-            problems.add(
-                &filter.key,
-                join(&path, "low_pass"),
-                "joint encoders have no analogue filter",
-                remedy,
-            );
+            problems.add(&written.key, path(filter), "joint encoders have no analogue filter", remedy);
         }
     }
 }
@@ -231,7 +193,7 @@ mod tests {
         for (table, key, _) in NOT_HERE {
             let element = ELEMENTS.iter().find(|element| element.table == table);
             let shape = element.map_or(&RUN, |element| &element.shape);
-            assert!(shape.all_keys().any(|known| known.name == key), "{table}.{key}");
+            assert!(shape.all_keys().any(|known| known.name == key.name), "{table}.{}", key.name);
         }
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
 use feeler_catalogue::{Contents, Keys, Record};
+use feeler_engine::RunSettings;
 use feeler_geometry::{Placement, Shape};
 use feeler_manipulator::{Cell, CellSimulation, Hold, ManipulatorError, Part, Start};
 use feeler_problem::Remedy;
@@ -18,13 +19,13 @@ pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
 use super::build::shapes;
 use super::document::Document;
 use super::draft::Draft;
-use super::keys::cell::{NORMAL, PLACE, POSE, SPEED};
-use super::keys::surface::ShapeFile;
-use super::keys::{ABOUT, CELL, CELL_TABLES, HOLD, NAME, PLACED, SHARED, START};
+use super::keys::arm::JOINTS;
+use super::keys::cell::{HOLD_TABLE, NORMAL, PLACE, POSE, SPEED, START_TABLE, TIP, WORKPIECE};
+use super::keys::surface::{FILE, ShapeFile};
+use super::keys::{ABOUT, CELL, CELL_TABLES, HOLD, NAME, PLACED, RUN_TABLE, SHARED, START};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope, join};
-use super::source::Origin;
-use super::tree::{Table, Value, locate};
+use super::tree::{Table, locate, node_at};
 use arm_parts::ArmParts;
 
 /// Default rate of the record, Hz.
@@ -81,22 +82,22 @@ impl CellFile {
 
 /// The scenario, or `None` if there are problems; an error if the axis along the normal has mistakes.
 fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>, FormatError> {
-    let top = Origin { source: draft.main, span: 0..0 };
+    let top = draft.top();
     let tables: Vec<&str> =
-        CELL_TABLES.iter().map(|(table, ..)| *table).chain(SHARED).chain(["joints"]).collect();
+        CELL_TABLES.iter().map(|(table, ..)| *table).chain(SHARED).chain([JOINTS]).collect();
     let fields = Reader { problems, scope: Scope::new(false) }.fields(&CELL, &tables, &draft.root, &top, "");
     let arm = arm_parts::read(draft, &fields, problems);
-    let start = table(draft, "start", &START, problems);
-    let tip = part(draft, "tip", problems);
-    let workpiece = part(draft, "workpiece", problems);
-    let hold = table(draft, "hold", &HOLD, problems);
+    let start = table(draft, START_TABLE, &START, problems);
+    let tip = part(draft, TIP, problems);
+    let workpiece = part(draft, WORKPIECE, problems);
+    let hold = table(draft, HOLD_TABLE, &HOLD, problems);
     let start = start.zip(arm.as_ref()).and_then(|(start, arm)| start_of(&start, arm, draft, problems));
     let hold = hold.as_ref().and_then(Hold::read);
     let held = hold.map_or(0.0, |hold| hold.bandwidth_hz);
     let others = if held > 0.0 { feeler_arm::Others::Held } else { feeler_arm::Others::Free };
     let reduction = start.as_ref().zip(arm.as_ref()).and_then(|(start, arm)| {
         let found = arm.arm.reduce(&start.pose, start.normal, others);
-        found.map_err(|error| refuse_error(draft, problems, "start.normal", &error)).ok()
+        found.map_err(|error| refuse_error(draft, problems, &join(START_TABLE, NORMAL.name), &error)).ok()
     });
     let scenario = axis::draft(draft, reduction.as_ref(), problems)
         .map(Document::build)
@@ -107,9 +108,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     else {
         return Ok(None);
     };
-    let given = |key: &str| {
-        draft.root.get("run").and_then(|run| run.node.as_table()).is_some_and(|run| run.contains_key(key))
-    };
+    let stepped = node_at(&draft.root, &[RUN_TABLE, RunSettings::STEP.key.name]).is_some();
     if scenario.run.duration_s > LONGEST_S {
         let message = format!(
             "a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated",
@@ -118,7 +117,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         refuse(
             draft,
             problems,
-            "run.duration",
+            &join(RUN_TABLE, RunSettings::DURATION.key.name),
             message,
             "shorten it, or run the axis that `feeler reduce` makes",
         );
@@ -131,7 +130,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         tip,
         workpiece,
         hold,
-        step_s: given("step").then_some(scenario.run.step_s),
+        step_s: stepped.then_some(scenario.run.step_s),
         scenario,
     };
     if problems.is_empty() {
@@ -157,8 +156,7 @@ fn refuse(
     message: impl Into<String>,
     remedy: impl Into<String>,
 ) {
-    let top = Origin { source: draft.main, span: 0..0 };
-    let at = locate(&draft.root, key).0.unwrap_or(top);
+    let at = locate(&draft.root, key).0.unwrap_or(draft.top());
     problems.add(&at, key, message, remedy);
 }
 
@@ -170,10 +168,12 @@ fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn R
 fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     let found = cell.check_start().and_then(|()| CellSimulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
     let Err(error) = found else { return };
-    let start = if locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
+    let [pose, place] = [POSE, PLACE].map(|key| join(START_TABLE, key.name));
     let key = match &error {
-        ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start.into(),
-        _ => Some(error.place()).filter(|place| !place.is_empty()).unwrap_or_else(|| "start".into()),
+        ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => {
+            if locate(&draft.root, &pose).1 { pose } else { place }
+        }
+        _ => Some(error.place()).filter(|place| !place.is_empty()).unwrap_or_else(|| START_TABLE.into()),
     };
     refuse_error(draft, problems, &key, &error);
 }
@@ -181,21 +181,10 @@ fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
 /// The fields of a table; if a required table is absent, its required keys are reported.
 fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems) -> Option<Contents> {
     let empty = Table::new();
-    let top = Origin { source: draft.main, span: 0..0 };
+    let top = draft.top();
     let (table, at) = match draft.root.get(name).map(|entry| &entry.node) {
         None => (&empty, &top),
-        Some(node) => match &node.value {
-            Value::Table(table) => (table, &node.origin),
-            other => {
-                problems.add(
-                    &node.origin,
-                    name,
-                    format!("this must be a table, not {}", other.kind()),
-                    format!("write [{name}]"),
-                );
-                return None;
-            }
-        },
+        Some(node) => (problems.table(node, name, format!("write [{name}]"))?, &node.origin),
     };
     let before = problems.count();
     let fields = Reader { problems, scope: Scope::new(false) }.fields(keys, &[], table, at, name);
@@ -220,7 +209,7 @@ fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> boo
 }
 
 fn shape_of_file(draft: &Draft, name: &str, written: &ShapeFile, problems: &mut Problems) -> Option<Shape> {
-    let key = join(name, "file");
+    let key = join(name, FILE);
     let origin = locate(&draft.root, &key).0?;
     let path: PathBuf = draft.sources.0[origin.source].directory.join(written.file());
     let found = written.load(&path);
@@ -230,16 +219,15 @@ fn shape_of_file(draft: &Draft, name: &str, written: &ShapeFile, problems: &mut 
     found.map_err(said).ok()
 }
 
-/// Pose and normal.
 fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut Problems) -> Option<Start> {
     let normal: [f64; 3] = fields.value(&NORMAL)?;
     let chain = parts.arm.chain();
     let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {
-        refuse_error(draft, problems, "start.normal", &ArmError::Normal { normal });
+        refuse_error(draft, problems, &join(START_TABLE, NORMAL.name), &ArmError::Normal { normal });
         return None;
     };
     let pose = match (fields.value::<Vec<f64>>(&POSE), fields.value::<[f64; 3]>(&PLACE)) {
-        (Some(pose), None) => chain.check_pose(&pose).map(|()| pose).map_err(|error| ("start.pose", error)),
+        (Some(pose), None) => chain.check_pose(&pose).map(|()| pose).map_err(|error| (POSE, error)),
         (None, Some(place)) => {
             let place_m = Vector3::from(place);
             let target = if chain.joints() >= POINTING {
@@ -247,15 +235,14 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
             } else {
                 Target::Position(place_m)
             };
-            inverse_kinematics(chain, &target, &usual_starts(chain, place))
-                .map_err(|error| ("start.place", error))
+            inverse_kinematics(chain, &target, &usual_starts(chain, place)).map_err(|error| (PLACE, error))
         }
         _ => {
             refuse(
                 draft,
                 problems,
-                "start",
-                "this needs either `pose` or `place`",
+                START_TABLE,
+                format!("this needs either `{}` or `{}`", POSE.name, PLACE.name),
                 "give the joints' positions, or where the tool is",
             );
             return None;
@@ -265,7 +252,7 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
     match pose {
         Ok(pose) => Some(Start { pose, normal: along.into(), speed_m_per_s }),
         Err((key, error)) => {
-            refuse_error(draft, problems, key, &error);
+            refuse_error(draft, problems, &join(START_TABLE, key.name), &error);
             None
         }
     }

@@ -9,6 +9,9 @@ pub(crate) const URDF: Key = required("urdf", Kind::Text, "the URDF file, relati
 pub(crate) const TOOL: Key =
     optional("tool", Kind::Text, "link whose frame is the tool's; if absent, the last link without a child");
 
+/// The table of the joints.
+pub(crate) const JOINTS: &str = "joints";
+
 /// The top of an arm file; `[joints.*]` are tables of their own.
 pub(crate) static ARM: Keys = Keys { keys: &[NAME, ABOUT, URDF, TOOL], choice: None };
 

@@ -5,7 +5,7 @@ use feeler_geometry::Placement;
 use feeler_manipulator::Hold;
 
 use super::surface::SHAPES;
-use super::{ABOUT, BASE, NAME};
+use super::{ABOUT, BASE, CONTACTS, CONTROLLERS, NAME, RUN_TABLE, SENSORS};
 
 pub(crate) const ARM_FILE: Key = required(
     "arm",
@@ -13,7 +13,7 @@ pub(crate) const ARM_FILE: Key = required(
     "an arm file, or a URDF (`.urdf`), relative to this one; keys of `[joints]` here replace those of the \
      arm file",
 );
-const TOOL: Key = optional(
+pub(crate) const TOOL: Key = optional(
     "tool",
     Kind::Text,
     "with a URDF: link whose frame is the tool's; if absent, the last link without a child",
@@ -53,23 +53,32 @@ pub(crate) static HOLD: Keys = Keys { keys: keys!(Hold::FIELDS), choice: None };
 /// `[tip]`, `[workpiece]`
 pub(crate) static PLACED: Keys = Keys { keys: keys!(Placement::FIELDS), choice: Some(SHAPES) };
 
+/// The table of the initial state.
+pub(crate) const START_TABLE: &str = "start";
+/// The table of the tip's shape.
+pub(crate) const TIP: &str = "tip";
+/// The table of the workpiece's shape.
+pub(crate) const WORKPIECE: &str = "workpiece";
+/// The table of the position control.
+pub(crate) const HOLD_TABLE: &str = "hold";
+
 /// Tables of such a file that an axis does not have, and their meaning.
 pub(crate) static CELL_TABLES: [(&str, &Keys, &str); 4] = [
-    ("start", &START, "Initial state of the arm: at rest except for `speed`, with relaxed gears."),
+    (START_TABLE, &START, "Initial state of the arm: at rest except for `speed`, with relaxed gears."),
     (
-        "tip",
+        TIP,
         &PLACED,
         "Shape of the tip, in the frame of the tool. A ball is exact; other shapes follow Parry's \
          iterations.",
     ),
     (
-        "workpiece",
+        WORKPIECE,
         &PLACED,
         "Shape of the workpiece, at rest in the base's frame. A ball's centre must stay outside a \
          mesh or height field.",
     ),
     (
-        "hold",
+        HOLD_TABLE,
         &HOLD,
         "Position control of the tool's other directions, sampled with the controller: all five with six \
          joints, else two.",
@@ -77,4 +86,4 @@ pub(crate) static CELL_TABLES: [(&str, &Keys, &str); 4] = [
 ];
 
 /// Tables of elements that such a file shares with an axis.
-pub(crate) const SHARED: [&str; 4] = ["contacts", "sensors", "controllers", "run"];
+pub(crate) const SHARED: [&str; 4] = [CONTACTS.table, SENSORS.table, CONTROLLERS.table, RUN_TABLE];

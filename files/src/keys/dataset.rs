@@ -13,6 +13,11 @@ pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what was measured")
 pub(crate) const MACHINE: Key =
     required("machine", Kind::Text, "the file of the believed machine, relative to this one");
 
+/// The table of the columns.
+pub(crate) const COLUMNS: &str = "columns";
+/// The list of the experiments.
+pub(crate) const EXPERIMENTS: &str = "experiments";
+
 /// The top of a dataset file; `[columns.*]` and `[[experiments]]` are tables of their own.
 pub(crate) static DATASET: Keys = Keys { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
 

@@ -31,6 +31,9 @@ pub(crate) struct Element {
     pub(crate) hosts: &'static [HostKind],
 }
 
+/// The table of how to run.
+pub(crate) const RUN_TABLE: &str = "run";
+
 /// `[run]`
 pub(crate) static RUN: Keys = Keys { keys: keys!(RunSettings::FIELDS), choice: None };
 

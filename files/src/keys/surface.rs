@@ -9,6 +9,9 @@ use feeler_geometry::{Material, Placement, Shape};
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
 
+/// The key of every file of a surface.
+pub(crate) const FILE: &str = "file";
+
 /// A shape that a file holds.
 #[derive(Debug)]
 pub(crate) enum ShapeFile {
@@ -18,7 +21,7 @@ pub(crate) enum ShapeFile {
 }
 
 const MESH_FILE: Key =
-    required("file", Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
+    required(FILE, Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
 const MESH: &[Field<ShapeFile>] = &[
     field!(ShapeFile: ShapeFile::Hull { file, .. } | ShapeFile::Mesh { file, .. } => *file, MESH_FILE),
     field!(ShapeFile: ShapeFile::Hull { scale_m, .. } | ShapeFile::Mesh { scale_m, .. } => *scale_m,
@@ -26,7 +29,7 @@ const MESH: &[Field<ShapeFile>] = &[
 ];
 const HEIGHT_FIELD: &[Field<ShapeFile>] = &[
     field!(ShapeFile: ShapeFile::HeightField { file, .. } => *file,
-        required("file", Kind::Text,
+        required(FILE, Kind::Text,
             "a CSV file, relative to this one, without a header: one line per z, one height in m per y")),
     field!(ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[0],
         required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line")),
@@ -49,7 +52,6 @@ impl Record for ShapeFile {
 }
 
 impl ShapeFile {
-    /// Its name.
     pub(crate) fn file(&self) -> &str {
         let (Self::Hull { file, .. } | Self::Mesh { file, .. } | Self::HeightField { file, .. }) = self;
         file

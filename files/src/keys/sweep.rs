@@ -21,7 +21,14 @@ pub(crate) const SAMPLES: Key =
 pub(crate) const SEED: Key =
     Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" };
 
-/// The top of a sweep file; `[axes]` and `[keep]` are tables of their own.
+/// The table of the axes.
+pub(crate) const AXES: &str = "axes";
+/// The table of what is kept.
+pub(crate) const KEEP_TABLE: &str = "keep";
+/// The table of the refinement.
+pub(crate) const REFINE_TABLE: &str = "refine";
+
+/// The top of a sweep file; its tables stand by themselves.
 pub(crate) static SWEEP: Keys =
     Keys { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
 

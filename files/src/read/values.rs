@@ -19,12 +19,7 @@ const MOST_ENTRIES: usize = 1_000_000;
 
 impl Reader<'_> {
     pub(super) fn mistyped<T>(&mut self, node: &Node, expected: &str, path: &str) -> Option<T> {
-        self.problems.add(
-            &node.origin,
-            path,
-            format!("this must be {expected}, not {}", node.value.kind()),
-            format!("write {expected}"),
-        );
+        self.problems.mistyped(node, path, expected, format!("write {expected}"));
         None
     }
 

@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 
 use super::super::draft::Setting;
 use super::super::keys::AXIS;
-use super::super::keys::sweep::{AXIS_TOLERANCE, POINTS};
+use super::super::keys::sweep::{AXES, AXIS_TOLERANCE, POINTS};
 use super::super::read::{Reader, join};
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
@@ -15,39 +15,15 @@ use super::super::units;
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepAxis {
     /// Evenly spaced, both ends included.
-    Linear {
-        /// First value.
-        from: f64,
-        /// Last value.
-        to: f64,
-        /// Number of points.
-        points: u64,
-    },
+    Linear { from: f64, to: f64, points: u64 },
     /// With a constant ratio; both ends are included and have the same sign.
-    Log {
-        /// First value.
-        from: f64,
-        /// Last value.
-        to: f64,
-        /// Number of points.
-        points: u64,
-    },
+    Log { from: f64, to: f64, points: u64 },
     /// The listed values.
     List(Vec<Setting>),
     /// Drawn uniformly.
-    Uniform {
-        /// Smallest value.
-        from: f64,
-        /// Largest value.
-        to: f64,
-    },
+    Uniform { from: f64, to: f64 },
     /// Drawn with a uniform logarithm.
-    LogUniform {
-        /// Smallest value.
-        from: f64,
-        /// Largest value.
-        to: f64,
-    },
+    LogUniform { from: f64, to: f64 },
 }
 
 impl SweepAxis {
@@ -104,43 +80,34 @@ pub(super) struct ReadAxis {
     pub(super) tolerance: Option<(f64, Origin)>,
 }
 
-pub(super) fn read_axes(reader: &mut Reader<'_>, root: &Table, top: &Origin) -> IndexMap<String, ReadAxis> {
+pub(super) fn read_axes(reader: &mut Reader<'_>, root: &Table) -> IndexMap<String, ReadAxis> {
     let remedy =
         "add [axes] with lines such as \"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }";
     let mut axes = IndexMap::new();
-    match root.get("axes").map(|entry| &entry.node) {
-        None => reader.problems.add(top, "axes", "`axes` is missing", remedy),
-        Some(Node { value: Value::Table(table), origin }) => {
-            if table.is_empty() {
-                reader.problems.add(origin, "axes", "there are no axes", remedy);
-            }
-            for (key, entry) in table {
-                if let Some(axis) = read_axis(reader, key, entry) {
-                    axes.insert(key.clone(), axis);
-                }
-            }
+    let Some(node) = reader.problems.required(root, AXES, remedy) else { return axes };
+    let table = reader.problems.table(node, AXES, format!("write [{AXES}]"));
+    if table.is_some_and(Table::is_empty) {
+        reader.problems.add(&node.origin, AXES, "there are no axes", remedy);
+    }
+    for (key, entry) in table.into_iter().flatten() {
+        if let Some(axis) = read_axis(reader, key, entry) {
+            axes.insert(key.clone(), axis);
         }
-        Some(node) => drop(refuse(reader, node, "axes")),
     }
     axes
 }
 
 fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAxis> {
-    let path = join("axes", &format!("\"{key}\""));
+    let path = join(AXES, &format!("\"{key}\""));
     let node = &entry.node;
     let table = match &node.value {
         Value::Array(items) => {
             return read_list(reader, items, node, &path).map(|axis| ReadAxis { axis, tolerance: None });
         }
         Value::Table(table) => table,
-        other => {
-            let message = format!("this must be a list or a table, not {}", other.kind());
-            reader.problems.add(
-                &node.origin,
-                path,
-                message,
-                "write [...], or { linear = [from, to], points = n }",
-            );
+        _ => {
+            let remedy = "write [...], or { linear = [from, to], points = n }";
+            reader.problems.mistyped(node, &path, "a list or a table", remedy);
             return None;
         }
     };
@@ -166,7 +133,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
             format!("write `points = 2` or more, or a list of the value that is meant, as in [{from}]");
         reader.problems.add(
             &written.node.origin,
-            join(&path, "points"),
+            join(&path, POINTS.name),
             format!("with one point the end, {to}, is left out"),
             remedy,
         );
@@ -275,17 +242,6 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
     });
     let values: Vec<Setting> = values.collect();
     (!values.is_empty()).then_some(SweepAxis::List(values))
-}
-
-/// Records that a node must be a table.
-pub(super) fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Contents {
-    reader.problems.add(
-        &node.origin,
-        path,
-        format!("this must be a table, not {}", node.value.kind()),
-        format!("write [{path}]"),
-    );
-    Contents::default()
 }
 
 /// A value as written.

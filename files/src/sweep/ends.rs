@@ -14,11 +14,12 @@ use indexmap::IndexMap;
 
 use super::super::document::Document;
 use super::super::draft::{Draft, Setting};
+use super::super::keys::sweep::{AXES, SCENARIO};
 use super::super::located::Located;
 use super::super::problem::Problems;
 use super::super::read::join;
 use super::super::source::Origin;
-use super::super::tree::{Entry, Node, Table, Value};
+use super::super::tree::{Entry, Node, Table, Value, place};
 use super::axes::{ReadAxis, SweepAxis, setting};
 use super::unit::unit_of_key;
 
@@ -38,7 +39,6 @@ pub(super) fn try_ends(
     {
         Ok(base) => base,
         Err(error) => {
-            let origin = root.get("scenario").map(|entry| entry.node.origin.clone()).unwrap_or_default();
             let first = error.problems.first().map_or_else(String::new, Located::to_string);
             let more = error.problems.len() + error.omitted;
             let message = if more > 1 { format!("{first}; and {} more", more - 1) } else { first };
@@ -47,11 +47,11 @@ pub(super) fn try_ends(
             } else {
                 "name a scenario file, relative to this one".into()
             };
-            problems.add(&origin, "scenario", message, remedy);
+            problems.add(&place(root, SCENARIO.name), SCENARIO.name, message, remedy);
             return None;
         }
     };
-    let table = root.get("axes").and_then(|entry| entry.node.as_table());
+    let table = root.get(AXES).and_then(|entry| entry.node.as_table());
     let tried: Vec<Tried<'_>> = (axes.iter())
         .filter_map(|(key, read)| {
             let entry = table?.get(key)?;
@@ -73,7 +73,7 @@ pub(super) fn try_ends(
     } else if let Some(value) = doubtful.into_iter().next() {
         let message =
             format!("every combination of the ends is invalid; the first: {}", value.mistake.message);
-        Mistake { path: "axes".into(), message, ..value.mistake }.note(problems);
+        Mistake { path: AXES.into(), message, ..value.mistake }.note(problems);
     }
     Some(units)
 }
@@ -191,7 +191,7 @@ impl Trial<'_> {
     /// Records the mistakes of an axis, and returns its doubtful values.
     fn axis(&self, own: usize, problems: &mut Problems) -> Vec<Doubtful> {
         let Tried { key, entry, ends } = &self.axes[own];
-        let path = join("axes", &format!("\"{key}\""));
+        let path = join(AXES, &format!("\"{key}\""));
         let words = |found: Vec<Located>| {
             found.into_iter().map(|problem| (problem.message, problem.remedy)).collect()
         };

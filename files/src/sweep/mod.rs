@@ -15,14 +15,17 @@ pub use refine::Refine;
 pub(crate) use unit::unit_of_key;
 
 use super::draft::{Sheet, load};
-use super::keys::sweep::{ABOUT, Keep, NAME, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling};
+use super::keys::cell::ARM_FILE;
+use super::keys::sweep::{
+    ABOUT, AXES, KEEP_TABLE, Keep, NAME, REFINE_TABLE, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling,
+};
 use super::keys::{KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
 use super::source::{self, Origin, Sources};
-use super::tree::{Node, Table, Value};
+use super::tree::{Table, place};
 use crate::kind::FileKind;
-use axes::{read_axes, refuse};
+use axes::read_axes;
 use ends::try_ends;
 
 /// Largest number of axes of a Sobol sequence: one more than the number of polynomials that define it.
@@ -78,22 +81,21 @@ impl SweepFile {
 
     /// The contents of a file. The result is valid only if no problem was recorded.
     fn read(root: &Table, sources: &Sources, problems: &mut Problems) -> Option<Self> {
-        if let Some(entry) = root.get("arm") {
+        if let Some(entry) = root.get(ARM_FILE.name) {
             super::document::refuse_arm(entry, problems);
             return None;
         }
-        let top = Origin::default();
         let mut reader = Reader { problems, scope: Scope::new(false) };
-        let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], root, &top, "");
-        let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
-            None => Contents::default(),
-            Some(Node { value: Value::Table(table), origin }) => {
-                reader.fields(shape, &[], table, origin, name)
-            }
-            Some(node) => refuse(&mut reader, node, name),
+        let fields = reader.fields(&SWEEP, &[AXES, KEEP_TABLE, REFINE_TABLE], root, &Origin::default(), "");
+        let mut table = |name: &str, shape| {
+            let Some(entry) = root.get(name) else { return Contents::default() };
+            let table = reader.problems.table(&entry.node, name, format!("write [{name}]"));
+            table.map_or_else(Contents::default, |table| {
+                reader.fields(shape, &[], table, &entry.node.origin, name)
+            })
         };
-        let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
-        let read = read_axes(&mut reader, root, &top);
+        let (keep, refine) = (table(KEEP_TABLE, &KEEP), table(REFINE_TABLE, &REFINE));
+        let read = read_axes(&mut reader, root);
         let refine = Refine::read(&refine, root, &read, problems);
         let scenario =
             fields.value(&SCENARIO).map(|name: String| source::beside(&sources.0[0].directory, &name));
@@ -136,11 +138,11 @@ impl SweepFile {
     fn check_sampling(&self, root: &Table, runs: f64, problems: &mut Problems) {
         let mut add =
             |key: &str, message: &str, remedy: &str| problems.add(&place(root, key), key, message, remedy);
-        let samples = root.contains_key("samples");
+        let samples = root.contains_key(SAMPLES.name);
         if self.sampling != Sampling::Grid {
             if !samples {
                 add(
-                    "samples",
+                    SAMPLES.name,
                     "`samples` is missing",
                     "add the number of points to draw, as in `samples = 1000`",
                 );
@@ -152,7 +154,7 @@ impl SweepFile {
                 let message =
                     format!("points are drawn at random, but the values of \"{key}\" have a fixed spacing");
                 add(
-                    "axes",
+                    AXES,
                     &message,
                     &format!(
                         "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without \
@@ -165,20 +167,20 @@ impl SweepFile {
                     "a Sobol sequence has at most {MOST_DIMENSIONS} dimensions (got {} axes)",
                     self.axes.len()
                 );
-                add("axes", &message, "use `sampling = \"latin-hypercube\"`");
+                add(AXES, &message, "use `sampling = \"latin-hypercube\"`");
             }
             return;
         }
         if self.axes.values().any(|axis| axis.count().is_none()) {
             add(
-                "sampling",
+                SAMPLING.name,
                 "a grid has no distributions",
                 "use `linear` or `log` with `points`, or another sampling",
             );
         }
         if samples {
             add(
-                "samples",
+                SAMPLES.name,
                 "a grid has as many samples as its axes give",
                 "remove it, or choose another sampling",
             );
@@ -188,7 +190,7 @@ impl SweepFile {
                 self.axes.values().filter_map(SweepAxis::count).map(|count| count.to_string()).collect();
             let message =
                 format!("{} = {runs:.3e} runs, and at most {MOST_RUNS:.0e} are taken", counts.join(" * "));
-            add("axes", &message, "use fewer points, or another sampling with `samples`");
+            add(AXES, &message, "use fewer points, or another sampling with `samples`");
         }
     }
 
@@ -203,16 +205,16 @@ impl SweepFile {
         if self.axes.len() > 2 || self.sampling != Sampling::Grid || !self.axes.values().all(divides) {
             let message = "only a grid of one or two axes, each `linear` or `log` with 2 points or more, \
                            can be refined";
-            problems.add(&place(root, "refine"), "refine", message, "remove [refine], or the other axes");
+            problems.add(
+                &place(root, REFINE_TABLE),
+                REFINE_TABLE,
+                message,
+                "remove [refine], or the other axes",
+            );
         }
         if !self.keep.outcome {
             let message = "[refine] needs the outcome, which is not kept";
-            problems.add(&place(root, "keep"), "keep.outcome", message, "keep it, or remove [refine]");
+            problems.add(&place(root, KEEP_TABLE), "keep.outcome", message, "keep it, or remove [refine]");
         }
     }
-}
-
-/// Place of a key in the file; the start of the file if the key is absent.
-fn place(root: &Table, key: &str) -> Origin {
-    root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
 }

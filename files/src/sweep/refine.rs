@@ -3,14 +3,14 @@
 use feeler_catalogue::{Content, Contents};
 use indexmap::IndexMap;
 
-use super::super::keys::sweep::{BY, BY_OUTCOME, LEVELS, TOLERANCE};
+use super::super::keys::sweep::{AXES, AXIS_TOLERANCE, BY, BY_OUTCOME, LEVELS, REFINE_TABLE, TOLERANCE};
 use super::super::problem::Problems;
+use super::super::read::join;
 use super::super::tree::Table;
 use super::axes::{ReadAxis, SweepAxis};
 
 /// Default number of bisections of the spacing, without a tolerance.
 const USUAL_LEVELS: u32 = 4;
-/// Largest number of bisections.
 const MOST_LEVELS: u32 = 12;
 
 /// Refinement of a grid of one or two axes where neighbours differ.
@@ -31,14 +31,14 @@ impl Refine {
         axes: &IndexMap<String, ReadAxis>,
         problems: &mut Problems,
     ) -> Option<Self> {
-        let Some(entry) = root.get("refine") else {
+        let Some(entry) = root.get(REFINE_TABLE) else {
             for (key, (_, origin)) in
                 axes.iter().filter_map(|(key, read)| Some((key, read.tolerance.as_ref()?)))
             {
                 let message = "a tolerance applies only to a grid that is refined along boundaries";
                 problems.add(
                     origin,
-                    format!("axes.\"{key}\".tolerance"),
+                    format!("{AXES}.\"{key}\".{}", AXIS_TOLERANCE.name),
                     message,
                     "add [refine], or remove it",
                 );
@@ -63,7 +63,7 @@ impl Refine {
             if given.is_some() {
                 problems.add(
                     origin(LEVELS.name),
-                    "refine.levels",
+                    join(REFINE_TABLE, LEVELS.name),
                     "`levels` and a tolerance say the same thing",
                     "remove one of them",
                 );
@@ -76,7 +76,7 @@ impl Refine {
                 );
                 problems.add(
                     &at,
-                    format!("axes.\"{key}\""),
+                    format!("{AXES}.\"{key}\""),
                     message,
                     "use more points, or a larger tolerance",
                 );

@@ -5,7 +5,7 @@ use feeler_engine::Scenario;
 use feeler_plant::description::Axis;
 use feeler_plant::effects;
 
-use super::super::keys::{EFFECTS, ELEMENTS, RUN};
+use super::super::keys::{CONTROLLERS, EFFECTS, ELEMENTS, RUN, RUN_TABLE};
 
 const TIME: Unit = Unit::Of(Dimension::TIME);
 
@@ -17,12 +17,12 @@ pub(crate) fn unit_of_key(path: &str, scenario: &Scenario) -> String {
         [_, _, EFFECTS, kind, parameter] => {
             return unit_of_effect(kind, parameter, turns).unwrap_or_default();
         }
-        ["run", rest @ ..] => unit(&RUN, None, rest).map(|unit| (unit, "")),
+        [RUN_TABLE, rest @ ..] => unit(&RUN, None, rest).map(|unit| (unit, "")),
         [table, name, rest @ ..] => {
             let law = scenario
                 .controllers
                 .get(*name)
-                .filter(|_| *table == "controllers")
+                .filter(|_| *table == CONTROLLERS.table)
                 .map(|used| used.spec.law.name());
             let element = ELEMENTS.iter().find(|element| element.table == *table);
             element.and_then(|element| unit(&element.shape, law, rest)).map(|unit| (unit, *name))

@@ -11,7 +11,7 @@ use crate::keys::CONTROLLERS;
 impl Writer {
     pub(super) fn controller(&mut self, name: &str, controller: &ControllerUse) {
         let spec = &controller.spec;
-        self.header(&["controllers", name]);
+        self.header(&[CONTROLLERS.table, name]);
         self.form(&CONTROLLERS, &spec.law);
         if let Some(sensor) = &controller.reads {
             self.words(READS.name, sensor);
@@ -24,6 +24,6 @@ impl Writer {
             content => inline(&content),
         };
         self.line(FOLLOWED.name, followed);
-        self.effects("controllers", name, &controller.effects);
+        self.effects(CONTROLLERS.table, name, &controller.effects);
     }
 }

@@ -300,6 +300,33 @@ fn truth_a_program_is_not_changed_while_it_runs() {
     refuse(&product("sim/engine/src"), &["&mut Program", "&mut Scenario"]);
 }
 
+/// Files of the computing crates whose product code has a text.
+fn with(text: &str) -> Vec<String> {
+    let all = LIBRARIES.iter().flat_map(|folder| product(folder));
+    let found = all.filter(|(_, source)| source.contains(text));
+    let name = |path: PathBuf| path.strip_prefix(root()).unwrap().to_str().unwrap().to_owned();
+    let mut names: Vec<String> = found.map(|(path, _)| name(path)).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn truth_one_sampler_serves_every_clock_and_one_rule_follows_targets() {
+    let [controllers, servos, arm] = [
+        "sim/engine/src/sample/control_loop.rs",
+        "sim/engine/src/sample/servo_loop.rs",
+        "sim/manipulator/src/sampling.rs",
+    ];
+    assert_eq!(with("Sampler::new("), [controllers, servos, arm]);
+    let [control, sampler] = ["sim/control/src/controller.rs", "sim/engine/src/sample/sampler.rs"];
+    // The predictor alone has instants of its own.
+    let predicted = "diagnosis/src/predict/loops.rs";
+    assert_eq!(with(".sample_fed("), [predicted, control, sampler]);
+    assert_eq!(with(".controller.sample("), [predicted]);
+    assert_eq!(with("fn follow<"), [servos]);
+    assert_eq!(with("use feeler_engine::parts::follow;"), [predicted]);
+}
+
 /// The crate of a file, as the arrows name it.
 fn crate_of(path: &str) -> String {
     let mut parts = path.split('/');

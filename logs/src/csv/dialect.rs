@@ -3,7 +3,6 @@
 /// Separator of two cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Separator {
-    /// One byte.
     Mark(u8),
     /// Any number of blanks.
     Blanks,

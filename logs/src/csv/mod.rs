@@ -17,7 +17,6 @@ use text::Text;
 /// Names of columns that count rows, and are not a clock.
 const COUNTERS: [&str; 9] = ["index", "frame", "sample", "seq", "row", "id", "step", "count", "n"];
 
-/// Reads a table.
 pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError> {
     let text = Text::open(path)?;
     let Some(layout) = Layout::guess(&text.sample) else {

@@ -73,7 +73,6 @@ struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     is_little: bool,
-    /// Largest alignment.
     widest: usize,
     definition: &'a Definition,
     into: &'a mut Numbers,

@@ -39,7 +39,6 @@ pub(crate) struct Schema {
 }
 
 impl Schema {
-    /// Position of a column.
     pub(crate) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|(column, _)| column == name)
     }
@@ -85,7 +84,6 @@ impl Database {
         Ok(Self { path: path.to_owned(), file, wal, wal_pages, page_size, usable, pages })
     }
 
-    /// Every table.
     pub(crate) fn tables(&mut self) -> Result<Vec<Schema>, LogError> {
         let mut found = Vec::new();
         self.scan(1, &mut |record| {

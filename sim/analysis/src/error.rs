@@ -31,11 +31,7 @@ pub enum AnalysisError {
     NoController { name: String, known: Vec<String> },
     /// A controller closes a loop around the loop of a sampled servo, or drives an input besides its target.
     #[error("`{name}` acts through the sampled servo `{servo}`, which linear theory does not follow")]
-    Cascade {
-        /// The outer controller.
-        name: String,
-        servo: String,
-    },
+    Cascade { name: String, servo: String },
     #[error("a controller of law `{law}` has no gain `{key}`")]
     NoGain { law: &'static str, key: String, known: String },
     /// The common period of the controllers is too long for a lifted model.

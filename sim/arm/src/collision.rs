@@ -27,7 +27,6 @@ pub enum CollisionShape {
         radius_m: f64,
         half_length_m: f64,
     },
-    /// A ball.
     Sphere {
         radius_m: f64,
     },

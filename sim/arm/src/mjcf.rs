@@ -33,7 +33,6 @@ pub struct JointBelief {
     pub armature: f64,
     /// Viscous friction.
     pub damping: f64,
-    /// Dry friction.
     pub friction: f64,
     /// Effort per position error of its position actuator.
     pub kp: Option<f64>,

@@ -5,9 +5,7 @@
 pub enum Content {
     /// A quantity.
     Number(f64),
-    /// A whole number.
     Count(u64),
-    /// True or false.
     Flag(bool),
     /// A text, the name of an element or of a signal.
     Text(String),

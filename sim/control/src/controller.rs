@@ -42,7 +42,6 @@ struct LawState<L> {
     admittance: AdmittanceState<L>,
 }
 
-/// Constants of a run.
 #[derive(Clone)]
 struct Config<L: Lane> {
     /// The law's.

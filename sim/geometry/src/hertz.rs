@@ -3,9 +3,7 @@
 /// An elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Young's modulus.
     pub youngs_modulus_pa: f64,
-    /// Poisson's ratio.
     pub poisson_ratio: f64,
 }
 

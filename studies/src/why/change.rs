@@ -22,7 +22,6 @@ const QUICK_DRIVE: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Counterfactual {
-    /// Half the fixed step.
     HalveStep,
     /// A fixed step 32 times shorter.
     FineStep,
@@ -44,13 +43,10 @@ pub enum Counterfactual {
     NoSaturation,
     /// Readings and outputs without steps.
     NoQuantiser,
-    /// No dry friction.
     NoFriction,
-    /// No free play.
     NoFreePlay,
     /// A quarter of the speed before contact, or less if necessary.
     SlowerApproach,
-    /// Sensors without noise.
     NoNoise,
 }
 

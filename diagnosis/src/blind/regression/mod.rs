@@ -34,7 +34,6 @@ const ROWS_PER_INDEPENDENT: f64 = 2.0;
 pub struct Regressed {
     /// Its kind in the library.
     pub kind: String,
-    /// Its place.
     pub place: String,
     /// Likelihood that it gains over calibration alone on the check experiments, less its penalty, nats.
     pub gain: f64,

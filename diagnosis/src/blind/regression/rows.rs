@@ -108,7 +108,6 @@ pub(super) fn sign(speed: f64, usual: f64) -> f64 {
     (speed / (SIGN_SHARE * usual).max(f64::MIN_POSITIVE)).tanh()
 }
 
-/// Root mean square.
 pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }

@@ -2,7 +2,6 @@
 
 use super::answered::Calibration;
 
-/// Bins of stated probability.
 const BINS: usize = 5;
 
 /// How often what was stated with a probability was right, bin by bin.

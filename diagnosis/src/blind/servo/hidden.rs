@@ -149,7 +149,6 @@ pub(super) const SINGLE: &[Recipe] = &[
     }),
 ];
 
-/// Effects outside the library.
 pub(super) const BEYOND: &[Recipe] = &[
     recipe("sagging-drive", "drive", |built, random| {
         built.axis.drive.sag = random.between(0.4, 0.7) / built.torque(0.5);

@@ -13,7 +13,6 @@ pub(crate) const READING_RATE: usize = 1;
 pub(crate) const POSITION: usize = 2;
 /// Its velocity.
 pub(crate) const VELOCITY: usize = 3;
-/// Number of inputs.
 pub(crate) const INPUTS: usize = 4;
 
 /// `x' = A x + B in`, `u = C x + D in`, `in = [reading, its rate, position, velocity]`, for a reference at

@@ -12,7 +12,6 @@ use crate::error::AnalysisError;
 use crate::machine::channel::{ResponseChannel, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 
-/// Number of given states.
 const GIVEN: usize = 4;
 /// Factors from a derivative of the position to its state: two of them are scaled as those of a moving gap.
 const SCALES: [f64; GIVEN] = [1.0, 1.0, GAP_TIME_S, GAP_TIME_S * GAP_TIME_S];

@@ -19,7 +19,6 @@ pub enum ReferenceSpec {
         end_hz: f64,
         /// Length of the sweep, s.
         duration_s: f64,
-        /// Mean value.
         offset: f64,
     },
     /// A periodic sum of cosines of equal amplitude and random phase. Source: Pintelon and Schoukens, "System
@@ -35,7 +34,6 @@ pub enum ReferenceSpec {
         period_s: f64,
         /// Root mean square about the mean.
         rms: f64,
-        /// Mean value.
         offset: f64,
     },
     /// Gaussian noise with a flat spectrum between two frequencies.
@@ -46,7 +44,6 @@ pub enum ReferenceSpec {
         high_hz: f64,
         /// Root mean square about the mean.
         rms: f64,
-        /// Mean value.
         offset: f64,
     },
     /// A maximum-length pseudo-random binary sequence of `2^order - 1` chips, started at a random chip.
@@ -100,7 +97,6 @@ pub enum Between {
     /// Each value holds until the next.
     #[default]
     Hold,
-    /// Straight lines.
     Linear,
 }
 

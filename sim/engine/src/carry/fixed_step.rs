@@ -24,7 +24,6 @@ const SLIVER: f64 = 1e-9;
 /// Largest number of step lengths whose maps are kept.
 const MAPS_KEPT: usize = 16;
 
-/// Stepper of all lanes.
 #[derive(Debug)]
 pub(crate) struct FixedStep<L> {
     method: Integrator,

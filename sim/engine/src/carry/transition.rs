@@ -33,7 +33,6 @@ pub(crate) struct Transition<L: Lane> {
     /// Number of equal parts into which each lane divides the span so that no event is missed between
     /// evaluations.
     pub(crate) parts: Vec<u64>,
-    /// Most of these.
     pub(crate) most_parts: u64,
     /// Length of these parts, s.
     part_s: L,

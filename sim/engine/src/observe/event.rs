@@ -8,7 +8,6 @@ use feeler_plant::motion::{ContactState, FrictionState, LimitState, Switch, Swit
 pub enum EventKind {
     /// A contact or one side of a play began to push.
     Touch,
-    /// It ceased to push.
     Lift,
     /// A guide came to rest.
     Stick,
@@ -16,7 +15,6 @@ pub enum EventKind {
     Slip,
     /// A drive reached its limit.
     Limit,
-    /// It left it.
     Release,
 }
 

@@ -35,10 +35,15 @@ pub struct ControllerUse {
 }
 
 /// The wiring; the signal that it reads is a key of its law.
+impl ControllerUse {
+    /// The driven actuator.
+    pub const DRIVES: Field<Self> = field!(ControllerUse: drives,
+        required("drives", Kind::Name("an actuator"), "the actuator whose command it gives"));
+}
+
 impl Record for ControllerUse {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(ControllerUse: drives,
-            required("drives", Kind::Name("an actuator"), "the actuator whose command it gives")),
+        ControllerUse::DRIVES,
         field!(
             ControllerUse: motion,
             optional(

@@ -39,7 +39,6 @@ pub struct RunSettings {
     /// Fixed base step. The exact integrator does not need it and uses it only as the default spacing of the
     /// record.
     pub step_s: f64,
-    /// Method of stepping.
     pub integrator: Integrator,
     /// Seed of every random stream.
     pub seed: u64,
@@ -81,23 +80,35 @@ const ENGINES: &[Word] = &[
     word(RAPIER, "Rapier moves the bodies, by its own integrator at the step; first order, for comparison"),
 ];
 
-const ENGINE: Field<RunSettings> = Field {
-    key: Key {
-        name: "engine",
-        kind: Kind::Word(ENGINES),
-        absent: Absent::Word(OWN),
-        text: "what moves the bodies",
-    },
-    role: Role::Structure,
-    get: |run| (run.integrator == Integrator::External).then_some(Content::Word(RAPIER)),
-    set: |run, content| {
-        if *content == Content::Word(RAPIER) {
-            run.integrator = Integrator::External;
-        }
-    },
-};
-
 impl RunSettings {
+    /// What moves the bodies.
+    pub const ENGINE: Field<Self> = Field {
+        key: Key {
+            name: "engine",
+            kind: Kind::Word(ENGINES),
+            absent: Absent::Word(OWN),
+            text: "what moves the bodies",
+        },
+        role: Role::Structure,
+        get: |run| (run.integrator == Integrator::External).then_some(Content::Word(RAPIER)),
+        set: |run, content| {
+            if *content == Content::Word(RAPIER) {
+                run.integrator = Integrator::External;
+            }
+        },
+    };
+    /// Whether energies are kept.
+    pub const ENERGY: Field<Self> = Field {
+        key: Key {
+            name: "energy",
+            kind: Kind::Flag,
+            absent: Absent::Flag(false),
+            text: "whether to keep the energy ledger",
+        },
+        role: Role::Structure,
+        get: |run| run.energy.then_some(Content::Flag(true)),
+        set: |run, content| run.energy = bool::of(content).unwrap_or(run.energy),
+    };
     /// How long it runs.
     pub const DURATION: Field<Self> = field!(RunSettings: duration_s,
         number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long"));
@@ -148,24 +159,14 @@ impl Record for RunSettings {
     const FIELDS: &'static [Field<Self>] = &[
         RunSettings::DURATION,
         RunSettings::STEP,
-        ENGINE,
+        RunSettings::ENGINE,
         RunSettings::INTEGRATOR,
         field!(RunSettings: seed,
             Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1),
                 text: "seed of every random stream" }),
         RunSettings::RECORD,
         RunSettings::RECORD_RATE,
-        Field {
-            key: Key {
-                name: "energy",
-                kind: Kind::Flag,
-                absent: Absent::Flag(false),
-                text: "whether to keep the energy ledger",
-            },
-            role: Role::Structure,
-            get: |run| run.energy.then_some(Content::Flag(true)),
-            set: |run, content| run.energy = bool::of(content).unwrap_or(run.energy),
-        },
+        RunSettings::ENERGY,
     ];
 
     fn blank() -> Option<Self> {

@@ -35,7 +35,6 @@ pub(crate) struct Extrapolation {
     current: Vec<f64>,
     slope: Vec<f64>,
     first_slope: Vec<f64>,
-    /// Steps tried so far.
     pub(crate) attempts: u64,
     /// Expected length of the next step, s; `None` at first.
     reach_s: Option<f64>,

@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 /// A data window in its periodic form (n + 1 points without the last), as required for spectra.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Window {
-    /// No window.
     Rectangular,
     /// Raised cosine: the usual choice.
     #[default]

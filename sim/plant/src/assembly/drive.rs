@@ -116,7 +116,6 @@ pub struct ServoSampling {
 pub struct TargetChain {
     /// How late it arrives, s.
     pub delay: f64,
-    /// Scale.
     pub gain: f64,
     /// Half-width of the deadband of the error, m.
     pub error_deadband: f64,

@@ -42,7 +42,6 @@ pub struct Assembly {
     pub contacts: Vec<ContactPart>,
     /// Forces over position that belong to no spring.
     pub weights: Vec<Weight>,
-    /// One per actuator.
     pub drives: Vec<Drive>,
     /// One per sensor, then the encoders of sampled servos.
     pub sensors: Vec<SensorPart>,
@@ -170,7 +169,6 @@ pub struct SensorPart {
     /// Mass beyond the sensor and its node `(mass, node)`: mass times acceleration of the node is added to
     /// the reading.
     pub tool_inertia: (f64, NodeId),
-    /// Scale.
     pub gain: f64,
     /// Offset.
     pub bias: f64,

@@ -55,7 +55,6 @@ pub enum Engagement {
     /// Pushes only.
     #[default]
     Unilateral,
-    /// Absent.
     Free,
 }
 
@@ -105,6 +104,14 @@ fn unread(law: ContactLaw) -> Contact {
 }
 
 impl Contact {
+    /// Tip and workpiece.
+    pub const BETWEEN: Field<Self> = field!(Contact: between,
+        required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`"));
+    /// How they hold on to each other.
+    pub const ENGAGEMENT: Field<Self> = field!(Contact: engagement,
+        Key { name: "engagement", kind: Kind::Word(Engagement::WORDS),
+            absent: Absent::Word(Engagement::Unilateral.name()),
+            text: "how tip and workpiece hold on to each other" });
     /// Its stiffness.
     pub const STIFFNESS: Field<Self> = field!(Contact: stiffness,
         optional("stiffness", Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
@@ -124,18 +131,8 @@ impl Contact {
 }
 
 impl Record for Contact {
-    const FIELDS: &'static [Field<Self>] = &[
-        field!(Contact: between,
-            required("between", Kind::Pair,
-                "tip and workpiece, in this order; the workpiece may be `ground`")),
-        field!(Contact: engagement,
-            Key { name: "engagement", kind: Kind::Word(Engagement::WORDS),
-                absent: Absent::Word(Engagement::Unilateral.name()),
-                text: "how tip and workpiece hold on to each other" }),
-        Contact::STIFFNESS,
-        Contact::DAMPING,
-        Contact::GAP,
-    ];
+    const FIELDS: &'static [Field<Self>] =
+        &[Contact::BETWEEN, Contact::ENGAGEMENT, Contact::STIFFNESS, Contact::DAMPING, Contact::GAP];
     const FORMS: &'static [Form<Self>] = &[
         form!("kelvin-voigt", "k d + c d'", Contact: Contact { law: ContactLaw::KelvinVoigt, .. },
             unread(ContactLaw::KelvinVoigt), &[] as &[Field<Contact>]),

@@ -71,7 +71,6 @@ pub struct Machine {
     /// Motions of gaps, by the names of their contacts. They describe the surface under a tool that travels
     /// sideways.
     pub profiles: Elements<Arc<Profile>>,
-    /// Drives.
     pub actuators: Elements<Actuator>,
     pub sensors: Elements<Sensor>,
 }

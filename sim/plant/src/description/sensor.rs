@@ -15,7 +15,6 @@ pub struct Sensor {
     pub reads: SignalName,
     /// The body on which it is mounted, for motion sensors; `None` for an absolute reading.
     pub relative_to: Option<String>,
-    /// Scale factor.
     pub gain: f64,
     /// Offset, in units of the signal.
     pub bias: f64,
@@ -71,6 +70,9 @@ impl Sensor {
     pub const RELATIVE_TO: Field<Self> = field!(Sensor: relative_to,
         optional("relative_to", Kind::Name("a body or `ground`"),
             "the body it rides on, for position and velocity; absolute if absent"));
+    /// Its filter.
+    pub const LOW_PASS: Field<Self> = field!(Sensor: low_pass,
+        low_pass("analogue filter before sampling: a corner frequency, or a table"));
     /// Its scale factor.
     pub const GAIN: Field<Self> = field!(Sensor: gain,
         number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"), Role::Believed);
@@ -82,7 +84,7 @@ impl Record for Sensor {
         Sensor::RELATIVE_TO,
         Sensor::GAIN,
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
-        field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),
+        Sensor::LOW_PASS,
         field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),
         field!(Sensor: resolution,
             optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")),

@@ -50,9 +50,7 @@ pub enum Quantity {
     Voltage,
     /// Of a motor: the actual current.
     Current,
-    /// Of a sensor.
     Reading,
-    /// Of a controller.
     Output,
     /// Of a controller: its reference.
     Reference,

@@ -34,7 +34,6 @@ pub struct Guard {
 /// The new state of a switch when a guard fires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GuardValue {
-    /// This state.
     To(SwitchState),
     /// A guide comes to rest: it sticks or slides the other way, depending on the forces.
     Stop,

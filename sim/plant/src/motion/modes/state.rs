@@ -48,9 +48,7 @@ pub enum RampState {
     /// It has reached its target.
     #[default]
     AtTarget = 0,
-    /// It rises towards it.
     Rising = 2,
-    /// It falls towards it.
     Falling = 1,
 }
 
@@ -89,7 +87,6 @@ pub enum SwitchState {
     Friction(FrictionState),
     /// Of an effort limit, a speed line or a deadband.
     Limit(LimitState),
-    /// Of a rate limit.
     Ramp(RampState),
     /// Of a guide whose resistance differs by direction.
     Direction(DirectionState),

@@ -16,7 +16,7 @@ use std::path::Path;
 use feeler_sim::diagnosis::Examination;
 use feeler_sim::diagnosis::dataset::Dataset;
 
-/// What was hidden: where, and its parameter in SI.
+/// The hidden effects: the element of each, and its parameter in SI.
 const HIDDEN: [(&str, f64); 2] = [("springs.guide", 7.53), ("actuators.drive", 1.92e-3)];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    // What to change in the file, line by line.
+    // The changes to make in the file, line by line.
     println!("{}", found.difference.to_string().trim_end());
     Ok(())
 }

@@ -13,10 +13,10 @@ use crate::report::Diagnosis;
 /// A diagnosed dataset: the answer, the change of the machine, and what both machines predict.
 #[derive(Debug)]
 pub struct Examination {
-    /// What was measured, with the machine as it was believed.
+    /// The records, with the machine as it was believed.
     pub dataset: Dataset,
     pub diagnosis: Diagnosis,
-    /// What to change in the believed machine.
+    /// The changes to make in the believed machine.
     pub difference: Difference,
     /// Predictions of each check experiment: by the machine as given, and as repaired.
     pub replays: Vec<[Replay; 2]>,

@@ -244,7 +244,7 @@ pub struct Rung {
 pub struct ForceOver {
     /// Name of the element that has it.
     pub on: String,
-    /// What it depends on: `position`.
+    /// The quantity that it depends on: `position`.
     pub over: &'static str,
     /// Position and force of each point, SI.
     pub knots: Vec<[f64; 2]>,

@@ -176,7 +176,7 @@ impl Session {
 
     /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it.
     pub(crate) fn write(&self, asked: &Value) -> Value {
-        // What an editor saved since the page looked stays.
+        // Changes that an editor saved in the meantime stay.
         let mut file = self.as_saved();
         if let Some(problem) = &file.problem {
             return json!({ "problem": problem });

@@ -109,7 +109,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
             optional(step.wait_s, "s"),
         ]
     };
-    let header = ["try", "set", "gain left", "stop above", "or if it oscillates by", "at about", "after"];
+    let header = ["try", "set", "gain margin", "stop above", "or if it oscillates by", "at about", "after"];
     format!("{}\n{about}", table(&header, &[0, 2, 3, 4, 5, 6], tuned.steps.iter().map(row)))
 }
 

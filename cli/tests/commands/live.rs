@@ -336,7 +336,7 @@ fn truth_a_comparison_for_programs_holds_the_runs_and_the_keys_that_differ() {
     assert_eq!(written["differing"], both["differing"]);
 }
 
-/// What the scripts of a page draw from.
+/// The data from which the scripts of a page draw.
 pub(crate) fn data_of(page: &str) -> Value {
     let (_, data) = page.split_once("id=\"data\">").unwrap();
     serde_json::from_str(&data.split_once("</script>").unwrap().0.replace("<\\/", "</")).unwrap()

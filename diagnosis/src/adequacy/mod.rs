@@ -30,7 +30,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
-    /// What is left is small against noise or signal.
+    /// The remaining error is small against noise or signal.
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
@@ -64,7 +64,7 @@ pub struct Shortfall {
     pub what: String,
 }
 
-/// What an answer leaves, in absolute terms, and what keeps it from being called explained.
+/// The remaining error of an answer, in absolute terms, and the reasons why it is not called explained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Adequacy {
     /// The limits that were applied.

@@ -66,7 +66,7 @@ impl Judge<'_> {
             let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
             let known = dossier(cause.definition.kind);
             let mut values = model.parameters(i, theta);
-            // What the calibrated value took over belongs to the effect.
+            // The part that the calibrated value took over belongs to the effect.
             let taken = known.adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
             let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
             values[0] += taken.map_or(0.0, |(excess, _)| excess);

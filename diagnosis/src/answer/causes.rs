@@ -113,7 +113,7 @@ impl Judge<'_> {
         (known, is_early): (f64, bool),
         tried: &[Scored],
     ) -> Vec<Cause> {
-        // What is more than noise lasts: the fit's own deviations are a lower bound.
+        // An error above noise lasts: the fit's own deviations are a lower bound.
         let lasting = is_early.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
         let fitted = &accepted.fitted.sigma;
         let sigma: Vec<f64> = match &lasting {

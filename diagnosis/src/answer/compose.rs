@@ -52,12 +52,12 @@ struct Errors {
     after: Vec<f64>,
     /// One sigma of every channel.
     noise: Vec<f64>,
-    /// What the noise of all channels leaves of short predictions, over scale.
+    /// Error of short predictions that the noise of all channels leaves, over scale.
     read: f64,
     gap: Gap,
 }
 
-/// What is taken for granted of a winding that warms: its heat at the start of a record shows in no reading.
+/// The assumption on a winding that warms: no reading shows its heat at the start of a record.
 fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
@@ -83,7 +83,7 @@ impl Judge<'_> {
         Errors { refit, after, noise, read, gap }
     }
 
-    /// What keeps an answer from being called explained, and the proposed machine.
+    /// The reasons why an answer is not called explained, and the proposed machine.
     fn adequacy(
         &self,
         accepted: &Scored,

@@ -80,7 +80,7 @@ mod tests {
         assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));
         let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
         assert!(command_noise(&clean) < 1e-3);
-        // What a drive was asked for may be as rough as noise.
+        // A command may be as rough as noise.
         let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
         assert!(command_noise(&asked) == 0.0);
     }

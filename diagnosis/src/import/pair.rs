@@ -1,4 +1,4 @@
-//! What the columns of one joint tell of each other: which belong together, and their units.
+//! The columns of one joint, compared with each other: which belong together, and their units.
 
 use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;

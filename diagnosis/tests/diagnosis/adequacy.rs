@@ -147,7 +147,7 @@ fn prop_friction_that_varies_along_the_way_is_not_explained_by_something_else() 
     assert_ne!(answer.verdict, Verdict::Explained, "{}", told(&answer));
 }
 
-/// What nobody is sure of is proposed only if every experiment speaks for it, fitted or not.
+/// An unsure change is proposed only if every experiment supports it, fitted or not.
 #[test]
 fn prop_an_unsure_change_runs_no_worse_than_the_believed_machine_over_any_experiment() {
     // A load with a stiffness that grows, friction that depends on the place, a force of no library.

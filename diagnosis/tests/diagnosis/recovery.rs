@@ -218,7 +218,7 @@ fn truth_coulomb_friction_is_recovered() {
             .and_then(|a| a.gain_all)
     };
     if let (Some(outer), Some(inner)) = (all("asymmetric-friction"), all("coulomb-friction")) {
-        // What an unknown more costs, and the check experiments, which are not fitted.
+        // The cost of one more unknown, and the check experiments, which are not fitted.
         assert!(outer > inner - 10.0, "{outer} {inner}");
     }
 }

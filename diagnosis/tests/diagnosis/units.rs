@@ -125,7 +125,7 @@ fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
     }
 }
 
-/// What a servo, and a motor behind a position loop, are asked and what they do: 40 ms apart.
+/// Target and motion of a servo, and of a motor behind a position loop: 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     let target: fn(f64) -> f64 = |t| wave(t)[0];

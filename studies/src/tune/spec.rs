@@ -3,6 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use crate::Refusal;
+use crate::numbers::{plain, with_unit};
 
 /// Quantities that may be limited, beside gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +48,16 @@ impl TuneMeasure {
     /// Its name in a specification.
     pub fn name(self) -> &'static str {
         Self::ALL.iter().find(|(measure, ..)| *measure == self).map_or("", |(_, name, ..)| name)
+    }
+
+    /// A value in words, with its unit. Only measures of a run have them.
+    pub(super) fn words(self, value: f64) -> String {
+        match self {
+            Self::Overshoot => format!("{} %", plain(1e2 * value)),
+            Self::PeakForce => with_unit(value, "N"),
+            Self::SettlingTime => with_unit(value, "s"),
+            Self::PhaseMargin | Self::GainMargin | Self::Sensitivity | Self::StepOvershoot => plain(value),
+        }
     }
 
     /// Whether it follows from linear theory; the others follow from a run.
@@ -153,7 +164,7 @@ impl Spec {
         let Some((name, value)) = clause.split_once('=') else {
             return Err(refused(
                 clause,
-                "is not a clause",
+                "this is not a clause",
                 "write `NAME >= VALUE`, `NAME <= VALUE` or `NAME = WORDS`",
             ));
         };
@@ -204,7 +215,11 @@ impl Spec {
         };
         if at_least != *rises {
             let sign = if *rises { ">=" } else { "<=" };
-            return Err(refused(clause, "bounds the wrong side", &format!("write {name} {sign} {value}")));
+            return Err(refused(
+                clause,
+                "this bounds the wrong side",
+                &format!("write {name} {sign} {value}"),
+            ));
         }
         let Some((_, si)) = units.iter().find(|(known, _)| *known == unit.trim()) else {
             let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|u| !u.is_empty()).collect();

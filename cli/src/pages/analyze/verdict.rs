@@ -91,7 +91,7 @@ fn sets(limit: Limit) -> Option<&'static str> {
     }
 }
 
-/// What to change first, which of the three problems limits the bandwidth, and how far the gain may rise.
+/// The first change to make, the problem that limits the bandwidth, and how far the gain may rise.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let Some(gain) = report.gain() else {
         return vec![format!(
@@ -243,7 +243,7 @@ fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
     }
 }
 
-/// What to change first, its effect, and changes that only seem to help.
+/// The first change to make, its effect, and changes that only seem to help.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
     if by == RankedBy::Saturation

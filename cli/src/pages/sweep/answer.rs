@@ -1,4 +1,4 @@
-//! What a sweep answers in a sentence: where over two axes its variants come to rest, or which of several
+//! The answer of a sweep in a sentence: where over two axes its variants come to rest, or which of several
 //! random numbers decides.
 
 use feeler_studies::sweep::DrawnAxis;

@@ -118,7 +118,7 @@ impl<'a> Judged<'a> {
         Some(own <= best)
     }
 
-    /// What was hidden and what was answered, of single effects, no effect and effects of no library.
+    /// Hidden and answered kind, of single effects, no effect and effects of no library.
     pub(super) fn confused(&self) -> Option<(String, String)> {
         let first = self.accepted.first().map(|effect| effect.kind.clone());
         let said = match &first {

@@ -218,7 +218,7 @@ impl ControlLoop {
         let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
         let own = self.controllers.get(controller).ok_or_else(|| self.no_controller(name))?;
-        // What a servo takes against its speed, a position law takes as damping.
+        // The gain on speed of a servo is the damping of a position law.
         let damping = own.spec.law.gain(GainPart::Damping);
         let is_damping = of_servo.is_some() && gain == Actuator::SERVO_KD.key.name;
         let gain = damping.filter(|_| is_damping).map_or(gain, |damping| damping.key.name);

@@ -208,10 +208,11 @@ impl Judge<'_> {
         let column = self.dataset.first_sampled()?;
         let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;
         let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
+        let side = if rows < 0.0 { "before" } else { "after" };
         Some(format!(
-            "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state \
+            "`{column}`: no hold is stated: its commands act {:.2} ms {side} their rows, as fitted (state \
              `hold`; without it a command that is late by less than {:.2} ms in all may have been held)",
-            rows * row_ms,
+            (rows * row_ms).abs(),
             LATE_ROWS * row_ms
         ))
     }

@@ -38,7 +38,7 @@ const PLACES: [[&str; 3]; 9] = [
     ["phase", "chart", "Open loop, phase"],
     ["nyquist", "plane", "Nyquist's curve"],
     ["locus", "plane", "Root locus"],
-    ["map", "map", "What becomes of it over two numbers"],
+    ["map", "map", "Outcome over two numbers"],
     ["records", "records", "Measured records"],
 ];
 

@@ -26,12 +26,12 @@ pub(crate) fn summary(name: &str, tuned: &Tuned, uncertain: &[Uncertain], units:
     ];
     if let Some(theory_hz) = tuned.theory_alone_hz {
         parts.push(format!(
-            "linear theory alone would allow {}; what it leaves out, the runs show",
+            "linear theory alone would allow {}; the runs show the effects that it leaves out",
             with_unit(theory_hz, "Hz")
         ));
     }
     let settings = if tuned.settings.is_empty() {
-        "the file is as good as any".into()
+        "settings\n  those of the file: no others tried are better".into()
     } else {
         format!("settings\n  {}", tuned.settings.join("\n  "))
     };

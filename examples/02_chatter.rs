@@ -17,7 +17,7 @@ use feeler_sim::studies::run::{RunResult, run};
 
 /// The force that the controller is asked for, N.
 const WANTED_N: f64 = 20.0;
-/// From here on what is left of the approach no longer counts, s.
+/// From here on the remains of the approach no longer count, s.
 const FROM_S: f64 = 2.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

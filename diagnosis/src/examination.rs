@@ -1,4 +1,4 @@
-//! A diagnosis with what is needed to show and to use it.
+//! A diagnosis with all that is needed to show and to use it.
 
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ pub struct Examination {
 
 impl Examination {
     /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
-    /// `progress` hears what is being done.
+    /// `progress` receives the name of each stage.
     ///
     /// # Errors
     /// Where the records cannot be used, or a machine has no motion.

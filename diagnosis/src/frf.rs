@@ -271,7 +271,7 @@ fn drop_unknown(
     let known: Vec<bool> =
         bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
-    // Of many frequencies of which nothing is known some pass by chance, and say what noise says.
+    // Of many frequencies without information some pass by chance, and show noise.
     let carried = if of_lines { known.clone() } else { carried(&known) };
     let by_chance =
         known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();

@@ -19,7 +19,7 @@ const HARDLY_SWINGS: f64 = 0.5;
 const INSTANTS: u32 = 200;
 /// Growth of a command that a machine follows as if at rest, 1/s: slower than its motion.
 const SLOW_PER_S: f64 = 1.0;
-/// Farthest that a tool plausibly sinks into what it presses on, m: a thick foam gives way by this.
+/// Farthest that a tool plausibly sinks into its workpiece, m: a thick foam gives way by this.
 const SOFT_M: f64 = 0.02;
 
 /// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it

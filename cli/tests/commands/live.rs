@@ -166,7 +166,7 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
-/// Of a list each entry has a slider. What a `--set` says of one is written with it.
+/// Of a list each entry has a slider. A `--set` of one entry is written with it.
 #[test]
 fn truth_points_of_a_reference_are_moved_and_written() {
     let bench = Bench::new();

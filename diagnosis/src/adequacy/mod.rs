@@ -1,8 +1,8 @@
 //! Conditions that an answer must meet to be called explained, judged apart from the ranking that found it.
 //!
 //! A ranking says which cause is the best of those tried. This module says whether the best is good enough.
-//! It asks what is left at every horizon, and whether that still depends on anything. It also asks whether
-//! every value is plausible, and whether another place would do as well.
+//! It measures the error at every horizon, and tests whether it still depends on anything. It also asks
+//! whether every value is plausible, and whether another place would do as well.
 
 mod ahead;
 mod assess;
@@ -83,7 +83,7 @@ pub struct Adequacy {
     /// Whether a balance of forces leaves next to nothing.
     #[serde(skip)]
     pub(crate) is_balanced: bool,
-    /// Whether a calibrated machine is nearly right, and what it leaves depends on nothing.
+    /// Whether a calibrated machine is nearly right, and its residual depends on nothing.
     #[serde(skip)]
     pub(crate) is_noise: bool,
 }
@@ -94,7 +94,7 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
     }
 
-    /// Whether what is left has structure, or predictions became worse farther ahead.
+    /// Whether the residual has structure, or predictions became worse farther ahead.
     pub(crate) fn is_structured(&self) -> bool {
         let is_of_model =
             |short: &Shortfall| matches!(short.condition, Condition::Residual | Condition::Horizons);

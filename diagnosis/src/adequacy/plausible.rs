@@ -17,7 +17,7 @@ use crate::report::AttemptOutcome;
 
 /// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
 const LEAST_REST: f64 = 0.1;
-/// A thousandth of a value, or of what is typical, within which it is at its end.
+/// A thousandth of a value, or of a typical one, within which it is at its end.
 const AT_END: f64 = 1e-3;
 /// A value that may move by less than this share was read off the records, and no residual knows it.
 const READ_OFF: f64 = 0.01;

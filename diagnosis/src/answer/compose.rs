@@ -25,7 +25,7 @@ const SURE: f64 = 0.9;
 /// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one. In
 /// 140 wild cases of three seeds 64 % of 36 such causes were right.
 const INADEQUATE: f64 = 0.65;
-/// The same if what is left has structure, or predictions far ahead became worse: 9 of 16 were right.
+/// The same if the residual has structure, or predictions far ahead became worse: 9 of 16 were right.
 const STRUCTURED: f64 = 0.5;
 /// The same if something else may do as well, or a believed value ends at the limit of its tolerance: 38 of
 /// 44 were right.
@@ -33,7 +33,7 @@ const RIVALLED: f64 = 0.9;
 /// Probability of the place that a residual points to beside unsure causes, or without depending on much: 2
 /// of 6 of the first kind were right on a wild seed. Where a cause is as probable, its own place comes first.
 const POINTED: f64 = 0.25;
-/// Factor on the usual limit of a column's mean square residual where what is left depends on nothing.
+/// Factor on the usual limit of a column's mean square residual where the residual depends on nothing.
 const NOISY: f64 = 2.0;
 /// Errors above this many noise floors are errors of the model.
 const ROUGH: f64 = 2.0;

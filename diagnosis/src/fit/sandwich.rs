@@ -27,7 +27,7 @@ const BLOCKS_PER_UNKNOWN: usize = 3;
 struct Part {
     /// Curvature of the cost.
     curvature: DMatrix<f64>,
-    /// The same where a reading counts what it is worth.
+    /// The same with each reading by its worth.
     worth: DMatrix<f64>,
     /// Weight of a reading of each channel.
     per_reading: Vec<f64>,

@@ -8,7 +8,7 @@ use super::role::Role;
 use super::roles::{Guess, without_quantity};
 use super::units::{beside, stated};
 
-/// Largest factor between a target and what follows it: a loop that is too slow for its target moves less.
+/// Largest factor between a target and the position that follows: a loop too slow for its target moves less.
 const APART: f64 = 5.0;
 
 /// Pairs targets and positions. Columns that the user chose (`is_chosen`) stay as they are.

@@ -19,7 +19,7 @@ const LESS: f64 = 8.0;
 pub(super) enum Side {
     Mass(f64),
     Damping(f64),
-    /// A believed effect: its element, what it adds and its values.
+    /// A believed effect: its element, its terms and its values.
     Effect(Site, Kind, Shown, Vec<f64>, f64),
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum Part {
 }
 
 impl Side {
-    /// The part, and a coefficient of it over what is believed.
+    /// The part, and a coefficient of it over the believed one.
     pub(super) fn over(&self, coefficient: f64) -> (Part, f64) {
         match self {
             Self::Mass(mass) => (Part::Mass, coefficient / mass),

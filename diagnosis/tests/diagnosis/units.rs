@@ -36,7 +36,7 @@ fn wave(t: f64) -> [f64; 3] {
 /// A column: header, signal, further keys, and the numbers of the file.
 type Column<'a> = (&'a str, &'a str, &'a str, fn(f64) -> f64);
 
-/// The columns in a wrong unit, with what is said of each; that of `spoilt` is multiplied.
+/// The columns in a wrong unit, with the message about each; that of `spoilt` is multiplied.
 fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
     let all = warned(machine, columns, spoilt);
     all.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()

@@ -81,7 +81,7 @@ pub struct Tuned {
 }
 
 /// Tunes a controller of a file on some machines, the most probable first ([`machines`]). `progress` gets
-/// the name of what is under way.
+/// the name of the stage under way.
 ///
 /// # Errors
 /// A specification that this controller cannot have or no gains meet, and the mistakes of the machine.

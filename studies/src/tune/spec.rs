@@ -146,7 +146,7 @@ impl Spec {
     /// Reads a specification, as in `phase margin >= 50 deg, structure = gains+notch`.
     ///
     /// # Errors
-    /// The first clause that cannot be read, with what it may be.
+    /// The first clause that cannot be read, with the remedy.
     pub fn parse(text: &str) -> Result<Self, Refusal> {
         let mut spec = Self::default();
         for clause in text.split([',', ';', '\n']).map(str::trim).filter(|clause| !clause.is_empty()) {

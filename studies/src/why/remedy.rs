@@ -152,7 +152,7 @@ impl Explanation {
     }
 }
 
-/// Against a wrong sign, the integrator, and what is late.
+/// Against a wrong sign, the integrator, and delays.
 fn of_control(found: &Explanation) -> Vec<Way<'static>> {
     let mut ways = Vec::new();
     if found.wrong_sign {

@@ -99,7 +99,7 @@ pub struct CaseScore {
     pub verdict: String,
     /// Whether the answer counts as right by the measure of its kind.
     pub right: bool,
-    /// Whether it says `explained` and misses something that is hidden, or accuses what is not.
+    /// Whether it says `explained` and misses something that is hidden, or names an effect that is not.
     pub sure_and_wrong: bool,
     /// The kind that the plain regression names, if any.
     pub regression: Option<String>,

@@ -58,7 +58,7 @@ impl<'a> Judged<'a> {
         self.answer.places.first() == Some(&hidden.place)
     }
 
-    /// Whether the answer is right by the measure of what the case hides.
+    /// Whether the answer is right by the measure of the hidden effects.
     pub(super) fn is_right(&self) -> bool {
         match self.hides {
             Hides::Nothing => {

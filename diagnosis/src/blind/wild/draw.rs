@@ -1,4 +1,4 @@
-//! One case: its conditions, its axis and what is hidden in it.
+//! One case: its conditions, its axis and its hidden effects.
 
 use std::f64::consts::TAU;
 

@@ -15,7 +15,7 @@ use feeler_sim::analysis::{ControlLoop, View};
 use feeler_sim::files::Draft;
 use feeler_sim::studies::run::{RunResult, run};
 
-/// The force that the controller is asked for, N.
+/// The reference of the force, N.
 const WANTED_N: f64 = 20.0;
 /// From here on the remains of the approach no longer count, s.
 const FROM_S: f64 = 2.0;

@@ -20,7 +20,7 @@ const POWER: f64 = 0.995;
 /// noise over noise.
 const LEAST_POWER: f64 = 1e-4;
 
-/// Frequencies on each side that speak for one.
+/// Frequencies on each side that support one.
 const NEIGHBOURS: usize = 10;
 /// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
 const FEW: usize = 100;

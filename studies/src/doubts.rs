@@ -69,7 +69,7 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
     scenario.controllers.iter().filter_map(of_controller).collect()
 }
 
-/// A contact that only pushes and is asked for a pull, or sinks in by centimetres under the force asked for.
+/// A contact that only pushes and has a pull as its reference, or sinks in by centimetres under it.
 fn of_reference(scenario: &Scenario) -> Option<Problem> {
     let found = ForceLoop::find(scenario)?;
     let spec = &scenario.controllers[found.controller].spec;

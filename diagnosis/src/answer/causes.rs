@@ -273,7 +273,7 @@ pub(super) fn look_alikes(
 }
 
 /// Whether a law with these values is, somewhere within their intervals, the same as one that it contains. So
-/// it is if it has several levels, and they are one: how a guide gives way tells no law from another.
+/// it is if it has several levels, and they are one: the way in which a guide gives way separates no laws.
 fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     let own: Vec<f64> = values.iter().map(|estimate| estimate.value).collect();
     let levels = nearest(outer, inner, &own);

@@ -203,7 +203,7 @@ impl Judge<'_> {
         adequacy.has_untried() || is_late
     }
 
-    /// When commands act of which no hold is stated.
+    /// The times at which commands without a stated hold act.
     fn timing(&self, accepted: &Scored) -> Option<String> {
         let column = self.dataset.first_sampled()?;
         let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;

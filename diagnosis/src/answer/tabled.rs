@@ -45,7 +45,7 @@ impl Judge<'_> {
 
     /// The machine with a table, and the worth of the table. `None` if it does not hold on the check
     /// experiments against the answer without it, or runs away from any experiment. None is proposed beside a
-    /// believed value at the limit of its tolerance either: that makes up for something else.
+    /// believed value at the limit of its tolerance either: such a value hides another error.
     fn held(&self, told: &Scored, tabled: &Tabled) -> Option<(Machine, ForceOver)> {
         let (task, checks) = (&self.search.task, self.checks());
         let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);

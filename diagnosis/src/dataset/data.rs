@@ -237,7 +237,7 @@ impl Dataset {
     }
 
     /// Whether the commands of drive `i` are samples of a signal that goes on between rows. It is then a
-    /// force or a voltage of which no hold is stated.
+    /// force or a voltage without a stated hold.
     pub fn is_sampled(&self, i: usize) -> bool {
         let Some(driven) = self.drives.get(i) else { return false };
         let is_pushed = matches!(

@@ -51,7 +51,7 @@ struct Gains {
     kd: f64,
     /// Where they come from.
     why: String,
-    /// How far `kp` may be off, if it is no belief of anyone.
+    /// How far `kp` may be off, if nobody has stated it.
     tolerance: Option<f64>,
 }
 

@@ -48,7 +48,7 @@ reads = "tip.acceleration"
 noise = 0.03
 "#;
 
-/// One body on a guide, of which an encoder at the motor is all that is read.
+/// One body on a guide, with an encoder at the motor as its only sensor.
 const BELIEVED_STIFF: &str = r#"
 name = "axis"
 [bodies.motor]

@@ -145,7 +145,7 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
                 names(&accused(&machine, &columns, Some((column, factor))), column, words);
             }
         }
-        // Nothing tells which of two is turned.
+        // No reading shows which of two is turned.
         for column in ["asked", "place"] {
             names(&accused(&machine, &columns, Some((column, -1.0))), "place", "-1 (a sign?)");
         }
@@ -217,7 +217,7 @@ fn truth_a_believed_gain_is_no_wrong_unit() {
     }
 }
 
-/// A tachometer whose noise hides the motion says nothing for the position beside it.
+/// A tachometer whose noise hides the motion is no evidence about the position beside it.
 #[test]
 fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise() {
     let machine =

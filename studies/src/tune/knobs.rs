@@ -95,7 +95,7 @@ pub(super) struct Knobs {
 }
 
 impl Knobs {
-    /// The knobs that a specification asks for.
+    /// The knobs of a specification.
     pub(super) fn new(scenario: &Scenario, base: &ControllerSpec, spec: &Spec) -> Result<Self, TuneError> {
         let names = gain_names(&base.law);
         let known = names.join(", ");

@@ -15,16 +15,16 @@ use feeler_sim::analysis::{ControlLoop, View};
 use feeler_sim::files::Draft;
 use feeler_sim::studies::run::{RunResult, run};
 
-/// The force that the controller is asked for, N.
+/// The reference of the force, N.
 const WANTED_N: f64 = 20.0;
-/// From here on what is left of the approach no longer counts, s.
+/// From here on the remains of the approach no longer count, s.
 const FROM_S: f64 = 2.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/chatter/sustained.toml");
     let with_gain = |kp: f64| Draft::load_with(&file, &[format!("controllers.force.kp={kp}")])?.build();
 
-    // What linear theory says of the loop with the tool held to the wall: gains up to here are stable.
+    // Linear theory of the loop with the tool held to the wall: gains up to here are stable.
     let document = with_gain(1.2)?;
     let held = ControlLoop::new(&document.scenario, &View::CLAMPED)?;
     let limit = held.sampled_bands("controllers.force.kp")?.bands.first().and_then(|band| band.upper.clone());

@@ -1,4 +1,4 @@
-//! A diagnosis: what does a machine file not know of its machine?
+//! A diagnosis: which effects of its machine does a machine file lack?
 //!
 //! The folder holds six records of an axis and the file that its designer believes. Two effects are hidden in
 //! the records, and every believed value is some per cent off. The diagnosis sees neither. The records were
@@ -16,12 +16,12 @@ use std::path::Path;
 use feeler_sim::diagnosis::Examination;
 use feeler_sim::diagnosis::dataset::Dataset;
 
-/// What was hidden: where, and its parameter in SI.
+/// The hidden effects: the element of each, and its parameter in SI.
 const HIDDEN: [(&str, f64); 2] = [("springs.guide", 7.53), ("actuators.drive", 1.92e-3)];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Reading checks the records first: units, clocks, columns that hang. What is wrong is an error with a
-    // remedy; what is odd is a warning.
+    // Reading checks the records first: units, clocks, columns that hang. A fault is an error with a
+    // remedy; an oddity is a warning.
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let dataset = Dataset::load(&folder)?;
     println!("{}: {} experiments", dataset.name, dataset.records.len());
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    // What to change in the file, line by line.
+    // The changes to make in the file, line by line.
     println!("{}", found.difference.to_string().trim_end());
     Ok(())
 }

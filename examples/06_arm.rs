@@ -14,7 +14,7 @@ use std::path::Path;
 use feeler_sim::files::CellFile;
 use feeler_sim::studies::run::run_cell;
 
-/// The force that is asked for, N, and the contact's stiffness, N/m.
+/// The reference of the force, N, and the contact's stiffness, N/m.
 const WANTED_N: f64 = 20.0;
 const STIFFNESS_N_PER_M: f64 = 20e3;
 /// Speed of the approach, m/s.

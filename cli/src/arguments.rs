@@ -273,7 +273,7 @@ pub(crate) struct Analyze {
     feeler validate convergence\n\n\
     The exit code is 1 if a check fails.")]
 pub(crate) struct Validate {
-    /// What to check
+    /// The checks to run
     #[arg(value_enum, default_value_t = Checks::All)]
     pub(crate) checks: Checks,
     /// Only the checks that take seconds

@@ -183,7 +183,7 @@ impl<'a> Composing<'a> {
             judge.check(accepted, scored) >= asked.check
                 && judge.gain(accepted, scored, &judge.everything()) >= asked.all
         };
-        // What cannot be meant patches errors of what was found.
+        // An implausible cause patches errors of the accepted ones.
         let is_meant = |scored: &Scored| judge.is_meant(scored) || !judge.is_meant(accepted);
         further.retain(|scored| judge.is_finding(scored) && enough(scored) && is_meant(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));

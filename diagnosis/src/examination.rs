@@ -1,4 +1,4 @@
-//! A diagnosis with what is needed to show and to use it.
+//! A diagnosis with all that is needed to show and to use it.
 
 use rayon::prelude::*;
 
@@ -13,10 +13,10 @@ use crate::report::Diagnosis;
 /// A diagnosed dataset: the answer, the change of the machine, and what both machines predict.
 #[derive(Debug)]
 pub struct Examination {
-    /// What was measured, with the machine as it was believed.
+    /// The records, with the machine as it was believed.
     pub dataset: Dataset,
     pub diagnosis: Diagnosis,
-    /// What to change in the believed machine.
+    /// The changes to make in the believed machine.
     pub difference: Difference,
     /// Predictions of each check experiment: by the machine as given, and as repaired.
     pub replays: Vec<[Replay; 2]>,
@@ -24,7 +24,7 @@ pub struct Examination {
 
 impl Examination {
     /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
-    /// `progress` hears what is being done.
+    /// `progress` receives the name of each stage.
     ///
     /// # Errors
     /// Where the records cannot be used, or a machine has no motion.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, SQRT_2};
 /// Time on either side of a record that is mirrored to let the filter settle, in periods of its corner.
 const SETTLING: f64 = 3.0;
 
-/// `series` without what lies above `corner` (cycles per row, below a half).
+/// `series`, low-passed at `corner` (cycles per row, below a half).
 pub(crate) fn low_pass(series: &[f64], corner: f64) -> Vec<f64> {
     let n = series.len();
     if n < 4 || corner >= 0.45 {

@@ -20,7 +20,7 @@ const POWER: f64 = 0.995;
 /// noise over noise.
 const LEAST_POWER: f64 = 1e-4;
 
-/// Frequencies on each side that speak for one.
+/// Frequencies on each side that support one.
 const NEIGHBOURS: usize = 10;
 /// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
 const FEW: usize = 100;
@@ -271,7 +271,7 @@ fn drop_unknown(
     let known: Vec<bool> =
         bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
-    // Of many frequencies of which nothing is known some pass by chance, and say what noise says.
+    // Of many frequencies without information some pass by chance, and show noise.
     let carried = if of_lines { known.clone() } else { carried(&known) };
     let by_chance =
         known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();

@@ -1,6 +1,6 @@
 //! Where a gap between machine and model lies, which unmodelled effect causes it, and how far it shrinks.
 //!
-//! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers;
+//! [`dataset::Dataset::load`] reads and checks records; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.
 
 pub mod adequacy;

@@ -246,7 +246,7 @@ pub struct ForceOver {
     pub kind: Kind,
     /// Name of the element that has it.
     pub on: String,
-    /// What it depends on: `position`, `speed` or `position and direction`.
+    /// The quantity that it depends on: `position`, `speed` or `position and direction`.
     pub over: &'static str,
     /// Position or speed of each point, and the force there, SI; under `position and direction` the level of
     /// friction.

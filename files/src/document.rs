@@ -228,7 +228,8 @@ fn tolerance(root: &Table, machine: &Machine, problems: &mut Problems) -> IndexM
     found
 }
 
-/// What else may have a tolerance, if a key of an element is no believed value; parameters of effects are.
+/// Advice against a tolerance of a key that is no believed value; `None` if the key may have one, as
+/// parameters of effects may.
 fn not_believed(machine: &Machine, path: &str) -> Option<String> {
     let of = |site: Site| Some((site, path.strip_prefix(&site.key(machine))?.strip_prefix('.')?));
     let Some((site, key)) = machine.sites().find_map(of) else { return Some("leave it out".into()) };

@@ -33,7 +33,7 @@ pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     })
 }
 
-/// What to do about a file that does not exist: another of its kind in the same folder may be meant, or the
+/// Advice for a file that does not exist: another of its kind in the same folder may be meant, or the
 /// one of its name with another ending.
 pub(super) fn remedy_of_missing(path: &Path) -> String {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

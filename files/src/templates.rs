@@ -92,7 +92,7 @@ pub const FOLDERS: &[Folder] = &[
     },
 ];
 
-/// The template that is made from a URDF: its name, and what it is.
+/// The template that is made from a URDF: its name and description.
 pub const ARM_TEMPLATE: (&str, &str) = ("arm", "an arm file with every joint of a URDF (--urdf FILE)");
 
 /// The names of all templates.

@@ -133,7 +133,7 @@ pub(crate) fn make_whole(column: &str, times: &[i64], stated: Option<ClockUnit>)
 
 fn unit_of(first: f64, step: Option<f64>, stated: Option<ClockUnit>) -> (ClockUnit, String) {
     match stated {
-        Some(unit) => (unit, format!("{} is stated", unit.symbol())),
+        Some(unit) => (unit, "this unit is stated".to_owned()),
         None => guess(first, step.unwrap_or(0.0)),
     }
 }

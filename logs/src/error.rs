@@ -92,7 +92,7 @@ impl LogError {
         Self::OtherSort { file: file.to_owned(), what: what.into(), remedy: remedy.into() }
     }
 
-    /// The file that is meant.
+    /// The file in question.
     pub fn file(&self) -> &Path {
         match self {
             Self::Open { file, .. }

@@ -19,7 +19,7 @@ const BLOCK: usize = 1 << 20;
 /// First bytes that tell the sort of a file.
 const START: u64 = 512;
 
-/// The first bytes of a file, and the sort that they tell. Those of a packed bag are of what is in it.
+/// The first bytes of a file, and the sort that they tell. The sort of a packed bag is that of its content.
 pub(crate) fn start(path: &Path) -> Result<(Vec<u8>, Option<Sort>), LogError> {
     let own = plain_start(path)?;
     if sort_of(&own) == Some(ZSTD) {

@@ -135,7 +135,7 @@ impl Source {
     }
 }
 
-/// The ending of a name, in lower case; that of a packed file is of what is in it.
+/// The ending of a name, in lower case; that of a packed file is that of its content.
 fn ending(path: &Path) -> String {
     let of = |path: &Path| path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     match of(path) {

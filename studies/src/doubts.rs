@@ -19,7 +19,7 @@ const HARDLY_SWINGS: f64 = 0.5;
 const INSTANTS: u32 = 200;
 /// Growth of a command that a machine follows as if at rest, 1/s: slower than its motion.
 const SLOW_PER_S: f64 = 1.0;
-/// Farthest that a tool plausibly sinks into what it presses on, m: a thick foam gives way by this.
+/// Farthest that a tool plausibly sinks into its workpiece, m: a thick foam gives way by this.
 const SOFT_M: f64 = 0.02;
 
 /// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it
@@ -69,7 +69,7 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
     scenario.controllers.iter().filter_map(of_controller).collect()
 }
 
-/// A contact that only pushes and is asked for a pull, or sinks in by centimetres under the force asked for.
+/// A contact that only pushes and has a pull as its reference, or sinks in by centimetres under it.
 fn of_reference(scenario: &Scenario) -> Option<Problem> {
     let found = ForceLoop::find(scenario)?;
     let spec = &scenario.controllers[found.controller].spec;

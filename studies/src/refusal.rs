@@ -11,7 +11,7 @@ use thiserror::Error;
 pub struct Refusal {
     /// The mistake in words.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to mend it.
     pub remedy: String,
 }
 

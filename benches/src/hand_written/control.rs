@@ -7,7 +7,7 @@ const WANTED_N: f64 = 20.0;
 /// Sampling of every controller, s.
 pub(super) const PERIOD_S: f64 = 1e-3;
 
-/// What turns readings into commands.
+/// A controller: it turns readings into commands.
 pub trait Control {
     /// The command in N after the next sample of the force.
     fn command_n(&mut self, reading_n: f64) -> f64;

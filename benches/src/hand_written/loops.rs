@@ -23,7 +23,7 @@ pub enum Method {
     Rk4WithEvents,
 }
 
-/// What a run leaves.
+/// Results of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunResult {
     /// Largest contact force on a grid of 0.1 ms, N.

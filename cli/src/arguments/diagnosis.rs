@@ -52,7 +52,7 @@ fn budget(text: &str) -> Result<BudgetTime, String> {
     let seconds = number.trim().parse::<f64>().ok().map(|number| number * factor);
     let time = seconds.filter(|seconds| *seconds > 0.0).and_then(|s| Duration::try_from_secs_f64(s).ok());
     time.map(|time| BudgetTime(Some(time)))
-        .ok_or_else(|| "not a time: say '90 s', '3 min' or 'unlimited'".into())
+        .ok_or_else(|| "not a time: write '90 s', '3 min' or 'unlimited'".into())
 }
 
 /// The three stages of a blind benchmark.

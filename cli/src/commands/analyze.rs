@@ -170,7 +170,7 @@ fn text(report: &Report) -> String {
     parts.join("\n\n")
 }
 
-/// The modes, with what each costs the loop.
+/// The modes, with the cost of each to the loop.
 fn modes(report: &Report) -> String {
     let rows = report.modes.iter().map(|mode| {
         let class =

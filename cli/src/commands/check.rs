@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
 /// Rank of what only informs.
 const INFORMS: u8 = 4;
 
-/// Rank of a warning: contradictions, columns that do not count, what was repaired, and what only informs.
+/// Rank of a warning: contradictions, columns that do not count, repaired records, and mere information.
 fn gravity(fault: &Fault) -> u8 {
     match fault.kind {
         _ if is_wrong_unit(fault) => 0,

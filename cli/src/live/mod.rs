@@ -98,7 +98,7 @@ impl Live {
                 return;
             }
         };
-        // In one piece, whose length the head tells.
+        // In one piece; the head holds its length.
         let mut response = Response::from_string(text).with_chunked_threshold(usize::MAX);
         let headers = [
             ("Content-Type", kind),

@@ -53,7 +53,7 @@ struct File {
     document: Document,
     /// The `--set` of the command, until they are written.
     settings: Vec<String>,
-    /// It and what it builds on, as last read, and the number of changes since the start.
+    /// It and its base files, as last read, and the number of changes since the start.
     watched: Watched,
     version: u64,
     /// Its present mistake; the last valid version is shown until it is corrected.
@@ -81,7 +81,7 @@ impl Session {
     /// The file now: its version, its numbers, and its mistake.
     pub(crate) fn file(&self) -> Value {
         let file = self.as_saved();
-        // Steps, rates and seeds of a run are no properties of what is tuned.
+        // Steps, rates and seeds of a run are no properties of the machine.
         let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
         let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
         let numbers: Vec<Value> =
@@ -176,7 +176,7 @@ impl Session {
 
     /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it.
     pub(crate) fn write(&self, asked: &Value) -> Value {
-        // What an editor saved since the page looked stays.
+        // Changes that an editor saved in the meantime stay.
         let mut file = self.as_saved();
         if let Some(problem) = &file.problem {
             return json!({ "problem": problem });

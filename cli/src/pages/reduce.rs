@@ -45,7 +45,7 @@ fn by_ratio([low, high]: [f64; 2]) -> [f64; 2] {
     if low > 0.0 { [low.min(middle / SQRT_2), high.max(middle * SQRT_2)] } else { [low, high] }
 }
 
-/// Colours of an error span what is trusted at least, %.
+/// Colours of an error span at least the range that is trusted, %.
 fn of_error([_, high]: [f64; 2]) -> [f64; 2] {
     [0.0, high.max(100.0 * Agreement::TRUSTED)]
 }

@@ -32,12 +32,12 @@ pub(crate) fn summary(
     ];
     if let Some(theory_hz) = tuned.theory_alone_hz {
         parts.push(format!(
-            "linear theory alone would allow {}; what it leaves out, the runs show",
+            "linear theory alone would allow {}; the runs show the effects that it leaves out",
             with_unit(theory_hz, "Hz")
         ));
     }
     let settings = if tuned.settings.is_empty() {
-        "the file is as good as any".into()
+        "settings\n  those of the file: no others tried are better".into()
     } else {
         format!("settings\n  {}", tuned.settings.join("\n  "))
     };
@@ -116,7 +116,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
             optional(step.wait_s, "s"),
         ]
     };
-    let header = ["try", "set", "gain left", "stop above", "or if it oscillates by", "at about", "after"];
+    let header = ["try", "set", "gain margin", "stop above", "or if it oscillates by", "at about", "after"];
     let rows = table(&header, &[0, 2, 3, 4, 5, 6], tuned.steps.iter().map(row));
     format!("gains to try on the robot, in this order\n\n{rows}\n{about}")
 }

@@ -14,7 +14,7 @@ pub(crate) struct Bench {
     folder: tempfile::TempDir,
 }
 
-/// What a command said.
+/// Exit code and output of a command.
 pub(crate) struct Said {
     pub(crate) code: i32,
     pub(crate) out: String,
@@ -62,21 +62,21 @@ pub(crate) fn shipped() -> Command {
     command
 }
 
-/// What `feeler` prints of shipped scenarios.
+/// Standard output of `feeler` beside the shipped scenarios.
 pub(crate) fn printed(arguments: &[&str]) -> String {
     let output = shipped().args(arguments).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What it says against a request that it refuses.
+/// Error output of a request that is refused.
 pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = shipped().args(arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// What it prints for programs.
+/// Its output with `--json`.
 pub(crate) fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(arguments)).unwrap()
 }

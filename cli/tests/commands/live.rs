@@ -166,7 +166,7 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
-/// Of a list each entry has a slider. What a `--set` says of one is written with it.
+/// Of a list each entry has a slider. A `--set` of one entry is written with it.
 #[test]
 fn truth_points_of_a_reference_are_moved_and_written() {
     let bench = Bench::new();
@@ -354,7 +354,7 @@ fn truth_a_comparison_for_programs_holds_the_runs_and_the_keys_that_differ() {
     assert_eq!(written["differing"], both["differing"]);
 }
 
-/// What the scripts of a page draw from.
+/// The data from which the scripts of a page draw.
 pub(crate) fn data_of(page: &str) -> Value {
     let (_, data) = page.split_once("id=\"data\">").unwrap();
     serde_json::from_str(&data.split_once("</script>").unwrap().0.replace("<\\/", "</")).unwrap()

@@ -332,7 +332,7 @@ fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_ended() {
         .spawn();
     let mut child = Watching(child.unwrap());
     let mut lines = BufReader::new(child.0.stderr.take().unwrap()).lines().map(Result::unwrap);
-    // What is said up to the next wait for a change.
+    // Lines printed before the next wait for a change.
     let mut waits = || lines.by_ref().take_while(|line| !line.contains("watching")).collect::<Vec<_>>();
     let reference = || summary(&bench, "out")["response"]["final_reference_n"].as_f64().unwrap();
     assert_eq!(waits(), Vec::<String>::new());

@@ -12,7 +12,7 @@ fn truth_a_file_written_with_a_remedy_no_longer_chatters_and_keeps_its_comments(
     assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
     let said = bench.feeler(&["why", "chatter.toml", "--try", "1", "--out", "cured.toml"]);
     assert_eq!(said.code, DONE, "{}", said.err);
-    // What was set is printed, and nothing else of the file is touched.
+    // The command prints the key that it sets, and changes nothing else in the file.
     let (key, _) = said.out.strip_prefix("cured.toml: ").and_then(|said| said.split_once('=')).unwrap();
     let said_next = said.out.trim_end().rsplit_once("next: feeler ").unwrap().1;
     assert_eq!(said_next, "compare chatter.toml cured.toml");

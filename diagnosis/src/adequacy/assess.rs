@@ -7,10 +7,10 @@ use super::{
 use crate::fit::scored::Scored;
 use crate::judge::Judge;
 
-/// What of an answer's size the conditions need.
+/// Sizes of an answer that the conditions need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sizes {
-    /// What the noise of all channels alone leaves of predictions, over each channel's variation.
+    /// Error of predictions that the noise of all channels alone leaves, over each channel's variation.
     pub(crate) floor: f64,
     /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than
     /// the floor.

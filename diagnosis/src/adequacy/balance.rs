@@ -85,7 +85,7 @@ pub(crate) fn as_good<'b>(
 }
 
 /// Describes the best set with one cause more than the accepted ones that is in doubt. It gains clearly, but
-/// too little to be accepted. Or it gains enough, but with values that cannot be meant.
+/// too little to be accepted. Or it gains enough, but with implausible values.
 pub(crate) fn further(
     judge: &Judge<'_>,
     accepted: &Scored,

@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 /// answers left 1 to 4 %. A limit that was named for a drive that sags left 25 %, with 3 % over 50 ms.
 const MOST_STRAYED: f64 = 0.1;
 
-/// What keeps the answer for a servo from being called explained: a free run that is off by more than a
+/// The reason why the answer for a servo is not called explained: a free run that is off by more than a
 /// tenth of the signal.
 pub(super) fn strayed(dataset: &Dataset, off: Option<f64>) -> Option<String> {
     let is_servo =

@@ -1,8 +1,8 @@
 //! Conditions that an answer must meet to be called explained, judged apart from the ranking that found it.
 //!
 //! A ranking says which cause is the best of those tried. This module says whether the best is good enough.
-//! It asks what is left at every horizon, and whether that still depends on anything. It also asks whether
-//! every value is plausible, and whether another place would do as well.
+//! It measures the error at every horizon, and tests whether it still depends on anything. It also asks
+//! whether every value is plausible, and whether another place would do as well.
 
 mod ahead;
 mod assess;
@@ -30,7 +30,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
-    /// What is left is small against noise or signal.
+    /// The remaining error is small against noise or signal.
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
@@ -64,7 +64,7 @@ pub struct Shortfall {
     pub what: String,
 }
 
-/// What an answer leaves, in absolute terms, and what keeps it from being called explained.
+/// The remaining error of an answer, in absolute terms, and the reasons why it is not called explained.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Adequacy {
     /// The limits that were applied.
@@ -83,7 +83,7 @@ pub struct Adequacy {
     /// Whether a balance of forces leaves next to nothing.
     #[serde(skip)]
     pub(crate) is_balanced: bool,
-    /// Whether a calibrated machine is nearly right, and what it leaves depends on nothing.
+    /// Whether a calibrated machine is nearly right, and its residual depends on nothing.
     #[serde(skip)]
     pub(crate) is_noise: bool,
 }
@@ -94,7 +94,7 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
     }
 
-    /// Whether what is left has structure, or predictions became worse farther ahead.
+    /// Whether the residual has structure, or predictions became worse farther ahead.
     pub(crate) fn is_structured(&self) -> bool {
         let is_of_model =
             |short: &Shortfall| matches!(short.condition, Condition::Residual | Condition::Horizons);
@@ -166,7 +166,7 @@ impl Adequacy {
         self.shortfalls.push(Shortfall { condition, what });
     }
 
-    /// Tells that the time did not suffice for some causes, any of which may do as well.
+    /// Reports that the time did not suffice for some causes, any of which may do as well.
     pub(crate) fn add_untried(&mut self, causes: usize) {
         if causes > 0 {
             let what = format!(

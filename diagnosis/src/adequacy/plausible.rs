@@ -17,7 +17,7 @@ use crate::report::AttemptOutcome;
 
 /// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
 const LEAST_REST: f64 = 0.1;
-/// A thousandth of a value, or of what is typical, within which it is at its end.
+/// A thousandth of a value, or of a typical one, within which it is at its end.
 const AT_END: f64 = 1e-3;
 /// A value that may move by less than this share was read off the records, and no residual knows it.
 const READ_OFF: f64 = 0.01;
@@ -66,7 +66,7 @@ impl Judge<'_> {
             let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
             let known = dossier(cause.definition.kind);
             let mut values = model.parameters(i, theta);
-            // What the calibrated value took over belongs to the effect.
+            // The part that the calibrated value took over belongs to the effect.
             let taken = known.adds_to.and_then(|key| model.excess(cause.site, key.name, theta));
             let is_rest = taken.is_some_and(|(excess, limit)| limit && values[0] < LEAST_REST * excess);
             values[0] += taken.map_or(0.0, |(excess, _)| excess);

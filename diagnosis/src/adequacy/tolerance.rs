@@ -4,7 +4,7 @@
 use crate::dataset::Dataset;
 use crate::fit::scored::Scored;
 
-/// Rows by which commands of which no hold is stated may act late without doubt. A drive that is quick
+/// Rows by which commands without a stated hold may act late without doubt. A drive that is quick
 /// follows lines from row to row, or holds each value, which is early; a short lag is late.
 const MOST_LATE_ROWS: f64 = 0.2;
 

@@ -113,7 +113,7 @@ impl Judge<'_> {
         (known, is_early): (f64, bool),
         tried: &[Scored],
     ) -> Vec<Cause> {
-        // What is more than noise lasts: the fit's own deviations are a lower bound.
+        // An error above noise lasts: the fit's own deviations are a lower bound.
         let lasting = is_early.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
         let fitted = &accepted.fitted.sigma;
         let sigma: Vec<f64> = match &lasting {
@@ -304,7 +304,7 @@ pub(super) fn look_alikes(
 }
 
 /// Whether a law with these values is, somewhere within their intervals, the same as one that it contains. So
-/// it is if it has several levels, and they are one: how a guide gives way tells no law from another.
+/// it is if it has several levels, and they are one: the way in which a guide gives way separates no laws.
 fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     let own: Vec<f64> = values.iter().map(|estimate| estimate.value).collect();
     let levels = nearest(outer, inner, &own);

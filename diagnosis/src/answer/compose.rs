@@ -25,7 +25,7 @@ const SURE: f64 = 0.9;
 /// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one. In
 /// 140 wild cases of three seeds 64 % of 36 such causes were right.
 const INADEQUATE: f64 = 0.65;
-/// The same if what is left has structure, or predictions far ahead became worse: 9 of 16 were right.
+/// The same if the residual has structure, or predictions far ahead became worse: 9 of 16 were right.
 const STRUCTURED: f64 = 0.5;
 /// The same if something else may do as well, or a believed value ends at the limit of its tolerance: 38 of
 /// 44 were right.
@@ -33,7 +33,7 @@ const RIVALLED: f64 = 0.9;
 /// Probability of the place that a residual points to beside unsure causes, or without depending on much: 2
 /// of 6 of the first kind were right on a wild seed. Where a cause is as probable, its own place comes first.
 const POINTED: f64 = 0.25;
-/// Factor on the usual limit of a column's mean square residual where what is left depends on nothing.
+/// Factor on the usual limit of a column's mean square residual where the residual depends on nothing.
 const NOISY: f64 = 2.0;
 /// Errors above this many noise floors are errors of the model.
 const ROUGH: f64 = 2.0;
@@ -50,12 +50,12 @@ struct Errors {
     after: Vec<f64>,
     /// One sigma of every channel.
     noise: Vec<f64>,
-    /// What the noise of all channels leaves of short predictions, over scale.
+    /// Error of short predictions that the noise of all channels leaves, over scale.
     read: f64,
     gap: Gap,
 }
 
-/// What is taken for granted of a winding that warms: its heat at the start of a record shows in no reading.
+/// The assumption on a winding that warms: no reading shows its heat at the start of a record.
 fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
@@ -81,7 +81,7 @@ impl Judge<'_> {
         Errors { refit, after, noise, read, gap }
     }
 
-    /// What keeps an answer from being called explained, and the proposed machine.
+    /// The reasons why an answer is not called explained, and the proposed machine.
     fn adequacy(
         &self,
         accepted: &Scored,
@@ -201,15 +201,16 @@ impl Judge<'_> {
         adequacy.has_untried() || is_late
     }
 
-    /// When commands act of which no hold is stated.
+    /// The times at which commands without a stated hold act.
     fn timing(&self, accepted: &Scored) -> Option<String> {
         let column = self.dataset.first_sampled()?;
         let rows = accepted.fitted.model.leeway(&accepted.fitted.theta).late_rows;
         let row_ms = 1e3 * self.dataset.records.first()?.spacing_s;
+        let side = if rows < 0.0 { "before" } else { "after" };
         Some(format!(
-            "`{column}`: no hold is stated: its commands act {:+.2} ms after their rows, as fitted (state \
+            "`{column}`: no hold is stated: its commands act {:.2} ms {side} their rows, as fitted (state \
              `hold`; without it a command that is late by less than {:.2} ms in all may have been held)",
-            rows * row_ms,
+            (rows * row_ms).abs(),
             LATE_ROWS * row_ms
         ))
     }

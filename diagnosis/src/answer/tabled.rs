@@ -18,7 +18,7 @@ use crate::report::{Diagnosis, ForceOver, Verdict};
 /// Least share of the gap that a table must close on the check experiments.
 const LEAST_CLOSED: f64 = 0.1;
 /// The causes that come nearest stay beside a table only if at most this share of the misfit is left with
-/// them. Many a wrong cause makes up for what a table is too coarse for.
+/// them. Many a wrong cause makes up for the coarseness of a table.
 const NEEDED: f64 = 0.5;
 
 impl Judge<'_> {
@@ -52,9 +52,9 @@ impl Judge<'_> {
         }
     }
 
-    /// The machine with a table, and what the table is worth. `None` if it does not hold on the check
+    /// The machine with a table, and the worth of the table. `None` if it does not hold on the check
     /// experiments against the answer without it, or runs away from any experiment. None is proposed beside a
-    /// believed value at the limit of its tolerance either: that makes up for something else.
+    /// believed value at the limit of its tolerance either: such a value hides another error.
     fn held(&self, told: &Scored, tabled: &Tabled) -> Option<(Machine, ForceOver)> {
         let (task, checks) = (&self.search.task, self.checks());
         let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);

@@ -109,7 +109,7 @@ pub(super) fn built(random: &mut Random) -> Bench {
     bench
 }
 
-/// An effect that can be hidden: kind, place, and what it does to the bench, with the parameters that it
+/// An effect that can be hidden: kind, place, and its change of the bench, with the parameters that it
 /// draws.
 type Recipe = (&'static str, &'static str, fn(&mut Bench, &mut Random) -> Vec<(&'static str, f64)>);
 
@@ -287,7 +287,7 @@ const PAIRED: [[&str; 2]; 8] = [
 /// turn.
 const TURN: usize = 12;
 
-/// The bench of case `index` of a benchmark, with what is hidden in it.
+/// The bench of case `index` of a benchmark, with its hidden effects.
 pub(super) fn case(index: usize, random: &mut Random) -> (Bench, Case) {
     let mut bench = built(random);
     let mut effects = Vec::new();

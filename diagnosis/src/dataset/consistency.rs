@@ -218,7 +218,7 @@ impl Body<'_> {
         self.dataset.channels.iter().zip(&record.series).enumerate().filter_map(of).collect()
     }
 
-    /// What a channel reads, with the believed gain of its sensor taken from its readings.
+    /// Readings of a channel divided by the believed gain of its sensor.
     pub(super) fn without_gain(&self, channel: &Channel, mut readings: Vec<f64>) -> Vec<f64> {
         let (gain, _) = channel.scale(&self.assembly);
         if gain != 0.0 {

@@ -201,7 +201,7 @@ pub struct Dataset {
     pub tolerance: IndexMap<String, f64>,
     /// Drives with recorded commands, in the order of [`Record::commands`].
     pub drives: Vec<Driven>,
-    /// Drives of which not the command was recorded, but what the controller that commands them followed.
+    /// Drives of which the record holds not the command, but the reference of the controller.
     pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
@@ -237,7 +237,7 @@ impl Dataset {
     }
 
     /// Whether the commands of drive `i` are samples of a signal that goes on between rows. It is then a
-    /// force or a voltage of which no hold is stated.
+    /// force or a voltage without a stated hold.
     pub fn is_sampled(&self, i: usize) -> bool {
         let Some(driven) = self.drives.get(i) else { return false };
         let is_pushed = matches!(
@@ -258,7 +258,7 @@ impl Dataset {
         (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].column.as_str())
     }
 
-    /// Whether a controller commands a drive, so that what was recorded of it is no command.
+    /// Whether a controller commands a drive, so that its column is no command.
     pub(crate) fn is_looped(&self, drive: usize) -> bool {
         self.loops.iter().any(|looped| looped.drive == drive)
     }

@@ -1,5 +1,5 @@
-//! A drive that a controller of the machine's file commands while a record is predicted: what was recorded is
-//! what the controller followed.
+//! A drive that a controller of the machine's file commands while a record is predicted: the record holds
+//! the reference of the controller.
 
 use feeler_control::ControllerSpec;
 use feeler_engine::Scenario;

@@ -64,7 +64,7 @@ impl Record {
             bridged: self.bridged.iter().map(part).collect(),
             ..self.clone()
         };
-        // A channel without a reading in a piece says nothing there.
+        // A channel without a reading in a piece does not count there.
         for c in 0..piece.silent.len() {
             piece.silent[c] |= piece.is_unread(c);
         }

@@ -99,7 +99,7 @@ impl Body<'_> {
     }
 }
 
-/// A target and what follows it, with motions too different for a servo that holds its target.
+/// A target and the position that follows it, with motions too different for a servo that holds its target.
 fn unlike(record: usize, [position, target]: [Reading<'_>; 2], factor: f64) -> Option<Odd> {
     let (larger, smaller, factor) =
         if factor > 1.0 { (position, target, factor) } else { (target, position, 1.0 / factor) };

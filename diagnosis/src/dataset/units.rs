@@ -11,7 +11,7 @@ const POUND_N: f64 = 4.448_221_6;
 
 /// Steps of a fine encoder in a radian.
 const STEPS: f64 = 4096.0 / std::f64::consts::TAU;
-/// Beyond this factor no machine is meant, and one of two columns is in another unit.
+/// No machine has a ratio beyond this: one of two columns is in another unit.
 const HOPELESS: f64 = 50.0;
 /// The same between a push and a motion: against gravity a slow motion takes a hundred times its inertia.
 const HOPELESS_PUSH: f64 = 1e4;
@@ -87,7 +87,7 @@ pub(super) fn is_stated(factor: f64, scale: f64, near: f64) -> bool {
 }
 
 /// Which of two columns of one motion is in a wrong unit, by the ratio of the first to the second, and how:
-/// `true` for the second. If the second is known to be right, the first is meant.
+/// `true` for the second. If the second is known to be right, the first is wrong.
 pub(super) fn wrong(
     [first, second]: [Reading<'_>; 2],
     factor: f64,

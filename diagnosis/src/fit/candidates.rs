@@ -79,7 +79,7 @@ fn driven(assembly: &Assembly) -> Vec<usize> {
 }
 
 /// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies,
-/// a fixture holds what a contact touches.
+/// a fixture holds the workpiece of a contact.
 fn makes_sense(
     machine: &Machine,
     assembly: &Assembly,

@@ -17,7 +17,7 @@ pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
     assembly.rigid_mass_kg(node)
 }
 
-/// Mean of the accelerometers' residuals at each row; without any, what the observer makes of the position's.
+/// Mean of the accelerometers' residuals at each row; without any, the observer's, from the position's.
 pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
     let of = |wanted: Quantity| -> Vec<usize> {
         (0..dataset.channels.len())

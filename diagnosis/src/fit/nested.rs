@@ -7,7 +7,7 @@ use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::kinds::{embed, nearest};
 
-/// Cost by which a containing model may lag: what two converged fits of the same machine differ by.
+/// Cost by which a containing model may lag: the difference of two converged fits of the same machine.
 const SLACK: f64 = 0.5;
 
 /// Shares of a cause at which its fit may begin beside its base.

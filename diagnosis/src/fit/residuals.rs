@@ -1,4 +1,4 @@
-//! Residuals of a prediction, and what they say of the scale that all forces share.
+//! Residuals of a prediction, and the scale that all forces share by them.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,7 @@ use crate::fit::shared_scale::SharedScale;
 use crate::predict::Prediction;
 
 /// Change of the prediction, in sigmas squared, from which on the records know the scale better than the
-/// believed values. The scale moves by one standard deviation of what is believed.
+/// believed values. The scale moves by one standard deviation of its belief.
 const KNOWN: f64 = 1.0;
 
 impl Task<'_> {
@@ -30,7 +30,7 @@ impl Task<'_> {
         if self.weights.against[r][c].is_some() { 0.0 } else { prediction.dead_zone[c] }
     }
 
-    /// The smooth prediction of what a channel is weighed by.
+    /// The smooth prediction of the quantity by which a channel is weighed.
     fn smooth<'p>(&self, r: usize, c: usize, prediction: &'p Prediction) -> Cow<'p, [f64]> {
         let smooth = &prediction.smooth;
         self.weights.against[r][c].map_or(Cow::Borrowed(&smooth[c][..]), |against| {
@@ -47,7 +47,7 @@ impl Task<'_> {
         }
     }
 
-    /// Residuals of a channel in signal units, with what a step of its encoder hides.
+    /// Residuals of a channel in signal units, with the doubt of an encoder step.
     pub(crate) fn departures(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
         let record = &self.dataset.records[r];
         let less = |(measured, predicted): (&f64, &f64)| measured - predicted;

@@ -32,7 +32,7 @@ const RECORDS: usize = 4;
 struct Part {
     /// Curvature of the cost.
     curvature: DMatrix<f64>,
-    /// The same where a reading counts what it is worth.
+    /// The same with each reading by its worth.
     worth: DMatrix<f64>,
     /// Weight of a reading of each channel.
     per_reading: Vec<f64>,
@@ -107,7 +107,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)
 }
 
-/// What record `r` contributes, in some blocks. `still` is a direction along which nothing that is measured
+/// The contribution of record `r`, in some blocks. `still` is a direction along which no measured signal
 /// changes; empty for none.
 fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize) -> Option<Part> {
     let n = fitted.theta.len();
@@ -145,7 +145,7 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
     Some(part)
 }
 
-/// What a reading of a channel with these residuals is worth, at most what it counts in the cost.
+/// Weight of a reading of a channel with these residuals, at most its weight in the cost.
 fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> f64 {
     let weights = &task.weights;
     let readings = task.dataset.records[r].count(c) as f64;

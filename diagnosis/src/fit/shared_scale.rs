@@ -112,7 +112,7 @@ impl SharedScale {
     }
 }
 
-/// Removes from slopes along the unknowns what they say of a step in `direction`, row by row.
+/// Removes from slopes along the unknowns their part along `direction`, row by row.
 pub(crate) fn without(direction: &[f64], slopes: &mut [Vec<f64>]) {
     let square: f64 = direction.iter().map(|d| d * d).sum();
     let rows = slopes.first().map_or(0, Vec::len);
@@ -166,7 +166,7 @@ fn exponent(model: &Model, target: Target) -> f64 {
     }
 }
 
-/// Exponent of mass in what a sensor reads.
+/// Exponent of mass in the unit of a sensor.
 fn read(model: &Model, site: Site) -> f64 {
     model.believed.sensors.get_index(site.index).map_or(0.0, |(_, sensor)| mass_of(sensor.reads.quantity))
 }

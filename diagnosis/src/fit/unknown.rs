@@ -62,7 +62,7 @@ impl Unknown {
         [low, high].iter().any(|end| is_limit(*end) && (theta - end).abs() < AT_END * (high - low))
     }
 
-    /// Whether it lies at an end of what it may be.
+    /// Whether it lies at an end of its range.
     pub(super) fn is_at_end(&self, theta: f64) -> bool {
         let (low, high) = self.bounds;
         (theta - low).min(high - theta) < AT_END * (high - low)

@@ -59,7 +59,7 @@ fn reach(rise: impl Fn(f64) -> f64) -> f64 {
     2.0_f64.powi(DOUBLINGS - 1)
 }
 
-/// Cost over the fitted records, where readings count what they are worth.
+/// Cost over the fitted records, with each reading by its worth.
 pub(super) fn cost(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], theta: &[f64]) -> Option<f64> {
     let misfits = task.misfits(&fitted.model, theta, &task.fitted)?;
     let of_record = |((&r, misfits), worth): ((&usize, &Vec<f64>), &Vec<f64>)| {

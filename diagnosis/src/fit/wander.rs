@@ -10,7 +10,7 @@ use crate::dataset::{Dataset, Record, scatter};
 /// command has more scatter in every other row, and one that holds its values has less. Beyond this ratio,
 /// either way, the scatter of a command is no noise.
 const AS_LARGE: f64 = 1.25;
-/// Scatter of more than this share of a command (root mean square) is what the drive was asked for.
+/// Scatter of more than this share of a command (root mean square) belongs to the command.
 const MOST_NOISE: f64 = 0.3;
 
 /// One sigma of white noise in a command; zero where its scatter is its own.
@@ -80,7 +80,7 @@ mod tests {
         assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));
         let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
         assert!(command_noise(&clean) < 1e-3);
-        // What a drive was asked for may be as rough as noise.
+        // A command may be as rough as noise.
         let asked: Vec<f64> = (0..4000).map(|_| chance.deviate()).collect();
         assert!(command_noise(&asked) == 0.0);
     }

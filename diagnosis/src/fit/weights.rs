@@ -1,4 +1,4 @@
-//! Scales of residuals: noise, what no model is expected to explain, and independent samples.
+//! Scales of residuals: noise, errors that no model is expected to explain, and independent samples.
 
 use feeler_plant::description::Quantity;
 
@@ -152,7 +152,7 @@ fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f6
 }
 
 impl Weights {
-    /// Noise of what a channel of a record is weighed by, from that of every channel.
+    /// Noise of the quantity by which a channel of a record is weighed, from that of every channel.
     pub(crate) fn noise_of(&self, r: usize, c: usize, noise: &[f64]) -> f64 {
         self.against[r][c].map_or(noise[c], |against| against.noise(noise[c], noise))
     }

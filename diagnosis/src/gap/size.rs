@@ -177,7 +177,7 @@ fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
     difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
 }
 
-/// What noise leaves of short predictions.
+/// Errors of short predictions that noise alone leaves.
 pub(crate) struct Floors {
     /// Mean square over scale of each record, as [`square_errors`].
     pub(crate) square: Vec<f64>,

@@ -94,7 +94,7 @@ impl Beliefs {
         if let Some(joint) = named[place] {
             let found = &self.joints[joint];
             let is_same = plain(&found.joint.name) == plain(name);
-            let why = if is_same { "of the same name" } else { "no other shares as many words with it" };
+            let why = if is_same { "both have this name" } else { "no other shares as many words with it" };
             return Some((found, why.into()));
         }
         let agree = named.iter().enumerate().all(|(i, joint)| joint.is_none_or(|joint| joint == i));

@@ -55,12 +55,12 @@ struct Gains {
     kd: f64,
     /// Where they come from.
     why: String,
-    /// How far `kp` may be off, if it is no belief of anyone.
+    /// How far `kp` may be off, if nobody has stated it.
     tolerance: Option<f64>,
 }
 
-/// What is taken of the stated gains, why, and how far it may be off, where a loop with them could not move
-/// as the log does.
+/// The share of the stated gains that the machine takes, why, and how far it may be off. Used if a loop with
+/// the stated gains could not move as the log does.
 ///
 /// A load is held with an error of `load / kp`. Where no load shows over dry friction, a target that moves
 /// steadily is followed `(kd + damping) / kp` later. With the damping beside it, a smaller gain lags more.
@@ -73,7 +73,7 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String, Op
             return as_stated;
         }
         let why = format!(
-            ": {} of what the model states, as the errors with which the servo holds its load show",
+            ", {} times those of the model, by the errors with which the servo holds its load",
             short(share)
         );
         return (share, why, Some(OFF_BY_LOAD));
@@ -88,8 +88,7 @@ fn believed_share(kp: f64, joint: &JointBelief, seen: &Seen) -> (f64, String, Op
         return as_stated;
     }
     let why = format!(
-        ": {} of what the model states, with which a loop lags by {} ms, and not by {} ms as the \
-         position does",
+        ", {} times those of the model: with these a loop lags by {} ms, but the position lags by {} ms",
         short(share),
         short(1e3 * stated_s),
         short(1e3 * lag_s)

@@ -1,4 +1,4 @@
-//! What the columns of one joint tell of each other: which belong together, and their units.
+//! The columns of one joint, compared with each other: which belong together, and their units.
 
 use feeler_logs::{Column, Run, Table};
 use indexmap::IndexMap;
@@ -8,7 +8,7 @@ use super::role::Role;
 use super::roles::{Guess, without_quantity};
 use super::units::{beside, stated};
 
-/// Largest factor between a target and what follows it: a loop that is too slow for its target moves less.
+/// Largest factor between a target and the position that follows: a loop too slow for its target moves less.
 const APART: f64 = 5.0;
 /// How much less every other pair of columns must be alike, for two to belong together by their motion.
 const CLEARLY_LESS: f64 = 0.05;

@@ -119,7 +119,7 @@ const FORCE_UNITS: [&str; 2] = ["n", "nm"];
 const LENGTH_UNITS: [&str; 2] = ["m", "mm"];
 /// Words of a feed-forward: either of the first two, or both others.
 const FEEDS: [&str; 4] = ["ff", "feedforward", "feed", "forward"];
-/// Words by which a column has none of these roles.
+/// Words that exclude a column from these roles.
 const OTHERS: [&str; 15] = [
     "error",
     "errors",

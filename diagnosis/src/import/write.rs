@@ -416,7 +416,7 @@ fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, Diagno
     }
 }
 
-/// Empties the cells between the readings of a column: what is interpolated there is no reading.
+/// Empties the cells between the readings of a column: an interpolated value is no reading.
 fn empty_between_readings(series: &mut Series) {
     for (values, gaps) in series.values.iter_mut().zip(&series.bridged) {
         values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);

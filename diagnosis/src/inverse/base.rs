@@ -21,7 +21,7 @@ pub(super) enum Side {
     Damping(f64),
     /// The gravity that a body states: largest torque and phase.
     Gravity(f64, f64),
-    /// A believed effect: its element, what it adds and its values.
+    /// A believed effect: its element, its terms and its values.
     Effect(Site, Kind, Shown, Vec<f64>, f64),
 }
 
@@ -39,7 +39,7 @@ pub(crate) enum Part {
 }
 
 impl Side {
-    /// The part, and a coefficient of it over what is believed.
+    /// The part, and a coefficient of it over the believed one.
     pub(super) fn over(&self, coefficient: f64) -> (Part, f64) {
         match self {
             Self::Mass(mass) => (Part::Mass, coefficient / mass),

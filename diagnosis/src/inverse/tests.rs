@@ -120,7 +120,7 @@ fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
     let (inverse, all) = inverse(believed, &|_, v| 6.0 * v.signum());
     let gain = |one: &Candidate| Some((inverse.weigh(&[*one])?.nats, one.definition.kind));
     let most = all.iter().filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-    // What the smooth direction does about reversals is all that is left.
+    // The only error left is that of the smooth direction about reversals.
     assert!(most.0 < 15.0, "{most:?}");
 }
 

@@ -1,4 +1,4 @@
-//! `force-table`: what is left when nothing else explains it, so no fit finds it as a cause.
+//! `force-table`: the force that no law explains, so no fit finds it as a cause.
 
 use feeler_plant::effects::ForceTable;
 

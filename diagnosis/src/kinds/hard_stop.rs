@@ -49,7 +49,7 @@ impl Known for HardStop {
     }
 }
 
-/// Whether a stop does what a spring does: it gives way, or the machine works beyond it.
+/// Whether a stop acts like a spring: it gives way, or the machine works beyond it.
 fn is_spring(stop: HardStop, seen: Seen) -> bool {
     let [low, high] = seen.ends_m;
     let beyond = (high - stop.position).min(stop.position - low);

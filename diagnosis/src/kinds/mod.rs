@@ -1,6 +1,6 @@
-//! What a diagnosis needs about each kind of effect, one file each: the start of its fit, and when its values
-//! are not a finding. It also needs the laws that the kind contains, the uncertainty of its values, and how
-//! to separate it from look-alikes.
+//! Knowledge of the diagnosis about each kind of effect, one file each: the start of its fit, and when its
+//! values are not a finding. Also the laws that the kind contains, the uncertainty of its values, and how to
+//! separate it from look-alikes.
 //!
 //! A file without special needs uses the defaults of [`Known`].
 

@@ -63,7 +63,7 @@ pub(super) fn beginning(
     let last = fits.len().checked_sub(2)?;
     let chosen = fits.iter().position(|fit| fit.left < SCATTER * step).unwrap_or(last).min(last);
     let [begun, shorter] = [&fits[chosen], &fits[chosen + 1]];
-    // What a parabola misses of the motion changes with the number of rows.
+    // The error of a parabola changes with the number of rows.
     let missed = begun.speed - shorter.speed;
     let error = missed.hypot(begun.error * begun.left.hypot(step / 12.0_f64.sqrt()));
     let other = (begun.speed - believed * spacing_s).abs();

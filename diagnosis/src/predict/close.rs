@@ -1,4 +1,4 @@
-//! The motion to rounding: what a machine does by itself.
+//! The motion to rounding, without observer correction.
 //!
 //! Guards are evaluated so often that each has one minimum at most in between, and events are located to
 //! rounding. Laws that are not linear are extrapolated. The average over a span (of second order) is taken

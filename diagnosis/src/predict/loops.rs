@@ -36,7 +36,7 @@ pub(super) struct PredictedLoop {
 enum Reads {
     /// The stroke of its drive, in steps, after a target.
     Stroke { resolution: f64, target: TargetChain },
-    /// Sensors: what it controls, and the motion that it works with.
+    /// Sensors: the controlled quantity, and the motion that it works with.
     Sensors { sensors: [Option<usize>; 2], motion_is_velocity: bool },
 }
 

@@ -15,7 +15,7 @@ pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quan
     delayed.into_iter().map(|x| reading(sensor, x, resolutions)).collect()
 }
 
-/// What a sensor makes of its delayed and filtered signal, in these steps.
+/// Reading of a sensor from its delayed and filtered signal, in these steps.
 pub(super) fn reading(sensor: &SensorPart, signal: f64, steps: &[f64]) -> f64 {
     steps.iter().fold(sensor.gain * signal + sensor.bias, |reading, step| in_steps(reading, *step))
 }

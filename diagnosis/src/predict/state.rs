@@ -26,7 +26,7 @@ pub(super) struct LoopState {
     /// Force of the other inputs that have arrived, by their drives.
     pub(super) fed: Vec<(usize, f64)>,
     pub(super) samples: u64,
-    /// Outputs under way: when they arrive, and what they are.
+    /// Outputs under way: their times of arrival and values.
     pub(super) pending: VecDeque<(f64, f64)>,
     /// Of each sensor, signals that were taken for later samples, and how many were ever taken.
     pub(super) taken: [(VecDeque<f64>, u64); 2],

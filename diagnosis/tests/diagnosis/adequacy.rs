@@ -147,7 +147,7 @@ fn prop_friction_that_varies_along_the_way_is_not_explained_by_something_else() 
     assert_ne!(answer.verdict, Verdict::Explained, "{}", told(&answer));
 }
 
-/// What nobody is sure of is proposed only if every experiment speaks for it, fitted or not.
+/// An unsure change is proposed only if every experiment supports it, fitted or not.
 #[test]
 fn prop_an_unsure_change_runs_no_worse_than_the_believed_machine_over_any_experiment() {
     // A load with a stiffness that grows, friction that depends on the place, a force of no library.
@@ -177,7 +177,7 @@ fn prop_a_force_between_position_and_speed_is_not_explained_by_something_else() 
 /// A spring beside the guide holds the axis about its middle, so that it does not drift in free runs.
 const HELD: &str = "[springs.spring]\nbetween = [\"ground\", \"carriage\"]\nstiffness = 400.0\n";
 
-/// A bump and a hollow of the guide, N: what no law of the library makes.
+/// A bump and a hollow of the guide, N: a force of no law of the library.
 fn bumps(x: f64) -> f64 {
     9.0 * (-((x - 0.03) / 0.05).powi(2)).exp() - 6.0 * (-((x + 0.07) / 0.04).powi(2)).exp()
 }
@@ -203,7 +203,7 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
     assert!(!accepted(&answer).contains(&"force-table"));
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
-    // The machine has just what is reported.
+    // The machine has just the reported changes.
     let read = Table::of(&found.values());
     assert_eq!(table.knots, read.points());
     for k in 0..=50 {

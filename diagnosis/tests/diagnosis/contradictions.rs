@@ -38,7 +38,7 @@ fn example(kept: &[&str], faults: &[Fault<'_>]) -> Dataset {
     Dataset::load(folder.path()).expect("the example is sound")
 }
 
-/// What is said of it.
+/// Warnings about the example with these faults.
 fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
     example(kept, faults).warnings.iter().map(ToString::to_string).collect()
 }
@@ -196,7 +196,7 @@ fn regress_columns_that_do_not_count_move_nothing() {
         cause.unwrap_or_else(|| panic!("no {kind}")).parameters[parameter].clone()
     };
     assert_eq!(found.effects.iter().filter(|effect| effect.accepted).count(), 2);
-    // What the example hides (its README) lies within what is stated.
+    // The hidden values of the example (its README) lie within the stated intervals.
     for (estimate, hidden) in
         [(accepted(Kind::CoulombFriction, "level"), 7.53), (accepted(Kind::CommandDelay, "delay"), 1.92e-3)]
     {

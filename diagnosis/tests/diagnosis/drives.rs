@@ -149,7 +149,7 @@ const FORGOTTEN: f64 = 0.1;
 /// Rows after which a servo has forgotten the estimate of its first state. No command acts in the first row.
 const SETTLED: usize = 30;
 
-/// The force of a drive tells its heat, and so does how far a servo stays behind.
+/// The force of a drive shows its heat, and so does the lag of a servo.
 #[test]
 fn truth_a_piece_of_a_record_begins_as_warm_as_the_rows_before_left_it() {
     let heats = "[actuators.drive.effects.thermal-derating]\nforce = 40.0\ntime_constant = 1.0\n";

@@ -133,7 +133,7 @@ fn prop_long_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
     }
 }
 
-/// What stands in place of a number of a mutated file.
+/// Replacements for a number of a mutated file.
 const NUMBERS: [&str; 12] =
     ["0", "-1", "1e-300", "1e300", "1e9", "1e-9", "inf", "nan", "true", "\"x\"", "\"1e9 Hz\"", ""];
 

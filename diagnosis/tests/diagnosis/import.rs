@@ -82,7 +82,7 @@ fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
     );
 }
 
-/// What comes with targets and changes goes to the servo with them. The knee's velocities are all zero, and
+/// Columns beside the targets that change go to the servo with them. The knee's velocities are all zero, and
 /// so are all forces of the second run.
 #[test]
 fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
@@ -296,7 +296,7 @@ fn arm_log(folder: &Path, logged: &[&str], joints: &[&str]) -> (PathBuf, PathBuf
     paths
 }
 
-/// What the import says of joints, each by its name in the log.
+/// Lines of the import about joints, each by its name in the log.
 fn said_of_joints(logged: &[&str], joints: &[&str]) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let (log, urdf) = arm_log(folder.path(), logged, joints);

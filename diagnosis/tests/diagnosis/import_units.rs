@@ -1,4 +1,4 @@
-//! What an import makes of names and numbers that do not say what they are.
+//! Import of names and numbers without a unit or a meaning.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

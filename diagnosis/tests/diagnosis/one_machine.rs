@@ -22,7 +22,7 @@ use feeler_plant::description::{Quantity, SignalName};
 /// Largest difference between engine and predictor over the largest value of a signal, where the motion is
 /// well conditioned.
 const AGREEMENT: f64 = 1e-9;
-/// What a start is changed by to see how far a motion takes it apart, m/s.
+/// Change of a start, to see how far the motion takes the two apart, m/s.
 const NUDGE_M_PER_S: f64 = 1e-11;
 /// Share of a signal's size by which the two starts may part it before the motion counts as chaotic.
 const LOST: f64 = 1e-3;
@@ -33,7 +33,7 @@ fn scenario(text: &str) -> Scenario {
     Document::parse(text, "machine.toml").expect("the text is a machine").scenario
 }
 
-/// What the engine makes of a scenario, as a dataset. It has positions and speeds of all bodies, forces of
+/// A run of the engine as a dataset. It has positions and speeds of all bodies, forces of
 /// all contacts and drives, and the commands that led to them.
 fn recorded(scenario: &Scenario) -> Dataset {
     let commands = scenario.machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Command));
@@ -70,7 +70,7 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
     Dataset::new("run", scenario.machine, drives, channels, vec![record])
 }
 
-/// What the machine of a dataset does under its commands, all bodies `faster_m_per_s` at the start.
+/// Motion of the machine of a dataset under its commands, all bodies `faster_m_per_s` at the start.
 fn predicted(dataset: &Dataset, faster_m_per_s: f64) -> Vec<Vec<f64>> {
     let mut assembly = assemble(&dataset.machine).expect("it assembles");
     for node in assembly.nodes.iter_mut().skip(1) {

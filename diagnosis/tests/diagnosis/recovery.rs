@@ -48,7 +48,7 @@ reads = "tip.acceleration"
 noise = 0.03
 "#;
 
-/// One body on a guide, of which an encoder at the motor is all that is read.
+/// One body on a guide, with an encoder at the motor as its only sensor.
 const BELIEVED_STIFF: &str = r#"
 name = "axis"
 [bodies.motor]
@@ -218,7 +218,7 @@ fn truth_coulomb_friction_is_recovered() {
             .and_then(|a| a.gain_all)
     };
     if let (Some(outer), Some(inner)) = (all("asymmetric-friction"), all("coulomb-friction")) {
-        // What an unknown more costs, and the check experiments, which are not fitted.
+        // The cost of one more unknown, and the check experiments, which are not fitted.
         assert!(outer > inner - 10.0, "{outer} {inner}");
     }
 }

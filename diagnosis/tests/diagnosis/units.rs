@@ -36,7 +36,7 @@ fn wave(t: f64) -> [f64; 3] {
 /// A column: header, signal, further keys, and the numbers of the file.
 type Column<'a> = (&'a str, &'a str, &'a str, fn(f64) -> f64);
 
-/// The columns in a wrong unit, with what is said of each; that of `spoilt` is multiplied.
+/// The columns in a wrong unit, with the message about each; that of `spoilt` is multiplied.
 fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
     let all = warned(machine, columns, spoilt);
     all.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()
@@ -125,7 +125,7 @@ fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
     }
 }
 
-/// What a servo, and a motor behind a position loop, are asked and what they do: 40 ms apart.
+/// Target and motion of a servo, and of a motor behind a position loop: 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     let target: fn(f64) -> f64 = |t| wave(t)[0];
@@ -145,7 +145,7 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
                 names(&accused(&machine, &columns, Some((column, factor))), column, words);
             }
         }
-        // Nothing tells which of two is turned.
+        // No reading shows which of two is turned.
         for column in ["asked", "place"] {
             names(&accused(&machine, &columns, Some((column, -1.0))), "place", "-1 (a sign?)");
         }
@@ -217,7 +217,7 @@ fn truth_a_believed_gain_is_no_wrong_unit() {
     }
 }
 
-/// A tachometer whose noise hides the motion says nothing for the position beside it.
+/// A tachometer whose noise hides the motion is no evidence about the position beside it.
 #[test]
 fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise() {
     let machine =

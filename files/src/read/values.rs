@@ -212,7 +212,7 @@ impl Reader<'_> {
     }
 }
 
-/// What to write in place of a number beyond its bound. A wrong sign goes before the limits of size, which
+/// Advice for a number beyond its bound. It mentions a wrong sign before the limits of size, which
 /// may be far from those of any machine.
 fn remedy(bound: Bound, value: f64) -> String {
     const TINY: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Files: what is read, refused, written and told about them.
+//! Files: reading, refusing, writing and describing them.
 
 mod documents;
 mod limits;

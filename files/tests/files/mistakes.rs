@@ -265,7 +265,7 @@ fn truth_an_input_of_a_servo_needs_one_servo_on_its_bodies() {
     assert!(limited[0].key == "actuators.speed.limit", "{limited:?}");
 }
 
-/// What disturbs a command has its unit, and the power of a stiffness is that of its law.
+/// An effect on a command has the unit of the command, and the power of a stiffness is that of its law.
 #[test]
 fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
     let of = |actuator: &str, effect: &str| {

@@ -18,7 +18,7 @@ type Names = BTreeSet<String>;
 pub(crate) const LIBRARIES: [&str; 7] =
     ["sim", "logs", "files", "studies", "validation", "diagnosis", "library"];
 
-/// What a crate of `sim` must not touch.
+/// Modules that no crate of `sim` may use.
 const OUTSIDE_WORLD: [&str; 8] = [
     "std::fs",
     "std::io",

@@ -3,7 +3,7 @@
 
 use super::architecture::{LIBRARIES, product};
 
-/// What a comment stands above.
+/// Items above which a comment stands.
 const ITEMS: [&str; 7] = ["fn", "const", "static", "struct", "enum", "trait", "type"];
 
 /// Whether a line declares a public item.

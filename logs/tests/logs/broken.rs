@@ -235,7 +235,7 @@ fn truth_a_folder_without_logs_says_so() {
     assert!(feeler_logs::sources(&[Path::new("no such file")]).is_err());
 }
 
-/// The bag of the tests, packed as a whole. What is cut off in its only block tells no sort.
+/// The bag of the tests, packed as a whole. Cut off in its only block, it has no sort.
 #[test]
 fn truth_a_packed_bag_is_read_as_the_bag_in_it() {
     let plain = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bag.db3")).expect("the bag");

@@ -11,7 +11,7 @@
 //! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;
 //! - [`limit_cycles`]: chatter of a contact that only pushes, by describing functions;
 //! - [`frf`]: frequency responses measured on the simulated machine, with the linear response beside them;
-//! - [`analyze`]: all of this as one [`Report`]; [`curves()`] gives what a page draws of it.
+//! - [`analyze`]: all of this as one [`Report`]; [`curves()`] gives the curves of a page.
 //!
 //! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and
 //! Automation 8 (1992).

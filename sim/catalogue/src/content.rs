@@ -37,7 +37,7 @@ impl Contents {
         Self { variant, entries: Vec::new() }
     }
 
-    /// Adds what a key holds.
+    /// Adds the content of a key.
     pub fn insert(&mut self, key: &'static str, content: Content) {
         self.entries.push((key, content));
     }

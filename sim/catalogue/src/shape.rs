@@ -12,7 +12,7 @@ pub struct Key {
     pub kind: Kind,
     /// Meaning of its absence.
     pub absent: Absent,
-    /// What it means.
+    /// Its meaning.
     pub text: &'static str,
 }
 
@@ -56,7 +56,7 @@ pub enum Kind {
 pub struct Word {
     /// As it is written.
     pub name: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub text: &'static str,
 }
 
@@ -225,7 +225,7 @@ pub struct Choice {
 pub struct Variant {
     /// Its word in files.
     pub name: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub text: &'static str,
     /// The keys of this variant only.
     pub keys: &'static [Key],

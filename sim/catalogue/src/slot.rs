@@ -120,7 +120,7 @@ impl Contents {
 macro_rules! words {
     ($owner:ident { $($form:ident = $name:literal, $text:literal;)+ }) => {
         impl $owner {
-            /// Its words in files, and what they mean.
+            /// Its words in files, and their meanings.
             pub const WORDS: &'static [$crate::Word] = &[$($crate::word($name, $text)),+];
 
             /// Its word in files.

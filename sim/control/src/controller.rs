@@ -201,7 +201,7 @@ impl<L: Lane> fmt::Debug for Controller<L> {
 }
 
 impl Controller<f64> {
-    /// What a sample computes, as a program; `motion_is_velocity` as in [`Inputs`].
+    /// The computation of one sample, as a program; `motion_is_velocity` as in [`Inputs`].
     ///
     /// ```
     /// use feeler_control::{Controller, ControllerSpec, ForceGains, Law};

@@ -30,7 +30,7 @@ pub struct Listing {
     pub truths: Vec<String>,
     /// The computations, in order.
     pub lines: Vec<Line>,
-    /// The name of what is put out.
+    /// The name of the output.
     pub output: String,
 }
 

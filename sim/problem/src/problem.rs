@@ -19,7 +19,7 @@ pub struct Problem {
     pub key: String,
     /// The mistake in words.
     pub message: String,
-    /// What to do about it.
+    /// Advice on how to mend it.
     pub remedy: String,
 }
 

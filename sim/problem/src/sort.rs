@@ -5,7 +5,7 @@
 pub struct Sort {
     /// Its first bytes.
     pub begins: &'static [u8],
-    /// What it is, in a sentence.
+    /// The sort in a sentence.
     pub what: &'static str,
     /// How it becomes a file that is read; empty for a log, which `feeler import` takes.
     pub remedy: &'static str,

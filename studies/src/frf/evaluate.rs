@@ -23,7 +23,7 @@ pub struct Evaluated {
     pub separated: Option<Separated>,
     /// Estimator and records in words.
     pub how: String,
-    /// Whether the estimate says nothing between its frequencies.
+    /// Whether the estimate has no values between its frequencies.
     pub isolated: bool,
 }
 

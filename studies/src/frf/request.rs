@@ -144,7 +144,7 @@ impl FrfRequest {
         require(
             self.segment_s.is_none() || averages,
             || {
-                "--segment is the length of what H1, H2 and Hv average of noise, and nothing is averaged here"
+                "--segment is the length of what H1, H2 and Hv average, and this estimate averages nothing"
                     .to_owned()
             },
             "add --estimator h1, h2 or hv for noise, or leave --segment out",

@@ -348,7 +348,7 @@ impl<'a> Finished<'a> {
         self.record.column(&contact?.force_signal())
     }
 
-    /// The recorded signal of a drive that says what it pushes with.
+    /// The recorded signal of a drive that shows its force.
     fn driven_n(&self, drive: &Drive) -> Option<&'a [f64]> {
         let quantity = if commands_all(drive) { Quantity::Command } else { Quantity::Force };
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())

@@ -1,4 +1,4 @@
-//! Machines drawn from what is uncertain of one.
+//! Machines drawn from the uncertain values of one.
 
 use feeler_engine::Scenario;
 use feeler_files::{Document, MOST_DIMENSIONS, Setting};

@@ -18,7 +18,7 @@ pub struct Equation {
     pub delay_s: f64,
     /// Constants by their names.
     pub constants: IndexMap<String, f64>,
-    /// The equations, in order; `name[n-1]` is what the sample before left.
+    /// The equations, in order; `name[n-1]` is the value of the sample before.
     pub lines: Vec<String>,
     /// Arguments of a sample, of `t` (s), `reference`, `reading` and `motion`, in the order of the code.
     pub inputs: Vec<&'static str>,

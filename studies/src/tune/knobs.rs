@@ -95,7 +95,7 @@ pub(super) struct Knobs {
 }
 
 impl Knobs {
-    /// The knobs that a specification asks for.
+    /// The knobs of a specification.
     pub(super) fn new(scenario: &Scenario, base: &ControllerSpec, spec: &Spec) -> Result<Self, TuneError> {
         let names = gain_names(&base.law);
         let known = names.join(", ");
@@ -211,7 +211,7 @@ impl Knobs {
     }
 }
 
-/// A machine's own controller with what was tuned in another: timing, approach and limits stay the machine's.
+/// A machine's own controller with the tuned keys of another: timing, approach and limits stay the machine's.
 pub(super) fn installed(own: &ControllerSpec, tuned: &ControllerSpec) -> ControllerSpec {
     ControllerSpec {
         law: tuned.law.clone(),
@@ -221,7 +221,7 @@ pub(super) fn installed(own: &ControllerSpec, tuned: &ControllerSpec) -> Control
     }
 }
 
-/// Rounds the gains that differ from what they were.
+/// Rounds the gains that have changed.
 fn round_gains(law: &mut Law, was: &Law) {
     for field in law.gains() {
         if let (Some(now), Some(before)) = (field.number(law), field.number(was))

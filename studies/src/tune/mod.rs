@@ -45,7 +45,7 @@ use theory::LinearPlant;
 
 /// Proposals that are simulated beside each other.
 const BESIDE: usize = 16;
-/// What theory alone allows is worth a word from this many times the bandwidth found on.
+/// The bandwidth that theory alone allows is reported from this multiple of the bandwidth found.
 const WORTH_TELLING: f64 = 1.01;
 /// Machines that join the search after each proposal that fails on some.
 const JOINING: usize = 4;
@@ -81,7 +81,7 @@ pub struct Tuned {
 }
 
 /// Tunes a controller of a file on some machines, the most probable first ([`machines`]). `progress` gets
-/// the name of what is under way.
+/// the name of the stage under way.
 ///
 /// # Errors
 /// A specification that this controller cannot have or no gains meet, and the mistakes of the machine.
@@ -164,7 +164,7 @@ struct Found {
     theory_alone_hz: Option<f64>,
 }
 
-/// What the runs of each share of the gains come to, or the first machine with a trouble.
+/// Results of the runs of each share of the gains, or the first machine with a trouble.
 type Confirmed = Result<Vec<Runs>, (usize, Trouble)>;
 
 struct Tuning<'a> {
@@ -270,7 +270,7 @@ impl Tuning<'_> {
         Runs::of(&machines, self.name, controller, asked)
     }
 
-    /// What the runs of controllers come to, up to and with the first that has a trouble.
+    /// Results of the runs of controllers, up to and with the first that has a trouble.
     fn run_all(&self, around: &[(String, ControllerSpec)], asked: &Spec, machines: &[usize]) -> Vec<Ran> {
         // Runs after a trouble are not needed.
         let first = AtomicUsize::new(usize::MAX);
@@ -288,7 +288,7 @@ impl Tuning<'_> {
         runs.into_iter().flatten().collect()
     }
 
-    /// What the runs of each share of the gains come to, the whole last. Else the first machine on which a
+    /// Results of the runs of each share of the gains, the whole last. Else the first machine on which a
     /// point, a share or a neighbour fails.
     fn at_rest(&self, point: &[f64], machines: &[usize], simulated: &mut usize) -> Confirmed {
         *simulated += 1;
@@ -333,7 +333,7 @@ impl Tuning<'_> {
         Ok(runs)
     }
 
-    /// What all runs come to, `known` if all machines are in use, or machines not in use yet on which a point
+    /// Results of all runs, `known` if all machines are in use, or machines not in use yet on which a point
     /// fails. These are those that miss limits of theory by most, else the first whose runs do not pass.
     fn failing(
         &self,
@@ -383,12 +383,12 @@ fn nothing_settles(trouble: Option<Trouble>) -> TuneError {
     match trouble {
         Some(Trouble::Misses(limit, value)) => refused(
             format!(
-                "no gains meet --spec in simulation: the {} is {} where {} is allowed",
+                "no gains meet --spec in simulation: the {} is {}, and {} is allowed",
                 limit.of.name(),
                 value.map_or("none".into(), |value| limit.of.with_unit(value)),
                 limit.of.with_unit(limit.bound)
             ),
-            "lower this limit, or slow the approach: an impact passes any reference",
+            "raise this limit, or slow the approach: the impact counts too",
         ),
         Some(Trouble::Ends(outcome)) => refused(
             format!(
@@ -427,7 +427,7 @@ fn values(name: &str, spec: &ControllerSpec) -> IndexMap<String, f64> {
     all.map(|(key, value)| (format!("controllers.{name}.{key}"), value)).collect()
 }
 
-/// What `--set` takes to make one controller of each of others: the keys that any of them changes.
+/// Values of `--set` that make one controller of each of others: the keys that any of them changes.
 fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<String>> {
     let before = values(name, from);
     let after: Vec<IndexMap<String, f64>> = to.iter().map(|to| values(name, to)).collect();

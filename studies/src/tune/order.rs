@@ -10,14 +10,14 @@ use super::spec::{Spec, TuneMeasure};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, then smaller steps. A loop
-/// with a gain margin of two bears a doubling from any stable step. All come to rest, or nothing is proposed.
+/// with a gain margin of two stays stable when its gains double. All come to rest, or nothing is proposed.
 const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
-/// A force this much above the largest that any run shows is none that the model knows. The margin is a
-/// quarter, the half of what a gain margin of 6 dB leaves in amplitude.
+/// No run of the model reaches a force this much above the largest of all runs. The margin is a quarter,
+/// half of the amplitude that a gain margin of 6 dB leaves.
 const BEYOND: f64 = 1.25;
-/// An oscillation that many times as wide as the whole band in which the force counts as settled is no rest.
+/// An oscillation this many times as wide as the whole settling band is no rest.
 const SWINGS: f64 = 2.0;
-/// A wait that many times as long as the slowest run needs means that it does not settle.
+/// A wait this many times as long as the slowest run needs means that it does not settle.
 const WAITS: f64 = 2.0;
 
 /// One step: the settings, what should be seen, and the signs that mean stop.
@@ -50,8 +50,8 @@ pub(super) fn on_the_way(tuned: &ControllerSpec) -> Vec<(String, ControllerSpec)
     below.map(|share| (format!("{share} of the gains"), Knobs::with_share(tuned, share))).collect()
 }
 
-/// The steps to a tuned controller. `expected` is what the runs of each share come to, the whole last;
-/// `settings` gives what `--set` takes for each of some controllers.
+/// The steps to a tuned controller. `expected` holds the results of the runs of each share, the whole
+/// last; `settings` gives the values of `--set` for each of some controllers.
 pub(super) fn steps(
     plants: &[LinearPlant],
     tuned: &ControllerSpec,

@@ -53,7 +53,7 @@ impl<'a> Search<'a> {
         point.iter().map(|x| 10.0_f64.powf(*x)).collect()
     }
 
-    /// What linear theory says of a point on one machine; `None` if the loop is unstable or theory has no
+    /// Figures of linear theory for a point on one machine; `None` if the loop is unstable or theory has no
     /// answer.
     pub(super) fn figures(&self, point: &[f64], machine: usize) -> Option<Figures> {
         self.plants[machine].figures(&self.knobs.spec(&Self::sizes(point))).ok().flatten()

@@ -158,7 +158,7 @@ impl Spec {
     /// Reads a specification, as in `phase margin >= 50 deg, structure = gains+notch`.
     ///
     /// # Errors
-    /// The first clause that cannot be read, with what it may be.
+    /// The first clause that cannot be read, with the remedy.
     pub fn parse(text: &str) -> Result<Self, Refusal> {
         let mut spec = Self::default();
         for clause in text.split([',', ';', '\n']).map(str::trim).filter(|clause| !clause.is_empty()) {
@@ -176,7 +176,7 @@ impl Spec {
         let Some((name, value)) = clause.split_once('=') else {
             return Err(refused(
                 clause,
-                "is not a clause",
+                "this is not a clause",
                 "write `NAME >= VALUE`, `NAME <= VALUE` or `NAME = WORDS`",
             ));
         };
@@ -227,7 +227,11 @@ impl Spec {
         };
         if at_least != *rises {
             let sign = if *rises { ">=" } else { "<=" };
-            return Err(refused(clause, "bounds the wrong side", &format!("write {name} {sign} {value}")));
+            return Err(refused(
+                clause,
+                "this bounds the wrong side",
+                &format!("write {name} {sign} {value}"),
+            ));
         }
         let Some((_, si)) = units.iter().find(|(known, _)| *known == unit.trim()) else {
             let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|u| !u.is_empty()).collect();

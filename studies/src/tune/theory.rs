@@ -91,7 +91,7 @@ impl LinearPlant {
         let own = &self.whole.controllers()[self.controller].spec;
         let whole = self.whole.with_spec(self.controller, installed(own, spec));
         let open = whole.open_loop(self.controller)?;
-        // Eigenvalues cost less than margins, and most of what is tried is unstable.
+        // Eigenvalues cost less than margins, and most points that are tried are unstable.
         if open.samples == 0
             && SampledLoop::new(&whole)?.eigenvalues()?.iter().any(|pole| pole.norm() >= 1.0 + ROUNDING)
         {

@@ -27,7 +27,7 @@ const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
 /// Applies a change of a size to a scenario.
 type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
 
-/// A family of changes: by which factor, or which share.
+/// A family of changes, each with its factor or share.
 struct Way<'a> {
     /// In words, for a size.
     what: Box<dyn Fn(f64) -> String + 'a>,
@@ -152,7 +152,7 @@ impl Explanation {
     }
 }
 
-/// Against a wrong sign, the integrator, and what is late.
+/// Against a wrong sign, the integrator, and delays.
 fn of_control(found: &Explanation) -> Vec<Way<'static>> {
     let mut ways = Vec::new();
     if found.wrong_sign {

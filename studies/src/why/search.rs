@@ -329,7 +329,8 @@ fn beside(found: &Explanation) -> String {
     });
     let chosen = found.smallest.first().map_or(&[][..], Vec::as_slice);
     let size = found.sizes.iter().find(|size| chosen.contains(&size.of));
-    let enough = size.map_or_else(String::new, |size| format!(" Enough to remove it: {}.", size.what));
+    let enough =
+        size.map_or_else(String::new, |size| format!(" This is enough to remove it: {}.", size.what));
     lifts + &enough
 }
 

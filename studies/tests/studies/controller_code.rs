@@ -15,7 +15,7 @@ use crate::tune::file;
 /// Samples over which code and simulation are compared: 10 s at 1 kHz.
 const SAMPLES: usize = 10_000;
 
-/// What a controller was given at each sample in a simulation, and what it put out.
+/// Inputs and outputs of a controller at each sample of a simulation.
 struct Samples {
     inputs: Vec<Vec<f64>>,
     outputs: Vec<f64>,
@@ -47,7 +47,7 @@ fn simulated(document: &Document, name: &str, motion: &str, used: &[&str]) -> Sa
     Samples { inputs: inputs.collect(), outputs: column(&output)[from..].to_vec() }
 }
 
-/// What a compiled controller puts out.
+/// Outputs of a compiled controller.
 fn answers(program: &Path, samples: &Samples) -> Vec<f64> {
     let mut child = Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
     let bytes: Vec<u8> = samples.inputs.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();

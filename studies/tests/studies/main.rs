@@ -1,4 +1,4 @@
-//! Scenarios and what is done with them: outcomes, sweeps, tuning, reasons, whole arms.
+//! Studies of scenarios: outcomes, sweeps, tuning, reasons, whole arms.
 
 mod arms;
 mod cells;

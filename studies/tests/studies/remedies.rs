@@ -121,7 +121,7 @@ fn regress_why_and_analyze_agree_on_the_limit() {
 }
 
 /// The written remedy equals the tried one, and comes to rest within the run of the written file. The verdict
-/// tells the limit as a value of the gain: 0.9027, as `feeler analyze` does.
+/// states the limit as a value of the gain: 0.9027, as `feeler analyze` does.
 #[test]
 fn truth_remedies_are_settings_that_cure() {
     let delayed = with_sensor("delay = 0.006", 0.001, 1.2);

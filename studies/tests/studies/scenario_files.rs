@@ -10,7 +10,7 @@ use feeler_files::{Document, Setting};
 use feeler_plant::effects::LIBRARY;
 use feeler_studies::run::{Outcome, RunResult, run};
 
-/// Keys of a scenario and what they are set to.
+/// Keys of a scenario and their values.
 type Settings<'a> = &'a [(&'a str, f64)];
 
 /// Tolerance of the ledger, relative to the exchanged energy, as promised for the exact integrator.

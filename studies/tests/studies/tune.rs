@@ -20,7 +20,7 @@ pub(crate) fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
     document.unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
 
-/// What is promised of the bandwidth that brute force finds.
+/// Promised share of the bandwidth that brute force finds.
 const PROMISED: f64 = 0.95;
 
 fn tuned(document: &Document, spec: &str) -> Tuned {
@@ -93,7 +93,7 @@ fn spread([low, high]: [f64; 2], count: i32) -> Vec<f64> {
     (0..count).map(|i| low * (high / low).powf(f64::from(i) / f64::from(count - 1))).collect()
 }
 
-/// What brute force tries: factors on the gains on errors that the file has, each with each set of other
+/// Points of brute force: factors on the gains on errors that the file has, each with each set of other
 /// numbers.
 struct Grid {
     tuned: &'static str,
@@ -160,7 +160,7 @@ fn compare(name: &str, spec: &str, grid: &Grid) {
     let ratio = tuned.bandwidth_hz / brute_hz;
     println!("| `{name}` | {} | {:.2} | {brute_hz:.2} | {ratio:.3} |", grid.tuned, tuned.bandwidth_hz);
     assert!(ratio >= PROMISED, "{name}: {} Hz, {brute_hz} Hz", tuned.bandwidth_hz);
-    // What is written down is what was promised.
+    // The written gains have the promised bandwidth.
     let written = with(&document, &tuned_settings(&tuned));
     let hz = allowed_hz(&written, controller).unwrap();
     assert!((hz / tuned.bandwidth_hz - 1.0).abs() < 1e-9, "{name}: {hz} Hz written");
@@ -309,7 +309,7 @@ fn truth_what_cannot_be_met_is_refused_with_a_way_out() {
     let document = file("paper/flexible-contact.toml", &[("run.duration", Setting::Number(1.0))]);
     let alone = [document.scenario.clone()];
     for (spec, what, remedy) in [
-        ("peak force <= 1 N", "peak force", "slow the approach"),
+        ("peak force <= 1 N", " N, and 1 N is allowed", "slow the approach"),
         ("phase margin >= 179 deg, gain margin >= 200 dB", "no gains meet", "lower a limit"),
         ("gains = kq", "no gain `kq`", "name one of kp"),
         ("gains =", "names none", "name some of"),

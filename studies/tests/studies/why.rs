@@ -51,8 +51,8 @@ fn prop_there_are_enough_of_them() {
     assert_eq!(causes.into_iter().flatten().collect::<BTreeSet<_>>().len(), 9, "each cause is met");
 }
 
-/// What settles has nothing to explain, and the gain at which it would chatter: 0.9027 in the theory of the
-/// same machine at another gain (`feeler analyze scenarios/chatter/sustained.toml`).
+/// A run that settles has nothing to explain, but a gain at which it would chatter: 0.9027 by the theory of
+/// the same machine at another gain (`feeler analyze scenarios/chatter/sustained.toml`).
 #[test]
 fn truth_where_nothing_chatters_nothing_is_blamed() {
     let chatter = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter"));

@@ -16,7 +16,7 @@ pub(super) struct Axis<'a> {
     motor_mass_kg: f64,
     /// Its part on the tool's side.
     tip_mass_kg: f64,
-    /// Mass of the links alone: what a sudden blow on the tool meets.
+    /// Mass of the links alone: the mass that a sudden blow on the tool meets.
     link_mass_kg: f64,
     /// The spring between the two masses.
     stiffness_n_per_m: f64,

@@ -246,7 +246,7 @@ fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
     }
 }
 
-/// What to change first, its effect, and changes that only seem to help.
+/// The first change to make, its effect, and changes that only seem to help.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
     if by == RankedBy::Saturation

@@ -48,7 +48,7 @@ pub(crate) fn page(answer: &Examination) -> String {
     charts::add(&mut page, answer, units);
     tried(&mut page, diagnosis);
     if !diagnosis.warnings.is_empty() {
-        page.heading("What was noticed about the data");
+        page.heading("Remarks about the data");
         for warning in &diagnosis.warnings {
             page.paragraph(warning);
         }

@@ -91,7 +91,7 @@ pub(crate) struct Gauge {
 pub(crate) struct Chart {
     pub(crate) kind: ChartKind,
     pub(crate) title: String,
-    /// Explains what the chart shows.
+    /// Explains the chart.
     pub(crate) caption: String,
     pub(crate) x_label: String,
     pub(crate) y_label: String,

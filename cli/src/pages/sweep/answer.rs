@@ -1,4 +1,4 @@
-//! What a sweep answers in a sentence: where over two axes its variants come to rest, or which of several
+//! The answer of a sweep in a sentence: where over two axes its variants come to rest, or which of several
 //! random numbers decides.
 
 use feeler_studies::sweep::DrawnAxis;
@@ -25,7 +25,7 @@ pub(super) fn over_two(axes: [&DrawnAxis; 2], points: &[([f64; 2], Option<bool>)
     if points.iter().all(|(_, rests)| *rests != Some(true)) {
         return Some("It settles nowhere on the map. ".into());
     }
-    // The limit of a gain is what is asked for.
+    // The question is for the limit of a gain.
     let is_gain = |axis: &DrawnAxis| axis.key.starts_with("controllers.");
     let main = usize::from(is_gain(axes[1]) || !is_gain(axes[0]));
     let (axis, other) = (axes[main], axes[1 - main]);

@@ -101,7 +101,7 @@ impl<'a> Map<'a> {
         map
     }
 
-    /// What a cell is.
+    /// The meaning of a cell.
     pub(super) fn about_cells(&self) -> &'static str {
         if self.is_refined {
             "Each place has the colour of the nearest variant."

@@ -82,7 +82,7 @@ pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
     found.remedies.iter().enumerate().map(row).collect()
 }
 
-/// A cost in bandwidth, as what is lost or gained.
+/// A cost in bandwidth, as a loss or a gain.
 fn than_now(cost: f64) -> String {
     format!("{} % {}", percent(cost.abs()), if cost > 0.0 { "less" } else { "more" })
 }

@@ -9,16 +9,13 @@ use std::process::{Child, Command, Stdio};
 use super::page::{Block, blocks, has_ending, root, text_of};
 
 /// Commands of blocks that no test runs, each with its reason.
-pub(crate) const NOT_RUN: [(&str, &str); 9] = [
+pub(crate) const NOT_RUN: [(&str, &str); 6] = [
     ("cargo test --workspace", "it runs this test"),
     ("cargo bench -p feeler-benches", "hours on an idle machine"),
-    ("FEELER_BENCH_QUICK=1 cargo bench -p feeler-benches", "needs an idle machine"),
     ("benches/peers/run", "hours, and installs other simulators"),
     ("cargo run --release -p feeler-benches --example limits", "hours on an idle machine"),
     ("benches/instructions", "hours under valgrind"),
     ("benches/cache", "hours under valgrind"),
-    ("python3 logs/tests/long_log.py long", "writes 1.3 GB"),
-    ("/usr/bin/time -v target/release/feeler import long/long.mcap --out imported", "reads the log above"),
 ];
 
 /// Not by a macro for printing, whose output a passing test hides.
@@ -123,6 +120,15 @@ impl Reader {
         self.shell(&format!("cd '{}' && CARGO_INSTALL_ROOT='{root}' {line}", project.display()))
     }
 
+    /// With the long commands only; its file exists in any case.
+    fn script(&self, line: &str) -> Result<String, String> {
+        let file = line.split(' ').find(|word| has_ending(word, "py")).ok_or("no script is named")?;
+        if !self.folder().join(file).exists() {
+            return Err(format!("there is no {file}"));
+        }
+        if is_long() { self.shell(line) } else { Ok(String::new()) }
+    }
+
     fn console(&mut self, block: &Block) -> Result<(), String> {
         self.printed.clear();
         let mut runs = true;
@@ -139,6 +145,7 @@ impl Reader {
                 continue;
             }
             let line = line.replace("cargo run --release -- ", "feeler ");
+            let line = line.replace("/usr/bin/time -v target/release/feeler ", "feeler ");
             let command = line.split(" # ").next().unwrap_or(&line).trim();
             if NOT_RUN.iter().any(|(known, _)| *known == command) {
                 continue;
@@ -147,7 +154,8 @@ impl Reader {
                 Some("feeler") if !runs => self.understands(command).map(|()| String::new()),
                 Some("feeler") if command.starts_with("feeler live ") => self.live(command),
                 Some("feeler") => self.shell(command),
-                Some("cargo") => self.cargo(command),
+                Some("cargo" | "FEELER_BENCH_QUICK=1") => self.cargo(command),
+                Some("python3") => self.script(command),
                 _ => Err("no test runs it".to_owned()),
             };
             self.printed.push_str(&said.map_err(|said| format!("`{command}`: {said}"))?);

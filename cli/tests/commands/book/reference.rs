@@ -1,5 +1,6 @@
 //! The tables of the book that repeat definitions of the program: keys of results, and outcomes.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use feeler_studies::run::{Outcome, Undecided};
@@ -68,6 +69,22 @@ fn truth_the_tables_of_results_are_those_of_their_definitions() {
         let is_fresh = text_of(page) == text;
         assert!(is_fresh, "{page} is stale: FEELER_UPDATE_DOCS=1 cargo test -p feeler --test commands book");
     }
+}
+
+/// The page of results names every command without `--json`, and no other.
+#[test]
+fn truth_every_command_has_json_but_those_that_the_page_excuses() {
+    let help = text_of("docs/commands.md");
+    let commands: Vec<(&str, bool)> = (help.split("\n## `feeler ").skip(1))
+        .filter(|section| !section.contains("<COMMAND>"))
+        .map(|section| (section.split('`').next().unwrap(), section.contains(" --json")))
+        .collect();
+    let without: BTreeSet<&str> = commands.iter().filter(|(_, has)| !has).map(|(name, _)| *name).collect();
+    let page = text_of("docs/json.md");
+    let (_, excused) = page.split_once("have none: ").unwrap();
+    let excused: BTreeSet<&str> = excused.split_once('.').unwrap().0.split('`').skip(1).step_by(2).collect();
+    assert_eq!(without, excused);
+    assert!(commands.len() > 20, "{} commands were read", commands.len());
 }
 
 #[test]

@@ -140,7 +140,7 @@ pub(super) static CAUSES: &[Cause] = &[
     },
 ];
 
-/// One record's side of the balance: what the command gives, and the terms that must add up to it.
+/// One record's side of the balance: the force of the command, and the terms that must add up to it.
 pub(super) struct Balance {
     pub(super) target: Vec<f64>,
     pub(super) terms: Vec<Term>,
@@ -194,7 +194,7 @@ pub(super) fn balance(
     Balance { target: rows.command(|u| u.clamp(-limit, limit)), terms }
 }
 
-/// Terms of the believed machine at every row, within what each may be off.
+/// Terms of the believed machine at every row, within the tolerance of each.
 pub(super) fn believed_terms(rows: &Rows, believed: &Believed, seen: &Seen) -> Vec<Term> {
     let by_factor = |series: Vec<f64>, value: f64, factor: f64| Term {
         series,

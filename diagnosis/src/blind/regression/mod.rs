@@ -29,7 +29,7 @@ const ENOUGH: f64 = 6.0;
 /// Rows that are kept of every independent one: twice the corner's rate is independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
 
-/// A cause with what it gains on the check experiments.
+/// A cause with its gain on the check experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Regressed {
     /// Its kind in the library.
@@ -51,7 +51,7 @@ pub fn regressions(folder: &Path, cases: &[Case]) -> BTreeMap<String, Vec<Regres
     found.into_iter().collect()
 }
 
-/// Causes of the library by what they gain on the check experiments, the best first. The list is empty if the
+/// Causes of the library by their gain on the check experiments, the best first. The list is empty if the
 /// dataset lacks free experiments, with a command and a position, to fit and to check. A cause is named if
 /// [`named`] says so.
 fn regress(dataset: &Dataset) -> Vec<Regressed> {

@@ -1,4 +1,4 @@
-//! Records made ready: motion and command without what lies far above the motion, a few rows per period.
+//! Records made ready: motion and command, low-passed far above the motion, a few rows per period.
 
 use crate::filter::{low_pass, slope};
 
@@ -60,12 +60,12 @@ impl Rows {
         }
     }
 
-    /// A series of a value per row without what lies above the corner, thinned out.
+    /// A series of a value per row, low-passed at the corner and thinned out.
     pub(super) fn smooth(&self, series: &[f64]) -> Vec<f64> {
         self.thin(&low_pass(series, self.corner))
     }
 
-    /// The command as it was, or changed row by row, without what lies above the corner.
+    /// The command as it was, or changed row by row, low-passed at the corner.
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
         self.smooth(&self.command.iter().map(|u| change(*u)).collect::<Vec<f64>>())
     }
@@ -76,7 +76,7 @@ impl Rows {
         series[first..last].iter().step_by(apart).copied().collect()
     }
 
-    /// A function of position and speed at every row, without what lies above the corner.
+    /// A function of position and speed at every row, low-passed at the corner.
     pub(super) fn of_motion(&self, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         low_pass(
             &self.position.iter().zip(&self.speed).map(|(x, v)| f(*x, *v)).collect::<Vec<f64>>(),

@@ -3,8 +3,8 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// What was answered in a case: the parts of `diagnosis.json` that are scored, and what the repaired machine
-/// does on experiments held back.
+/// The answer to a case: the parts of `diagnosis.json` that are scored, and the errors of the repaired
+/// machine on experiments held back.
 ///
 /// The verdict is that of the diagnosis, or says why there is none.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ pub struct Measure {
     pub what: &'static str,
     /// The measured number; `None` if no case counts.
     pub value: Option<f64>,
-    /// What the number is.
+    /// Unit of the number.
     #[serde(skip)]
     pub unit: Unit,
     /// Number of cases that count.
@@ -99,7 +99,7 @@ pub struct CaseScore {
     pub verdict: String,
     /// Whether the answer counts as right by the measure of its kind.
     pub right: bool,
-    /// Whether it says `explained` and misses something that is hidden, or accuses what is not.
+    /// Whether it says `explained` and misses something that is hidden, or names an effect that is not.
     pub sure_and_wrong: bool,
     /// The kind that the plain regression names, if any.
     pub regression: Option<String>,

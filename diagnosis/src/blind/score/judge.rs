@@ -58,7 +58,7 @@ impl<'a> Judged<'a> {
         self.answer.places.first() == Some(&hidden.place)
     }
 
-    /// Whether the answer is right by the measure of what the case hides.
+    /// Whether the answer is right by the measure of the hidden effects.
     pub(super) fn is_right(&self) -> bool {
         match self.hides {
             Hides::Nothing => {
@@ -118,7 +118,7 @@ impl<'a> Judged<'a> {
         Some(own <= best)
     }
 
-    /// What was hidden and what was answered, of single effects, no effect and effects of no library.
+    /// Hidden and answered kind, of single effects, no effect and effects of no library.
     pub(super) fn confused(&self) -> Option<(String, String)> {
         let first = self.accepted.first().map(|effect| effect.kind.clone());
         let said = match &first {

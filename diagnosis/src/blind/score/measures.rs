@@ -146,7 +146,7 @@ impl Tallies {
         self.add_values(&judged.values());
     }
 
-    /// Single effects, beside what the plain regression says of them.
+    /// Single effects, beside the answers of the plain regression.
     fn add_regression(&mut self, judged: &Judged<'_>, right: bool, place: bool) {
         let Hides::One(one) = judged.hides else { return };
         if let Some(undecidable) = judged.is_undecidable() {

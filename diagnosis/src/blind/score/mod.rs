@@ -1,4 +1,4 @@
-//! Scores: what was answered against what was hidden.
+//! Scores: answers against hidden effects.
 
 mod answered;
 mod goals;

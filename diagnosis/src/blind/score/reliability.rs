@@ -4,7 +4,7 @@ use super::answered::Calibration;
 
 const BINS: usize = 5;
 
-/// How often what was stated with a probability was right, bin by bin.
+/// Frequency of right answers against their stated probability, bin by bin.
 pub(super) fn bins(stated: &[(f64, bool)]) -> Vec<Calibration> {
     (0..BINS)
         .filter_map(|i| {

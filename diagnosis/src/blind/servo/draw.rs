@@ -1,4 +1,4 @@
-//! One case: its joint, its loop, and what is hidden in them.
+//! One case: its joint, its loop, and the effects hidden in them.
 
 use std::f64::consts::{PI, TAU};
 

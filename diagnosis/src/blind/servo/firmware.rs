@@ -45,7 +45,7 @@ impl Firmware {
         memory.held = self.kp * seen - if self.is_back_emf { 0.0 } else { self.kd * speed };
     }
 
-    /// The torque at a speed: what is held, less back-EMF, within what supply and current leave.
+    /// The torque at a speed: the held one less back-EMF, within the limits of supply and current.
     pub(super) fn torque(&self, memory: &Memory, speed: f64) -> f64 {
         let asked = memory.held - if self.is_back_emf { self.kd * speed } else { 0.0 };
         let lost = self.no_load_speed.map_or(0.0, |no_load| self.limit * speed / no_load);

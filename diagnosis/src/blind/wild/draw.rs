@@ -1,4 +1,4 @@
-//! One case: its conditions, its axis and what is hidden in it.
+//! One case: its conditions, its axis and its hidden effects.
 
 use std::f64::consts::TAU;
 
@@ -48,7 +48,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
     let mut conditions = draw_conditions(random);
     let recipes = recipes(index, conditions.is_rotational, random);
     let hides = |kind: &str| recipes.iter().any(|recipe| recipe.kind == kind);
-    // Gravity that no machine file can state would be a hidden effect beside the one that is meant.
+    // Gravity that no machine file can state would be a second hidden effect.
     if !is_known("gravity") || hides("gravity") {
         conditions.gravity_share = None;
     }

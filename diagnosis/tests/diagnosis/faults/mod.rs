@@ -83,7 +83,7 @@ fn folder(files: &[(&str, &[u8])]) -> TempDir {
     folder
 }
 
-/// What is said of two experiments of which the first is spoilt: the error, or the warnings.
+/// The error or the warnings for two experiments of which the first is spoilt.
 fn said_of(spoilt: &str) -> Result<String, String> {
     said_of_both(spoilt, &csv(&sound()))
 }

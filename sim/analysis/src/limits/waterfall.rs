@@ -139,7 +139,7 @@ pub struct Waterfall {
     /// Index of a flexible mode on whose falling flank the bandwidth lies; `None` if there is none. The
     /// bandwidth then follows that mode's peak.
     pub rides_mode: Option<usize>,
-    /// What limits the bandwidth.
+    /// The cause that limits the bandwidth.
     pub limit: Limit,
 }
 

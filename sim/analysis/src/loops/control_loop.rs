@@ -218,7 +218,7 @@ impl ControlLoop {
         let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
         let own = self.controllers.get(controller).ok_or_else(|| self.no_controller(name))?;
-        // What a servo takes against its speed, a position law takes as damping.
+        // The gain on speed of a servo is the damping of a position law.
         let damping = own.spec.law.gain(GainPart::Damping);
         let is_damping = of_servo.is_some() && gain == Actuator::SERVO_KD.key.name;
         let gain = damping.filter(|_| is_damping).map_or(gain, |damping| damping.key.name);
@@ -233,7 +233,7 @@ impl ControlLoop {
         leading_gain(&controller.spec).map(|gain| format!("{table}.{}.{gain}", controller.name))
     }
 
-    /// The same machine with another law, gains or timing of one controller, which reads what it read.
+    /// The same machine with another law, gains or timing of one controller, with the same sensors.
     #[must_use]
     pub fn with_spec(&self, controller: usize, spec: ControllerSpec) -> Self {
         let mut changed = self.clone();
@@ -261,7 +261,7 @@ impl ControlLoop {
         Ok(specs)
     }
 
-    /// Delay from the output of a controller to what it acts on, the drive or the loop of a servo, s.
+    /// Delay from the output of a controller to the drive or the loop of a servo, s.
     pub(crate) fn output_delay_s(&self, controller: &LoopController) -> f64 {
         let drive = &self.assembly.drives[controller.drive];
         let late_s = if controller.aims_at.is_some() { drive.received_late() } else { drive.delay };

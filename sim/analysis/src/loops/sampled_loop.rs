@@ -327,7 +327,7 @@ impl<'a> SampledLoop<'a> {
         Some(signal)
     }
 
-    /// Controllers that act on their drives, with what each holds.
+    /// Controllers that act on their drives, with the held output of each.
     fn acting<'h>(
         &'h self,
         held: &'h [RowDVector<f64>],

@@ -42,7 +42,7 @@ impl Action {
     }
 }
 
-/// All instants of one common period, and what is in transit when it begins.
+/// All instants of one common period, and the outputs in transit when it begins.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Schedule {
     pub(crate) common_s: f64,

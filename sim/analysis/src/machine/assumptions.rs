@@ -15,7 +15,7 @@ pub struct Assumption {
     pub of: String,
     /// The property, such as `backlash`.
     pub property: &'static str,
-    /// What the linear model assumes.
+    /// The assumption of the linear model.
     pub taken: String,
 }
 

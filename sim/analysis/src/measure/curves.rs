@@ -134,7 +134,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     })
 }
 
-/// A loop that a gain closes, with what it is when broken at its controller.
+/// A loop that a gain closes, with the loop broken at its controller.
 struct InLoop<'a> {
     whole: &'a ControlLoop,
     controller: usize,

@@ -27,7 +27,7 @@ use crate::machine::prepare::{HeldCommand, View};
 /// Number of segments that give the coherence for a local polynomial estimate.
 const COHERENCE_SEGMENTS: usize = 16;
 
-/// What is measured, and how the command is held.
+/// A measurement: machine, signals, excitation, and the hold of the command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrfExperiment {
     /// The machine, with the engagement of the measurement.

@@ -51,7 +51,7 @@ struct Flat<'a> {
     untold: Option<&'a WhyNoWaterfall>,
     /// Frequencies of modes without damping that the loop observes.
     undamped_hz: &'a [f64],
-    /// What limits the bandwidth; `None` without a waterfall.
+    /// The cause that limits the bandwidth; `None` without a waterfall.
     limit: Option<Limit>,
     /// Bandwidth of the ideal loop, and with one more ingredient each; `None` without a loop, or if `untold`
     /// says why.

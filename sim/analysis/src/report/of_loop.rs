@@ -29,11 +29,11 @@ pub struct LoopReport {
     /// Frequency at which the reading first falls 3 dB below its value at low frequency, with the gains of
     /// the file, Hz. `None` if the loop is unstable or the reading never falls so far.
     pub bandwidth_hz: Option<f64>,
-    /// What limits the bandwidth; `None` without margins or a continuous loop to start from.
+    /// The ingredients that limit the bandwidth; `None` without margins or a continuous loop to start from.
     pub waterfall: Option<Waterfall>,
     /// Why there is no waterfall; `None` if there is one.
     pub why_no_waterfall: Option<WhyNoWaterfall>,
-    /// What to stiffen, lighten or damp first, the most important first; empty unless requested.
+    /// Parameters to stiffen, lighten or damp, the most important first; empty unless requested.
     pub sensitivities: Vec<Sensitivity>,
     /// The criterion of the ranking; `None` without sensitivities.
     pub ranked_by: Option<RankedBy>,
@@ -149,7 +149,7 @@ impl LoopReport {
         Ok((report, in_loop))
     }
 
-    /// What limits the bandwidth; `None` without a waterfall.
+    /// The cause that limits the bandwidth; `None` without a waterfall.
     pub fn limit(&self) -> Option<Limit> {
         self.waterfall.as_ref().map(|waterfall| waterfall.limit)
     }

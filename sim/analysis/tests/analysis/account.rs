@@ -1,4 +1,4 @@
-//! What limits a bandwidth, and the report if there is no waterfall.
+//! The limit of a bandwidth, and the report if there is no waterfall.
 
 use std::f64::consts::TAU;
 

@@ -283,7 +283,7 @@ impl LaneCore {
                 }
             }
         }
-        // What does not move now will not move before the next input.
+        // A machine at rest stays at rest until the next input.
         let looked_at = h;
         if push.is_none() && event.is_none() && self.series.is_constant() {
             h = remaining;

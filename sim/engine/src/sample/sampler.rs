@@ -10,7 +10,7 @@ use crate::sample::clock::due;
 use crate::sample::reading::Reading;
 use crate::sample::sensing::Sensing;
 
-/// A sampled controller; `O` is what it sends.
+/// A sampled controller; `O` is the type of its output.
 #[derive(Debug)]
 pub struct Sampler<L: Lane, O = L> {
     controller: Controller<L>,

@@ -11,7 +11,7 @@ use feeler_control::ForceGains;
 
 /// Rounding of about 1e3 exponentials of motions of millimetres.
 const ROUNDING_M: f64 = 1e-14;
-/// What the energy ledger promises.
+/// Largest relative residual of the energy ledger.
 const LEDGER: f64 = 1e-9;
 
 /// Waves of 0.1 mm at 7 Hz for a second, in pieces whose lengths fit no period.

@@ -68,8 +68,8 @@ fn fed(servo: PositionServo, kind: ActuatorKind, input: f64, limit_n: Option<f64
     scenario
 }
 
-/// What a target that is off by `force / kp` does, the speed of a target does by `kd` and a force does by
-/// itself: within the limit, continuous and sampled.
+/// A force input, the speed of a target times `kd`, and a target that is off by `force / kp` act alike:
+/// within the limit, continuous and sampled.
 #[test]
 fn truth_inputs_of_a_servo_are_forces_of_its_loop() {
     let (kp, kd, speed, force) = (800.0, 12.0, 0.4, -9.0);

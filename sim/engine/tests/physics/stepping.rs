@@ -120,7 +120,7 @@ fn prop_steps_give_the_bits_of_a_run() {
     }
 }
 
-/// Keeps what every lane gave.
+/// Keeps the result of every lane.
 struct Traces(Vec<Trace>);
 
 impl<L: Lane> Observer<L> for Traces {

@@ -35,8 +35,8 @@ The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` t
 body relative to the one that carries the reaction. It acts whatever the command, and no limit of the drive
 clips it. Ripple of a geared motor is tied to the motor's angle. Give as `pitch` the travel of the axis per
 motor turn (a turn over the gear ratio). Give as `harmonic` how often it repeats per motor turn. For cogging
-that is the least common multiple of the numbers of slots and poles. Tolerances of manufacture add one of
-these two numbers itself.
+that is the least common multiple of the numbers of slots and poles. Tolerances of manufacture add ripple as
+often as the motor has slots, or poles.
 
 ## Where it comes from
 Permanent magnets that pull at teeth and at the ends of an iron core, gears, ball screws.

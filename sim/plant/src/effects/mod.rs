@@ -20,7 +20,7 @@ pub use law::{Curve, LawDrawing};
 
 use definition::ChangesPlant;
 
-/// What the file of an effect names.
+/// Names that the file of an effect uses.
 mod prelude {
     pub(super) use super::{
         ABOVE_ZERO, Change, ChangesPlant, Curve, Definition, EffectError, Host, HostKind, LawDrawing,

@@ -166,7 +166,7 @@ mod tests {
             let name = || String::from("guide");
             let weight =
                 |is_of_earth, course| Weight { name: name(), on: 1, reacts_on: 0, is_of_earth, course };
-            // What a guide does stays at the guide.
+            // Loads of a guide stay at the guide.
             machine.weights = vec![weight(false, pull), weight(true, pull), weight(false, table)];
             DEFINITION.apply(&mut machine, host, &PARAMETERS).unwrap();
             machine.weights.iter().map(|weight| machine.nodes[weight.on].name.clone()).collect::<Vec<_>>()

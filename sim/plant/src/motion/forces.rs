@@ -86,7 +86,7 @@ impl Motion {
         forces
     }
 
-    /// Takes from the force of drive `i` what the heat of its winding does.
+    /// Reduces the force of drive `i` by the loss from the heat of its winding.
     fn derate(&self, i: usize, cold: &Row, heat: usize, force: &mut Row, arguments: &mut [Option<[Row; 2]>]) {
         let layout = &self.layout;
         for (j, term) in self.terms.iter().enumerate() {

@@ -73,14 +73,14 @@ pub enum NonlinearLaw {
         /// N.
         force: f64,
     },
-    /// What a heat `h` takes from the cold force `f` of a drive: `f h / (1 + h)`.
+    /// Loss of the cold force `f` of a drive at a heat `h`: `f h / (1 + h)`.
     Derating { drive: usize },
 }
 
 /// A nonlinear term of the machine. Its arguments are rows of the [`super::Equations`] in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonlinearTerm {
-    /// What it computes from its arguments.
+    /// The function of its arguments.
     pub law: NonlinearLaw,
 }
 

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 /// An undecided run is extended by doubling, up to this many times its duration.
 pub const MOST_EXTENSION: f64 = 8.0;
 
-/// What became of a run.
+/// Class of a run by its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// At rest, and never left the workpiece since the first touch.

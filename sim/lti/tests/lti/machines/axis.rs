@@ -3,7 +3,7 @@
 use feeler_lti::StateSpace;
 use nalgebra::{DMatrix, DVector};
 
-/// What drives the machine.
+/// The drive of the machine.
 #[derive(Clone, Copy)]
 pub(crate) enum Drive {
     /// The input is the force itself.

@@ -57,7 +57,7 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     let limit = "its limit is 1.507, set by sampling and delay, where the loop oscillates at 32.52 Hz.";
     assert!(first.ends_with(limit), "{first}");
     assert!(!first.contains(". "), "{first}");
-    // The next ones say what would raise it: the limit of continuous control over that of 1 kHz, then numbers.
+    // The next ones say what would raise it: the limit of continuous control over that of 1 kHz.
     let next: Vec<&str> = text.lines().skip(2).take(2).collect();
     let relief = "With continuous control its limit would be 3.7 times as high.";
     assert!(next[0].starts_with("Sampling limits this loop") && next[0].contains(relief), "{next:?}");

@@ -229,7 +229,7 @@ fn truth_a_force_of_no_library_over_speed_becomes_a_table_over_speed() {
     // Damping does the same as a line through the table, so the two are held together. Of fast motion there
     // are few rows.
     let read = Table::of(&found.values());
-    let damping = answer.machine.springs["guide"].damping;
+    let damping = answer.machine.springs["guide"].damping_n_s_per_m;
     for v in [-0.12, -0.07, -0.03, 0.0, 0.03, 0.06, 0.12] {
         let (own, real) = (read.force(v) - damping * v, -bumps(v) - DAMPING_N_S_PER_M * v);
         assert!((own - real).abs() < 2.0 * TABLE * 9.0, "{own} for {real} at {v}: {table:?}");

@@ -146,8 +146,8 @@ fn table(from: f64, spacing: f64, at: f64) -> f64 {
     POINTS[0] + (0..9).map(turned).sum::<f64>()
 }
 
-/// The motion of 2 kg under a force over position and speed, by 2e4 steps of the classical Runge-Kutta method.
-/// A quarter of them gives the same to 1e-13.
+/// The motion of 2 kg under a force over position and speed, by 2e4 steps of the classical Runge-Kutta
+/// method. A quarter of them gives the same to 1e-13.
 fn carried(push: impl Fn(f64, f64) -> f64, [mut x, mut v]: [f64; 2], run_s: f64) -> [f64; 2] {
     let (steps, rate) = (20_000, |x, v| push(x, v) / 2.0);
     let h = run_s / f64::from(steps);

@@ -61,8 +61,8 @@ pub struct Node {
 }
 
 /// A spring, guide or joint between two nodes with elongation `e = x_b - x_a`. The force on `b` is `-(k e +
-/// cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + over_speed(e') + load` less friction; the force on
-/// `a` is its opposite.
+/// cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + over_speed(e') + load` less friction; the force
+/// on `a` is its opposite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name of the spring, or of the effect's host for an added one.

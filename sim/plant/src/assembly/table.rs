@@ -55,8 +55,8 @@ impl Table {
         (0..POINTS).map(|i| (self.rise(i + 1) - self.rise(i)) * by(u - i as f64)).sum()
     }
 
-    /// The force at a place, N. It stays between the smallest and the largest of the points' forces, since the
-    /// rounding is a mean with positive weights.
+    /// The force at a place, N. It stays between the smallest and the largest of the points' forces, since
+    /// the rounding is a mean with positive weights.
     pub fn force(&self, x: f64) -> f64 {
         self.forces[0] + self.turned(x, |u| 0.5 * (u + root(u)))
     }

@@ -17,8 +17,8 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         ),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
-        (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
-        (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
+        (&["frf", "paper/rigid.toml", "--segment", "4"], "averages nothing"),
+        (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "averages nothing"),
         (
             &["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"],
             "--set applies to a simulated experiment",

@@ -59,7 +59,7 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     assert!(!first.contains(". "), "{first}");
     // The next ones say what would raise it: the limit of continuous control over that of 1 kHz.
     let next: Vec<&str> = text.lines().skip(2).take(2).collect();
-    let relief = "With continuous control its limit would be 3.7 times as high.";
+    let relief = "With continuous control, its limit would be 3.7 times as high.";
     assert!(next[0].starts_with("Sampling limits this loop") && next[0].contains(relief), "{next:?}");
     let raise = "Of masses, stiffnesses and dampings, these raise bandwidth and limit most: 1 % more \
                  contacts.tool.damping (bandwidth +0.13 %, limit +0.51 %)";
@@ -238,8 +238,7 @@ fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
     assert_eq!(with_limit("1e6"), "rigid-body");
     // The advice refers to the limit.
     let said = printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=9.5"]);
-    let parts =
-        ["at which the drive saturates, first: ", "saturation frequency (%)", "actuators.drive.limit"];
+    let parts = ["at which the drive saturates most: ", "saturation frequency (%)", "actuators.drive.limit"];
     assert!(parts.iter().all(|part| said.contains(part)), "{said}");
     assert!(
         printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=1"])

@@ -11,7 +11,9 @@ use super::wild::conditions::Conditions;
 /// An effect that is hidden.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HiddenEffect {
+    /// Its kind.
     pub kind: String,
+    /// Its place.
     pub place: String,
     /// Its parameters, SI; none of an effect of no library.
     pub parameters: IndexMap<String, f64>,
@@ -113,6 +115,7 @@ pub(super) fn built(random: &mut Random) -> Bench {
 /// draws.
 type Recipe = (&'static str, &'static str, fn(&mut Bench, &mut Random) -> Vec<(&'static str, f64)>);
 
+/// Effects of the library.
 pub(super) const LIBRARY: &[Recipe] = &[
     ("actuator-lag", "drive", |b, r| {
         b.drive_lag_s = r.log_between(1.2e-3, 5e-3);
@@ -252,6 +255,7 @@ pub(super) const LIBRARY: &[Recipe] = &[
     }),
 ];
 
+/// Effects of no library.
 pub(super) const OUTSIDE: &[Recipe] = &[
     ("quadratic-drag", "guide", |b, r| {
         b.drag = r.log_between(1500.0, 5000.0);

@@ -374,8 +374,8 @@ fn regress_a_clock_that_goes_back_is_cut_or_refused_and_never_written() {
     ] {
         let mut log = "t_s,knee_target,knee_pos\n".to_owned();
         for k in 0..300 {
-            let t = time(k);
-            let _ = writeln!(log, "{t},{},{}", (3.0 * t).sin(), (3.0 * t - 0.1).sin());
+            let (t, at) = (time(k), 0.01 * k as f64);
+            let _ = writeln!(log, "{t},{},{}", (3.0 * at).sin(), (3.0 * at - 0.1).sin());
         }
         let path = folder.path().join(format!("{name}.csv"));
         fs::write(&path, log).expect("written");

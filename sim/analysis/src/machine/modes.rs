@@ -40,6 +40,7 @@ pub struct VibrationMode {
 /// How far a body moves in a mode.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BodyMotion {
+    /// Name of the body.
     pub body: String,
     /// In phase with the body that moves most.
     pub in_phase: f64,

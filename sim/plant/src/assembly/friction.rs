@@ -5,8 +5,8 @@ use super::Table;
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
 /// While sliding forward its magnitude is `forward + (static_forward - forward) exp(-(v/velocity)^2) +
-/// load_ratio |F_contact| + over(e)`; backward is analogous. At rest it takes any value up to the static level
-/// of its direction. `F_contact` is the sum over all contacts of the machine.
+/// load_ratio |F_contact| + over(e)`; backward is analogous. At rest it takes any value up to the static
+/// level of its direction. `F_contact` is the sum over all contacts of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Level for `v > 0`, N.

@@ -7,15 +7,15 @@ use crate::assembly::Table;
 parameters! { FrictionTable
     from: linear(Dimension::LENGTH, None, -0.01, (-1e6, 1e6), "position of the first point"),
     to: linear(Dimension::LENGTH, None, 0.01, (-1e6, 1e6), "position of the last point, above `from`"),
-    level_1: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the first point"),
-    level_2: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the second point"),
+    level_1: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the first point"),
+    level_2: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the second point"),
     level_3: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the third point"),
     level_4: linear(Dimension::FORCE, Some(0.0), 3.0, (0.0, 1e6), "friction at the fourth point"),
     level_5: linear(Dimension::FORCE, Some(0.0), 4.0, (0.0, 1e6), "friction midway"),
     level_6: linear(Dimension::FORCE, Some(0.0), 3.0, (0.0, 1e6), "friction at the sixth point"),
     level_7: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the seventh point"),
-    level_8: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the eighth point"),
-    level_9: linear(Dimension::FORCE, Some(0.0), 0.0, (0.0, 1e6), "friction at the last point"),
+    level_8: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the eighth point"),
+    level_9: linear(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "friction at the last point"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

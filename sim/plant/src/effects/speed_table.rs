@@ -11,7 +11,7 @@ parameters! { SpeedTable
     force_2: linear(Dimension::FORCE, Some(0.0), 3.0, (-1e6, 1e6), "force at the second point"),
     force_3: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "force at the third point"),
     force_4: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force at the fourth point"),
-    force_5: linear(Dimension::FORCE, Some(0.0), 0.0, (-1e6, 1e6), "force midway"),
+    force_5: linear(Dimension::FORCE, Some(0.0), 1.0, (-1e6, 1e6), "force midway"),
     force_6: linear(Dimension::FORCE, Some(0.0), -1.0, (-1e6, 1e6), "force at the sixth point"),
     force_7: linear(Dimension::FORCE, Some(0.0), -2.0, (-1e6, 1e6), "force at the seventh point"),
     force_8: linear(Dimension::FORCE, Some(0.0), -3.0, (-1e6, 1e6), "force at the eighth point"),

@@ -8,15 +8,12 @@ use crate::fit::glance::glance;
 use crate::fit::odds::{ACCEPT, ACCEPT_ALL, room};
 use crate::fit::scored::Scored;
 use crate::fit::search::{Extended, extensions, search};
-use crate::gap::unknown;
 use crate::judge::{ACCEPT_FURTHER, Asked, Attempts, Judge, PARSIMONY, force_over_position, prefer_simple};
 use crate::kinds::{Glance, overlaps};
 use crate::report::Diagnosis;
 
 /// Largest number of causes in an answer.
 const MOST_CAUSES: usize = 3;
-/// Most rounds in which one of several causes is exchanged.
-const MOST_ROUNDS: usize = 3;
 
 /// Finds where the gap between a machine and its records lies, what causes it, and how far it closes.
 ///
@@ -55,11 +52,8 @@ pub fn diagnose_within(
     if let Some(answer) = composing.play() {
         return Ok(answer);
     }
-    composing.try_pairs();
     composing.add_causes(progress);
-    if composing.try_other_pairs(progress) {
-        composing.add_causes(progress);
-    }
+    composing.try_pairs();
     composing.simplify();
     progress("weighing the answer");
     let mut answer = composing.judge.answer(&composing.accepted, &composing.rivals, &composing.attempts);
@@ -159,11 +153,8 @@ impl<'a> Composing<'a> {
         let is_covered = |c: &Candidate| {
             accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind))
         };
-        let mut left = candidates(&judge.dataset.machine);
-        left.retain(|cause| !is_covered(cause));
-        if judge.is_quiet(accepted) && judge.search.task.weights.coarse.is_empty() {
-            left.retain(|cause| judge.is_freed(accepted, cause));
-        }
+        let left: Vec<_> =
+            candidates(&judge.dataset.machine).into_iter().filter(|c| !is_covered(c)).collect();
         let beside =
             |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
         if budget.is_over(Stage::Screen) {
@@ -230,55 +221,15 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Replaces the accepted causes by a pair of which neither is the best alone, if it outweighs them.
-    fn try_other_pairs(&mut self, progress: &dyn Fn(&str)) -> bool {
-        let Self { judge, accepted, rivals, attempts, .. } = self;
-        let is_explained = unknown::unexplained(&judge.search.calibrated, accepted).is_empty();
-        if accepted.causes.is_empty() || is_explained || judge.is_quiet(accepted) {
-            return false;
-        }
-        progress("trying other pairs of causes");
-        let known: Vec<&Scored> = attempts.fitted.iter().collect();
-        let pairs = judge.other_pairs(&known);
-        attempts.fitted.extend(pairs.iter().cloned());
-        let is_better = |pair: &&Scored| {
-            judge.outweighs(pair, accepted)
-                && judge.check(accepted, pair) > 0.0
-                && judge.check(&judge.search.calibrated, pair) > ACCEPT
-                && (judge.is_meant(pair) || !judge.is_meant(accepted))
-        };
-        let best = pairs.iter().find(is_better).cloned();
-        let competes = |pair: &Scored| judge.is_meant(pair) || !judge.is_meant(accepted);
-        rivals.extend(pairs.into_iter().filter(competes));
-        let Some(best) = best else { return false };
-        let keep = Asked::beside(&judge.search.calibrated).keep;
-        let pruned = judge.prune(best, |_| keep);
-        rivals.push(std::mem::replace(accepted, pruned));
-        true
-    }
-
     /// Of several causes, puts simpler laws in the place of those that contain them, and exchanges each for
-    /// others as long as that explains more.
+    /// others.
     fn simplify(&mut self) {
         if self.accepted.causes.len() < 2 {
             return;
         }
-        self.accepted = self.judge.simplified(self.accepted.clone());
-        // What was exchanged once may make room for another exchange.
-        let mut tried = Vec::new();
-        for _ in 0..MOST_ROUNDS {
-            if !self.exchange(&mut tried) {
-                break;
-            }
-        }
-    }
-
-    /// Exchanges one of several causes for another that explains more beside the rest; `false` if none does.
-    fn exchange(&mut self, tried: &mut Vec<Scored>) -> bool {
         let judge = &self.judge;
-        let exchanged = judge.exchanged(&self.accepted, tried);
-        tried.push(self.accepted.clone());
-        tried.extend(exchanged.iter().cloned());
+        self.accepted = judge.simplified(self.accepted.clone());
+        let exchanged = judge.exchanged(&self.accepted);
         self.attempts.fitted.extend(exchanged.iter().cloned());
         let replaces = |new: &&Scored| {
             judge.outweighs(new, &self.accepted)
@@ -288,8 +239,8 @@ impl<'a> Composing<'a> {
         let candidates = exchanged.iter().filter(replaces);
         let best = candidates.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b))).cloned();
         self.rivals.extend(exchanged);
-        let Some(best) = best else { return false };
-        self.rivals.push(std::mem::replace(&mut self.accepted, best));
-        true
+        if let Some(best) = best {
+            self.rivals.push(std::mem::replace(&mut self.accepted, best));
+        }
     }
 }

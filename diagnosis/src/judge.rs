@@ -175,28 +175,21 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
-    /// Whether more than noise remains, and enough of it for a further cause. Where a value ends at a limit
-    /// that a cause would lift, noise may hide that.
+    /// Whether more than noise remains, and enough of it for a further cause.
     pub(crate) fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
-        let is_freed = candidates(&self.dataset.machine).iter().any(|cause| self.is_freed(accepted, cause));
+        let is_freed = |cause: &Candidate| Asked::frees(self.dataset, accepted, cause);
+        let asked = if candidates(&self.dataset.machine).iter().any(is_freed) {
+            Asked::FIRST
+        } else {
+            Asked::beside(accepted)
+        };
         if task.weights.coarse.iter().any(|coarse| !coarse.is_seen_by(&accepted.causes)) {
             return true;
         }
-        let asked = if is_freed { Asked::FIRST } else { Asked::beside(accepted) };
         let [check, all] = room(task, accepted);
-        check >= asked.check && all >= asked.all && (is_freed || !self.is_quiet(accepted))
-    }
-
-    /// Whether only noise is left.
-    pub(crate) fn is_quiet(&self, accepted: &Scored) -> bool {
-        let task = &self.search.task;
-        unknown::is_quiet(task, accepted, &noise(task, &accepted.fitted.model, &accepted.fitted.theta))
-    }
-
-    /// Whether a cause adds to what ends at the limit of its tolerance.
-    pub(crate) fn is_freed(&self, accepted: &Scored, cause: &Candidate) -> bool {
-        Asked::frees(self.dataset, accepted, cause)
+        let noise = || noise(task, &accepted.fitted.model, &accepted.fitted.theta);
+        check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
 
     /// Moves the best set with plausible values to the front of a ranking, if it explains a fair share of

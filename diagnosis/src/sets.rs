@@ -4,12 +4,10 @@
 use rayon::prelude::*;
 
 use crate::budget::Stage;
-use crate::fit::balanced::{better, lower};
+use crate::fit::balanced::better;
 use crate::fit::candidates::{Candidate, candidates};
-use crate::fit::nested::from_base;
-use crate::fit::scored::{Scored, distinct};
-use crate::fit::screen::Linearised;
-use crate::fit::search::{balanced_start, score};
+use crate::fit::scored::Scored;
+use crate::fit::search::score;
 use crate::inverse::Balanced;
 use crate::judge::{Judge, PARSIMONY};
 use crate::kinds::{apart, nearest, overlaps};
@@ -18,13 +16,6 @@ use crate::kinds::{apart, nearest, overlaps};
 const WORTH_FITTING: f64 = 6.0;
 /// Pairs that are fitted.
 const MOST_PAIRS: usize = 4;
-/// Share of the best single cause's evidence that another must bring for pairs to be built upon it.
-const BASE_SHARE: f64 = 0.4;
-/// Causes upon which pairs are built, and pairs upon each that are fitted.
-const MOST_BASES: usize = 4;
-const PAIRS_OF_A_BASE: usize = 2;
-/// Steps after which pairs upon one cause are compared.
-const PAIR_STEPS: usize = 4;
 /// Share of a cause's evidence that another brings alone, if it is to be tried in its place.
 const RIVAL_SHARE: f64 = 0.6;
 /// Exchanges that are fitted.
@@ -51,7 +42,7 @@ impl Judge<'_> {
             .collect();
         let mut proposed: Vec<([Candidate; 2], Balanced)> = pairs
             .into_par_iter()
-            .filter(|_| !task.budget.is_over(Stage::Fit))
+            .filter(|_| !task.budget.is_over(Stage::Screen))
             .filter_map(|pair| Some((pair, inverse.weigh(&pair)?)))
             .filter(|(_, balanced)| balanced.nats > best + WORTH_FITTING)
             .collect();
@@ -74,85 +65,15 @@ impl Judge<'_> {
         fitted
     }
 
-    /// Pairs that no single cause led to, fitted. The best single cause need not be one of two: where
-    /// friction and a mass act, a lag or a dead band may explain more alone than either. So pairs are also
-    /// built upon others that did well alone. `known` were tried already.
-    pub(crate) fn other_pairs(&self, known: &[&Scored]) -> Vec<Scored> {
-        let task = &self.search.task;
-        let mut alone: Vec<&Scored> = self.search.singles.iter().chain(&self.search.others).collect();
-        alone.retain(|single| self.all(single) > 0.0);
-        alone.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
-        let overlap =
-            |a: &Candidate, b: &Candidate| a.site == b.site && overlaps(a.definition.kind, b.definition.kind);
-        let best = alone.first().map_or(0.0, |best| self.all(best));
-        let mut bases: Vec<&Scored> = Vec::new();
-        for single in &alone {
-            let is_law_of_another = bases.iter().any(|base| overlap(&base.causes[0], &single.causes[0]));
-            if self.all(single) > BASE_SHARE * best && bases.len() < MOST_BASES && !is_law_of_another {
-                bases.push(single);
-            }
-        }
-        let is_known = |pair: [&Candidate; 2]| {
-            let has = |scored: &Scored, cause: &Candidate| scored.causes.iter().any(|other| other.is(cause));
-            known.iter().any(|set| set.causes.len() == 2 && pair.iter().all(|cause| has(set, cause)))
-        };
-        let begin = |base: &&Scored| {
-            let first = base.causes[0];
-            let partners: Vec<&Scored> = (alone.iter().copied())
-                .filter(|other| !overlap(&first, &other.causes[0]) && !is_known([&first, &other.causes[0]]))
-                .collect();
-            if partners.is_empty() || task.budget.is_over(Stage::Screen) {
-                return Vec::new();
-            }
-            let Some(linearised) = Linearised::new(task, &base.fitted) else { return Vec::new() };
-            let screen = |other: &Scored| {
-                let second = other.causes[0];
-                let values = other.fitted.model.parameters(0, &other.fitted.theta);
-                let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&[first, second]));
-                let starts = balanced.as_ref().and_then(|found| balanced_start(found, second));
-                let screened = std::iter::once(values).chain(starts).filter_map(|values| {
-                    let model = base.fitted.model.with(second.site, second.definition, &values);
-                    let mut start = model.start();
-                    start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
-                    linearised.screen(&model, &start, PAIR_STEPS)
-                });
-                let best = screened.min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))?.fitted;
-                let lower = balanced.and_then(|found| lower(task, &best, &found));
-                Some((vec![first, second], from_base(task, &base.fitted, lower.unwrap_or(best))))
-            };
-            let mut screened: Vec<_> = partners.into_par_iter().filter_map(screen).collect();
-            screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-            screened.truncate(PAIRS_OF_A_BASE);
-            screened
-        };
-        let begun: Vec<_> = bases.par_iter().flat_map(begin).collect();
-        let fits = begun.into_par_iter().filter(|_| !task.budget.is_over(Stage::Fit));
-        let fits =
-            fits.map(|(causes, begun)| score(task, causes, task.fit(&begun.model, &begun.theta, STEPS)));
-        let mut fitted = distinct(fits.collect::<Vec<_>>());
-        fitted.retain(|pair| self.is_finding(pair) && self.all(pair).is_finite());
-        fitted.sort_by(|a, b| self.all(b).total_cmp(&self.all(a)));
-        fitted
-    }
-
     /// Several causes with one of them exchanged, fitted: for each cause that is known to look like it, and
-    /// for those that did nearly as well alone. Sets that were `tried` are left out.
-    pub(crate) fn exchanged(&self, accepted: &Scored, tried: &[Scored]) -> Vec<Scored> {
+    /// for those that did nearly as well alone.
+    pub(crate) fn exchanged(&self, accepted: &Scored) -> Vec<Scored> {
         if accepted.causes.len() < 2 {
             return Vec::new();
         }
         let all = candidates(&self.dataset.machine);
         let indices = (0..accepted.causes.len()).flat_map(|i| all.iter().map(move |other| (i, other)));
-        let is_tried = |i: usize, other: &Candidate| {
-            let mut causes = accepted.causes.clone();
-            causes[i] = *other;
-            let has = |set: &Scored, cause: &Candidate| set.causes.iter().any(|known| known.is(cause));
-            tried
-                .iter()
-                .any(|set| set.causes.len() == causes.len() && causes.iter().all(|cause| has(set, cause)))
-        };
         let mut starts: Vec<(usize, Candidate, Vec<f64>, f64)> = indices
-            .filter(|(i, other)| !is_tried(*i, other))
             .filter_map(|(i, other)| {
                 let (values, alone) = self.start_instead(accepted, i, other)?;
                 Some((i, *other, values, alone))

@@ -26,10 +26,6 @@ const CONVERGED: f64 = 0.02;
 /// The same as a share of the cost. The differences that separate models are far larger.
 const CONVERGED_SHARE: f64 = 1e-5;
 
-/// A fit whose last step still reduced its cost by this share goes on, up to this many times its steps.
-const STILL_FALLING: f64 = 0.01;
-const PATIENCE: usize = 3;
-
 /// Records with their weights, and the indices of those that are fitted.
 pub(crate) struct Task<'a> {
     pub(crate) dataset: &'a Dataset,
@@ -156,7 +152,7 @@ impl Task<'_> {
         Some((a, b))
     }
 
-    /// Fits from `start` in `steps` steps, or more while they still gain much.
+    /// Fits from `start` in at most `steps` steps.
     pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
         let scale = self.shared_scale(model, start);
         let begun = self.settled(model, start, self.cost(model, start), scale.as_ref());
@@ -192,9 +188,8 @@ impl Task<'_> {
         let n = theta.len();
         let mut damping = 1e-3;
         let mut sigma = vec![f64::INFINITY; n];
-        let mut falling = true;
-        for step in 0..PATIENCE * steps {
-            if (step >= steps && !falling) || !cost.is_finite() || self.budget.is_over(Stage::Compose) {
+        for _ in 0..steps {
+            if !cost.is_finite() || self.budget.is_over(Stage::Compose) {
                 break;
             }
             let still = scale.map_or_else(Vec::new, |scale| scale.direction(model, &theta));
@@ -237,7 +232,6 @@ impl Task<'_> {
                 }
                 damping *= 8.0;
             }
-            falling = gained.is_some_and(|gain| gain > STILL_FALLING * cost);
             // If only priors separate two unknowns, the cost has a valley and a damped fit creeps along it.
             // One more step is therefore taken undamped.
             match gained {

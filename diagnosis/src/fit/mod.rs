@@ -11,7 +11,7 @@ pub(crate) mod least_squares;
 mod leeway;
 pub(crate) mod missing;
 pub(crate) mod model;
-pub(crate) mod nested;
+mod nested;
 pub(crate) mod odds;
 mod residuals;
 pub(crate) mod sandwich;

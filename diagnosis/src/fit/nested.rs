@@ -1,50 +1,12 @@
 //! A model that contains another must not fit worse. Where an optimiser has stopped early it would, and the
 //! comparison would be the optimiser's.
 
-use feeler_plant::effects::{Definition, Parameter};
-
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::kinds::{embed, nearest};
 
 /// Cost by which a containing model may lag: the difference of two converged fits of the same machine.
 const SLACK: f64 = 0.5;
-
-/// Shares of a cause at which its fit may begin beside its base.
-const SHARES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
-
-/// A screened model at a point that predicts no worse than its base, if the cause leads to one. Screening
-/// moves all but the cause linearly, and may promise a point that is worse. The base itself with a weaker
-/// cause is then the better start. The cause keeps the rank that it promised.
-pub(crate) fn from_base(task: &Task<'_>, base: &Fitted, screened: Fitted) -> Fitted {
-    let Fitted { model, theta, .. } = &screened;
-    let cost = task.cost(model, theta);
-    let Some(last) = model.tried.len().checked_sub(1).filter(|_| cost > base.cost) else { return screened };
-    let values = model.parameters(last, theta);
-    let mut beside = theta.clone();
-    beside[..base.theta.len()].copy_from_slice(&base.theta);
-    let begin = |share: f64| {
-        let mut own = vec![Vec::new(); last];
-        own.push(weaker(model.tried[last].effect.definition, &values, share));
-        let theta = model.with_values(&beside, &own);
-        (task.cost(model, &theta), theta)
-    };
-    let best = SHARES.into_iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
-    match best.filter(|(there, _)| *there < cost) {
-        Some((_, theta)) => Fitted { theta, ..screened },
-        None => screened,
-    }
-}
-
-/// Values of an effect with this share of what parts it from the ideal machine.
-fn weaker(definition: &Definition, values: &[f64], share: f64) -> Vec<f64> {
-    let of = |(value, parameter): (&f64, &Parameter)| match parameter.null {
-        Some(null) if null.is_finite() => null + share * (value - null),
-        Some(_) => value / share,
-        None => *value,
-    };
-    values.iter().zip(definition.parameters).map(of).collect()
-}
 
 /// Refits every model that fits worse than one that it contains, from that one's solution. All share the
 /// causes but the last.
@@ -117,29 +79,5 @@ pub(crate) fn lower(
                 fits.push(better);
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use feeler_plant::effects::{CoulombFriction, DriveGain, ForceLimit, ForceRipple, Parameters};
-
-    use super::*;
-
-    #[test]
-    fn truth_a_weaker_cause_is_nearer_to_the_ideal_machine() {
-        let tenth = |values: Vec<f64>, definition| weaker(definition, &values, 0.1);
-        let is = |found: Vec<f64>, expected: &[f64]| {
-            // Rounding of one product and one sum.
-            let near = |(a, b): (&f64, &f64)| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
-            found.len() == expected.len() && found.iter().zip(expected).all(near)
-        };
-        assert!(is(tenth(vec![1.5], DriveGain::KIND.definition()), &[1.05]));
-        assert!(is(tenth(vec![20.0], CoulombFriction::KIND.definition()), &[2.0]));
-        assert!(is(tenth(vec![30.0], ForceLimit::KIND.definition()), &[300.0]));
-        // Only the amplitude of a ripple tells how much of it there is.
-        let values = vec![5.0, 0.03, 1.0, 1.0];
-        let found = weaker(ForceRipple::KIND.definition(), &values, 0.1);
-        assert!(is(found, &[0.5, 0.03, 1.0, 1.0]));
     }
 }

@@ -239,9 +239,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         let fitted = further.unwrap_or(begun.fitted);
         let balanced = balanced.filter(|_| !task.budget.is_over(Stage::Fit));
         let lower = balanced.and_then(|found| balanced::lower(task, &fitted, &found));
-        let fitted = lower.unwrap_or(fitted);
-        let is_late = task.budget.is_over(Stage::Fit);
-        (candidate, if is_late { fitted } else { nested::from_base(task, &base.fitted, fitted) })
+        (candidate, lower.unwrap_or(fitted))
     };
     let mut screened: Vec<(Candidate, Fitted)> = begun.into_par_iter().map(go_on).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
@@ -335,7 +333,7 @@ fn screen(
 }
 
 /// Values of a candidate, the last cause of a balance of forces, if a fit may begin there.
-pub(crate) fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
+fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
     let values = found.values.last()?;
     let parameters = candidate.definition.parameters;
     let is_within = |(value, parameter): (&f64, &Parameter)| {

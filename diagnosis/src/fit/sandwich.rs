@@ -75,7 +75,9 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     // A check record that the model does not follow says nothing of values.
     let others: Vec<DMatrix<f64>> = checks.par_iter().filter_map(|&r| Some(of(r)?.of_record())).collect();
     let known = task.fitted.len() + others.len();
-    others.iter().for_each(|other| between += other);
+    for other in others {
+        between += other;
+    }
     between *= if known < RECORDS { 0.0 } else { task.fitted.len() as f64 / known as f64 };
     let priors: Vec<f64> = (fitted.model.unknowns.iter())
         .map(|unknown| unknown.prior.map_or(0.0, |(_, sigma)| sigma.powi(-2)))

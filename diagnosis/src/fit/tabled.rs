@@ -204,10 +204,10 @@ mod tests {
     const OFF: f64 = 1e-4;
     const AXIS: Along = Along { sign: 1.0, offset: 0.0 };
 
-    /// A portrait of 401 points along the way, there and back, with a force over position and speed.
+    /// A portrait of 402 points along the way, there and back at every speed, with a force over both.
     fn portrait_of(force: impl Fn(f64, f64) -> f64) -> Vec<[f64; 4]> {
-        let at = |k: u32| -0.1 + 0.4 * f64::from(k) / 200.0;
-        let way = (0..=200).map(at).flat_map(|x| [[x, 0.2 - x * x], [x, x * x - 0.2]]);
+        let at = |k: u32| (-0.1 + 0.4 * f64::from(k) / 200.0, 0.2 * (0.05 * f64::from(k)).cos());
+        let way = (0..=200).map(at).flat_map(|(x, v)| [[x, v], [x, -v]]);
         way.map(|[x, v]| [x, v, 0.0, force(x, v)]).collect()
     }
 

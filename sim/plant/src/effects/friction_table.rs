@@ -75,7 +75,7 @@ where no law is known.
     law: LawDrawing {
         axes: ["position", "friction of the guide"],
         start: -1.0,
-        with: &[Curve::Function(|x| level(x)), Curve::Function(|x| -level(x))],
+        with: &[Curve::Function(level), Curve::Function(|x| -level(x))],
         without: &[],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],

@@ -273,7 +273,7 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
         all.len(),
         touches.len() - all.len()
     );
-    // Some poses agree to about the 5 % of trust: two sums of one mass matrix, equal to 1e-14, leave 11 or 12.
+    // Rounding decides where both agree to about 5 %: two sums of one mass matrix leave 11 or 12.
     assert!(all.len() > 80 && worst < ANYWHERE && doubted * 7 < all.len(), "{worst} {doubted}");
 }
 

@@ -74,8 +74,20 @@ impl<'a> Element<'a> {
         stated.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
     }
 
+    /// The believed effects of its spring.
+    pub(crate) fn laws(&self) -> &[EffectUse] {
+        self.spring().map_or(&[], |spring| spring.effects.as_slice())
+    }
+
+    /// Whether the first values of one of its believed laws of friction may be these, by its tolerance.
+    pub(crate) fn is_within(&self, law: &EffectUse, values: &[f64]) -> bool {
+        let rows = values.iter().zip(&law.values).zip(law.definition.parameters);
+        rows.map(|((own, believed), parameter)| ((own / believed).ln().abs(), parameter.name))
+            .all(|(off, name)| off <= self.tolerance_of_friction(law, name).ln_1p())
+    }
+
     /// The tolerance of a parameter of one of its believed laws of friction, as a fraction.
-    pub(crate) fn tolerance_of_friction(&self, law: &EffectUse, parameter: &str) -> f64 {
+    fn tolerance_of_friction(&self, law: &EffectUse, parameter: &str) -> f64 {
         let Some(stated) = self.tolerance else { return 0.0 };
         let key = format!("{}.effects.{}.{parameter}", self.key, law.definition.kind);
         stated.get(&key).copied().unwrap_or(tolerance::DAMPING)
@@ -171,4 +183,17 @@ impl Glance {
         let [low, high] = self.ends();
         (high - low).max(0.0)
     }
+}
+
+/// A machine whose guide is believed to have dry friction of 2 N, and the site of that guide.
+#[cfg(test)]
+pub(super) fn guide_with_friction() -> (Machine, Site) {
+    use feeler_plant::description::GROUND;
+    use feeler_plant::effects::CoulombFriction;
+
+    let mut guide = Spring::new(GROUND, "motor", 0.0, 5.0);
+    guide.effects.push(EffectUse::of(CoulombFriction { level: 2.0 }));
+    let mut machine = Machine::default();
+    machine.springs.insert("guide".into(), guide);
+    (machine, Site { table: ElementKind::Springs, index: 0 })
 }

@@ -76,35 +76,25 @@ impl Known for LugreFriction {
     /// Every guide gives way before it slides, and fits allow for it. Bristles whose levels are those of a
     /// believed law, within its tolerance, say no more of the machine.
     fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
-        let believed = element.spring().map_or(&[][..], |spring| spring.effects.as_slice());
-        believed.iter().any(|effect| {
-            let own = nearest(Kind::LugreFriction, effect.definition.kind, &self.values());
-            let is_within = |own: &Vec<f64>| {
-                let rows = own.iter().zip(&effect.values).zip(effect.definition.parameters);
-                rows.map(|((own, believed), parameter)| ((own / believed).ln().abs(), parameter.name))
-                    .all(|(off, name)| off <= element.tolerance_of_friction(effect, name).ln_1p())
-            };
-            !own.is_empty() && own.iter().all(is_within)
+        element.laws().iter().any(|law| {
+            let own = nearest(Kind::LugreFriction, law.definition.kind, &self.values());
+            !own.is_empty() && own.iter().all(|own| element.is_within(law, own))
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use feeler_plant::description::{ElementKind, GROUND, Machine, Site, Spring};
-    use feeler_plant::effects::EffectUse;
     use indexmap::IndexMap;
 
     use super::*;
+    use crate::kinds::element::guide_with_friction;
 
     #[test]
     fn truth_bristles_at_the_believed_level_are_no_departure() {
-        let mut guide = Spring::new(GROUND, "motor", 0.0, 5.0);
-        guide.effects.push(EffectUse::of(CoulombFriction { level: 2.0 }));
-        let mut machine = Machine::default();
-        machine.springs.insert("guide".into(), guide);
+        let (machine, site) = guide_with_friction();
         let tolerance = IndexMap::new();
-        let element = Element::at(Site { table: ElementKind::Springs, index: 0 }, &machine, &tolerance);
+        let element = Element::at(site, &machine, &tolerance);
         let seen = Seen::default();
         let of = |coulomb, static_level| LugreFriction { coulomb, static_level, ..stiff(2.0, 2.0, 0.1) };
         // Believed within a factor of two.

@@ -43,13 +43,10 @@ impl Known for StribeckFriction {
     }
 
     fn is_trivial(self, element: &Element<'_>, seen: Seen) -> bool {
-        let believed = element.spring().map_or(&[][..], |spring| spring.effects.as_slice());
-        let is_within = |effect: &EffectUse| {
-            let off = (self.coulomb / effect.values[0]).ln().abs();
-            effect.definition.kind == Kind::CoulombFriction
-                && off <= element.tolerance_of_friction(effect, "level").ln_1p()
+        let is_believed = |law: &EffectUse| {
+            law.definition.kind == Kind::CoulombFriction && element.is_within(law, &[self.coulomb])
         };
-        self.velocity < AS_GOOD_AS_STUCK * seen.speed_m_per_s && believed.iter().any(is_within)
+        self.velocity < AS_GOOD_AS_STUCK * seen.speed_m_per_s && element.laws().iter().any(is_believed)
     }
 
     fn fractions_off() -> Option<Self> {
@@ -59,20 +56,17 @@ impl Known for StribeckFriction {
 
 #[cfg(test)]
 mod tests {
-    use feeler_plant::description::{ElementKind, GROUND, Machine, Site, Spring};
     use indexmap::IndexMap;
 
     use super::*;
+    use crate::kinds::element::guide_with_friction;
 
     /// Of a peak over a believed level, only one that moving guides meet is a departure.
     #[test]
     fn truth_a_peak_that_only_stuck_guides_meet_is_no_departure_from_the_believed_level() {
-        let mut guide = Spring::new(GROUND, "motor", 0.0, 5.0);
-        guide.effects.push(EffectUse::of(CoulombFriction { level: 2.0 }));
-        let mut machine = Machine::default();
-        machine.springs.insert("guide".into(), guide);
+        let (machine, site) = guide_with_friction();
         let tolerance = IndexMap::new();
-        let element = Element::at(Site { table: ElementKind::Springs, index: 0 }, &machine, &tolerance);
+        let element = Element::at(site, &machine, &tolerance);
         let seen = Seen { speed_m_per_s: 1.0, ..Seen::default() };
         let of = |coulomb, velocity| StribeckFriction { coulomb, static_level: 8.0, velocity };
         assert!(of(1.8, 0.005).is_trivial(&element, seen));

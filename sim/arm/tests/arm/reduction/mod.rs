@@ -273,7 +273,7 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
         all.len(),
         touches.len() - all.len()
     );
-    // Rounding decides where both agree to about 5 %: two sums of one mass matrix leave 11 or 12.
+    // At one pose the search has two ends, of kp off by 5 and 12 %. Rounding picks one: 11 or 12 poses.
     assert!(all.len() > 80 && worst < ANYWHERE && doubted * 7 < all.len(), "{worst} {doubted}");
 }
 

@@ -11,15 +11,15 @@ use crate::run::{ForceLoop, nothing_can_touch};
 /// Default force of the linearisation if stiffness depends on it and no reference gives it, N.
 const PRELOAD_N: f64 = 10.0;
 
-/// The part of a machine that depends on the contact's force.
+/// The part of a machine that depends on the contact's force, or on the position at which it is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dependence {
     /// A contact that has no stiffness without force.
     Vanishing,
     /// A contact's stiffness or damping.
     Contact,
-    /// A spring's stiffness.
-    Spring,
+    /// A force over position: of a spring that hardens, gravity, a ripple or a table.
+    Position,
 }
 
 /// The part of a machine that depends on the contact's force, after effects, which change the laws. `clamped`
@@ -37,8 +37,7 @@ pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence
     if touching.iter().any(|contact| !contact.law.is_linear()) {
         return Some(Dependence::Contact);
     }
-    let hardens = assembly.links.iter().any(|link| !link.rigid && link.cubic != 0.0);
-    (hardens && !touching.is_empty()).then_some(Dependence::Spring)
+    (assembly.depends_on_position() && !touching.is_empty()).then_some(Dependence::Position)
 }
 
 /// The final force reference of a scenario if positive, N: of its force loop, else of the first controller
@@ -64,8 +63,8 @@ pub fn contact_view(scenario: &Scenario) -> View {
         return View::FREE;
     }
     let preload_n = match (force_dependence(scenario, true), wanted_force_n(scenario)) {
-        // Springs are at rest without a pressing force.
-        (None, _) | (Some(Dependence::Spring), None) => return View::CLAMPED,
+        // Without a pressing force the tip just touches.
+        (None, _) | (Some(Dependence::Position), None) => return View::CLAMPED,
         (Some(_), wanted_n) => wanted_n.unwrap_or(PRELOAD_N),
     };
     View { contact: ContactView::Pressed { preload_n }, ..View::CLAMPED }

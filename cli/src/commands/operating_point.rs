@@ -52,15 +52,15 @@ pub(super) fn contact_view(
             );
             Ok((plain, Some(note)))
         }
-        // Springs are at rest without a pressing force.
-        Dependence::Spring => Ok((plain, None)),
+        // Without a pressing force the tip just touches.
+        Dependence::Position => Ok((plain, None)),
     }
 }
 
 /// The part that depends on the force, in words.
 fn words(dependence: Dependence) -> &'static str {
     match dependence {
-        Dependence::Spring => "the stiffness of a spring depends on its force",
+        Dependence::Position => "a force of the machine depends on position",
         Dependence::Contact | Dependence::Vanishing => {
             "the contact's stiffness or damping depends on its force"
         }

@@ -1,6 +1,6 @@
 //! Removes or fixes the switching parts of a machine before it is linearised.
 
-use feeler_plant::assembly::{Assembly, Friction};
+use feeler_plant::assembly::{Assembly, Friction, GROUND_NODE};
 use feeler_plant::description::Engagement;
 
 /// How the contacts are taken.
@@ -9,7 +9,7 @@ pub enum ContactView {
     /// Clamped and free contacts as in the machine; a unilateral one touches, without preload.
     #[default]
     AsDescribed,
-    /// All contacts attached at the initial positions, without preload.
+    /// All contacts attached, without preload: where the bodies stand, or where a unilateral one touches.
     Clamped,
     /// All in contact; the first one carries this force (N), and drives hold it.
     Pressed {
@@ -109,6 +109,9 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
             (link.stiffness, link.damping, link.cubic) = (0.0, 0.0, 0.0);
         }
     }
+    if frozen.depends_on_position() {
+        close_gaps(&mut frozen, assembly);
+    }
     for drive in &mut frozen.drives {
         drive.limit = f64::INFINITY;
         drive.command_limit = f64::INFINITY;
@@ -119,4 +122,20 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
         drive.deadband = 0.0;
     }
     frozen
+}
+
+/// Moves the tip of each unilateral contact that is taken as attached to where it touches, the last first: so
+/// a tip still touches if its workpiece moves to another contact.
+fn close_gaps(frozen: &mut Assembly, described: &Assembly) {
+    for (i, contact) in described.contacts.iter().enumerate().rev() {
+        let is_attached = frozen.contacts[i].engagement == Engagement::Clamped;
+        let moving = frozen.reached(vec![contact.a], &[], |link| link.rigid);
+        if contact.engagement != Engagement::Unilateral || !is_attached || moving.contains(&GROUND_NODE) {
+            continue;
+        }
+        let missing = contact.gap + frozen.nodes[contact.b].position_m - frozen.nodes[contact.a].position_m;
+        for node in moving {
+            frozen.nodes[node].position_m += missing;
+        }
+    }
 }

@@ -34,6 +34,39 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     assert!((held / preload_n - 1.0).abs() < EQUILIBRIUM, "the drive holds {held} N");
 }
 
+/// A force over position that begins behind a gap: its slope counts where the tip touches, not where the bodies
+/// stand at the start. So a wall and a table that are shifted together leave the small motions as they are.
+#[test]
+fn truth_a_wall_and_a_table_that_are_shifted_together_change_no_small_motion() {
+    let table = find("force-table").unwrap();
+    let mut values = vec![0.0; table.parameters.len()];
+    for (value, parameter) in values.iter_mut().zip(table.parameters) {
+        let place = parameter.name.strip_prefix("force_").and_then(|i| i.parse::<f64>().ok());
+        *value = place.map_or(0.0, |i| 12.5 * (i - 1.0));
+    }
+    let at = |name: &str| table.parameters.iter().position(|parameter| parameter.name == name).unwrap();
+    let shifted = |gap_m: f64, from_m: f64, contact: ContactView| {
+        let mut machine = machine();
+        machine.contacts["tool"].engagement = Engagement::Unilateral;
+        machine.contacts["tool"].gap_m = gap_m;
+        let mut values = values.clone();
+        (values[at("from")], values[at("to")]) = (from_m, from_m + 1e-3);
+        machine.springs["guide"].effects.push(EffectUse { definition: table, values });
+        let view = View { contact, ..View::default() };
+        LinearMachine::new(&machine, &view).unwrap()
+    };
+    for contact in [ContactView::AsDescribed, ContactView::Pressed { preload_n: 30.0 }] {
+        let [near, far] = [(0.0, -0.5e-3), (4e-3, 3.5e-3)].map(|(gap, from)| shifted(gap, from, contact));
+        assert!(near.operating_point().balanced && far.operating_point().balanced);
+        // Positions near a table's middle, where it is straight but for the tails of its ends.
+        assert!((near.a() - far.a()).amax() < EQUILIBRIUM * near.a().amax(), "{contact:?}");
+        // The table rises by 100 kN/m there, and is flat 4 mm before it.
+        let away = shifted(4e-3, -0.5e-3, contact);
+        let pushed = (near.a() - away.a()).amax() * 7.0;
+        assert!((pushed / 1e5 - 1.0).abs() < 0.05, "{contact:?}: {pushed} N/m");
+    }
+}
+
 #[test]
 fn truth_a_held_command_presses_as_hard_as_it_arrives() {
     let mut machine = machine();

@@ -157,6 +157,14 @@ impl Assembly {
         members
     }
 
+    /// Whether some force depends on where the machine is, apart from its linear springs and its contacts.
+    pub fn depends_on_position(&self) -> bool {
+        let hardens = |link: &Link| !link.rigid && link.cubic != 0.0;
+        !self.weights.is_empty()
+            || self.drives.iter().any(|drive| !drive.ripples.is_empty())
+            || self.links.iter().any(hardens)
+    }
+
     /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite if it is
     /// fixed.
     pub fn rigid_mass_kg(&self, node: NodeId) -> f64 {

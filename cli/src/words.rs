@@ -214,7 +214,7 @@ fn chatter(oscillation: &Oscillation) -> String {
         Some(1) => "",
         Some(2) => "; its period has doubled",
         Some(_) => "; several impacts make one period",
-        None => "; no two impacts are alike",
+        None => "; its impacts do not repeat within the run",
     };
     format!("The tool chatters at {}: {leaves}{pattern}.", rate(oscillation.frequency_hz))
 }

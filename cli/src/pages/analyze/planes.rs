@@ -36,7 +36,9 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     let mut circles =
         vec![Circle { centre: 0.0, radius: 1.0, kind: CircleKind::Unit, name: "modulus 1".into() }];
     let margins = report.margins().filter(|margins| margins.unstable_poles == 0);
-    circles.extend(margins.and_then(|margins| disk(margins.disk)));
+    let disk = margins.and_then(|margins| disk(margins.disk));
+    let avoided = if disk.is_some() { " The curve stays out of the shaded disk." } else { "" };
+    circles.extend(disk);
     let minus_one = PlaneMark {
         name: "the critical point −1".into(),
         point: [-1.0, 0.0],
@@ -49,7 +51,7 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         title: "Nyquist's curve".into(),
         caption: format!(
             "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed. The \
-             cross is −1 and the thin circle modulus 1. The curve stays out of the shaded disk.{}",
+             cross is −1 and the thin circle modulus 1.{avoided}{}",
             report.margins().map_or_else(String::new, count)
         ),
         x_label: "real part of the loop".into(),

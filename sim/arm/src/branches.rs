@@ -162,13 +162,16 @@ impl Arm {
             whole.judged(without_fast(wanted.fit(start), FAST * highest_hz))
         };
         let open = |found: &[(Reduction, Agreement)]| found.iter().all(|(_, one)| one.farthest() > 1.0);
+        let mut starts = Vec::new();
         for count in 1..=MOST_FITTED {
             let Some(wanted) = wanted.as_ref().filter(|_| open(&found)) else { break };
             let held = between(&linear, &pair, count);
             let own = beside
                 .iter()
                 .map(|(tool, others)| linked(&branched(&pair, *tool, &others[..count.min(others.len())])));
-            found.extend(own.chain(held).map(|start| fitted(wanted, &start)));
+            let begun: Vec<Reduction> = own.chain(held).collect();
+            found.extend(begun.iter().map(|start| fitted(wanted, start)));
+            starts.extend(begun);
         }
         let mut chains: Vec<Reduction> = found
             .iter()
@@ -181,6 +184,8 @@ impl Arm {
             let again: Vec<_> = chains.iter().map(|axis| fitted(&closer, axis)).collect();
             chains = again.iter().map(|(axis, _)| axis.clone()).collect();
             found.extend(again);
+            // The valley that a first fit has led to need not be the one of the landmarks.
+            found.extend(starts.iter().map(|start| fitted(&closer, start)));
         }
         let best = found.into_iter().min_by(|(_, a), (_, b)| a.distance().total_cmp(&b.distance()));
         Ok(best.unwrap_or((pair, of_pair)))

@@ -273,8 +273,8 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
         all.len(),
         touches.len() - all.len()
     );
-    // At one pose the search has two ends, of kp off by 5 and 12 %. Rounding picks one: 11 or 12 poses.
-    assert!(all.len() > 80 && worst < ANYWHERE && doubted * 7 < all.len(), "{worst} {doubted}");
+    // 7 of 91 poses are not trusted; rounding may decide over one more.
+    assert!(all.len() > 80 && worst < ANYWHERE && doubted * 11 < all.len(), "{worst} {doubted}");
 }
 
 /// The fit ignored the mass at the drive. Its motor of 0.56 kg, against the arm's rotors of 1.70 kg, had no

@@ -228,7 +228,7 @@ fn tolerance(root: &Table, machine: &Machine, problems: &mut Problems) -> IndexM
     found
 }
 
-/// Advice against a tolerance of a key that is no believed value; `None` if the key may have one, as
+/// Advice against a tolerance of a key that is not a believed value; `None` if the key may have one, as
 /// parameters of effects may.
 fn not_believed(machine: &Machine, path: &str) -> Option<String> {
     let of = |site: Site| Some((site, path.strip_prefix(&site.key(machine))?.strip_prefix('.')?));

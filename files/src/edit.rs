@@ -89,7 +89,7 @@ impl Document {
                 continue;
             };
             if let Ok(written) = draft.sources.0[origin.source].text[origin.span.clone()].parse::<Value>() {
-                // A path that is no table is refused where its entry is set.
+                // A path that is not a table is refused where its entry is set.
                 let _ = set(document, way, written);
             }
         }

@@ -24,7 +24,7 @@ pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
 
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
-        return Err(Error::new(ErrorKind::InvalidData, format!("byte {at} is zero: this is no text")));
+        return Err(Error::new(ErrorKind::InvalidData, format!("byte {at} is zero: this is not text")));
     }
     String::from_utf8(bytes).map_err(|error| {
         let (bytes, at) = (error.as_bytes(), error.utf8_error().valid_up_to());

@@ -89,7 +89,7 @@ pub(crate) fn problem(machine: &Document, name: &str) -> Option<Problem> {
 pub(crate) fn scope(machine: &Document, name: &str) -> Scope {
     let scenario = &machine.scenario;
     let rotational = Scope::new(scenario.machine.axis == Axis::Rotational);
-    // The absence of the controller is reported elsewhere, so its unit is no second mistake.
+    // The absence of the controller is reported elsewhere, so its unit is not a second mistake.
     let Some(own) = scenario.controllers.get(name) else {
         return Scope { signal: Dimension::UNKNOWN, ..rotational };
     };

@@ -20,7 +20,7 @@ pub struct Located {
     pub key: String,
     /// The mistake in words.
     pub message: String,
-    /// Advice on how to mend it.
+    /// How to correct it.
     pub remedy: String,
     /// Bytes of the file.
     pub span: Range<usize>,

@@ -109,7 +109,7 @@ impl Document {
 /// The text of a file with some numbers changed.
 ///
 /// # Errors
-/// The key and the reason, if the text is no TOML or the key leads through something other than tables and
+/// The key and the reason, if the text is not TOML or the key leads through something other than tables and
 /// lists.
 pub fn with_numbers(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
     changed(parsed(text)?, edits)

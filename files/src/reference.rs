@@ -9,7 +9,7 @@ use feeler_catalogue::{Absent, Bound, Choice, Key, Keys, Kind, Unit, Word};
 use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
 use feeler_plant::description::Quantity;
-use feeler_plant::effects::{self, LIBRARY};
+use feeler_plant::effects::{self, ABOVE_ZERO, Definition, LIBRARY};
 
 use super::cell::{NOT_OF_SENSORS, OF_CONTACTS};
 use super::keys::cell::{TIP, WORKPIECE};
@@ -107,6 +107,7 @@ fn effects_markdown() -> String {
         let _ = write!(text, "\n## `{}`\n\n{}{rest}. ", definition.kind, first.to_uppercase());
         let _ = writeln!(text, "It sits under {}.\n", definition.sits_under());
         let _ = writeln!(text, "![law of {0}](images/effects/{0}.svg)\n", definition.kind);
+        parameters(&mut text, definition);
         for line in definition.documentation().lines() {
             match line.strip_prefix("## ") {
                 Some(title) => drop(writeln!(text, "### {title}\n")),
@@ -115,6 +116,38 @@ fn effects_markdown() -> String {
         }
     }
     wrapped(&text)
+}
+
+/// The table of an effect's parameters.
+fn parameters(text: &mut String, definition: &Definition) {
+    text.push_str("| parameter | unit | default | typical | bounds | meaning |\n|---|---|---|---|---|---|\n");
+    for parameter in definition.parameters {
+        let (low, high) = parameter.bounds;
+        let low = if low == ABOVE_ZERO { "above 0".to_owned() } else { short(low) };
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} | {low} to {} | {} |",
+            parameter.name,
+            Unit::Of(parameter.dimension).words(),
+            parameter.default.map_or_else(|| "required".to_owned(), short),
+            short(parameter.typical),
+            short(high),
+            escaped(parameter.text)
+        );
+    }
+    text.push('\n');
+}
+
+/// A number with at most four decimals.
+fn short(value: f64) -> String {
+    if value.is_infinite() {
+        return "any".to_owned();
+    }
+    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
+        return format!("{value:e}");
+    }
+    let text = format!("{value:.4}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// The text with its paragraphs and lists wrapped at `COLUMNS`.

@@ -166,7 +166,7 @@ impl Builder<'_> {
     }
 }
 
-/// The value of a table of this form before its keys are read; of the first form if `name` is no form.
+/// The value of a table of this form before its keys are read; of the first form if `name` is not a form.
 fn of_form<T: Record>(name: Option<&str>) -> T {
     let named = T::FORMS.iter().find(|form| Some(form.name) == name);
     (named.unwrap_or(&T::FORMS[0]).start)()

@@ -85,7 +85,7 @@ pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut
         let Value::Table(elements) = made.node.value else { continue };
         let empty = Entry { key: place.clone(), node: Node::table(place.clone()) };
         if let Some(own) = root.entry(name).or_insert(empty).node.as_table_mut() {
-            // What the file says of an element goes before.
+            // Keys of an element in the file take precedence.
             for (element, entry) in elements {
                 own.entry(element).or_insert(entry);
             }

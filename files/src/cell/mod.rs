@@ -32,7 +32,7 @@ use arm_parts::ArmParts;
 const RECORD_RATE_HZ: f64 = 1e3;
 /// Longest run, s: the computation takes about as long as the simulated time.
 const LONGEST_S: f64 = 1e3;
-/// From this number of joints on, the tool's x axis can be aligned with the normal.
+/// From this number of joints onwards, the tool's x axis can be aligned with the normal.
 const POINTING: usize = 5;
 
 /// A checked scenario of a whole arm.

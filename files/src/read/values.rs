@@ -153,7 +153,7 @@ impl Reader<'_> {
         let (Some(low), Some(high)) = ends else { return None };
         // A sweep may run downwards; a band may not, and it has no negative frequencies.
         if unit != Unit::Swept && (low >= high || low < 0.0) {
-            let remedy = "write the lower frequency first, from zero on";
+            let remedy = "write the lower frequency first, at or above zero";
             self.problems.add(&node.origin, path, format!("a band from {low} to {high} is empty"), remedy);
             return None;
         }

@@ -12,12 +12,11 @@ feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 ![law of EXAMPLE](images/effects/EXAMPLE.svg)
 
 An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
-is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
-and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
+is generated from the library, as is the output of `feeler effects KIND`. Words: [glossary](glossary.md).
 
-Each drawing shows the law of an effect in outline, without numbers. The solid line is the machine
-with the effect, the dashed line the machine without it. Where no dashed line is drawn, the machine
-without it has none, or it is zero.
+Each drawing shows the law of an effect in outline, without numbers, and names its parameters. The solid
+line is the machine with the effect, the dashed line the machine without it. A drawing without a dashed
+line shows the force of the effect alone.
 ";
 
 pub(super) const INTRODUCTION: &str = "\
@@ -39,11 +38,11 @@ Files are TOML. A plain number is SI. A text has a unit, as in `\"1.2 kN/mm\"`, 
 - Units are products of g, m, s, min, Hz, N, J, W, A, V, ohm, H, rad, deg, rpm with the
   prefixes n, u, m, c, k, M, G.
 - Factors are separated by a space, `*` or `·`. Powers are written `m2` or `m^2`.
-- There is at most one `/`. A denominator of several factors stands in parentheses.
+- There is at most one `/`. Put a denominator of several factors in parentheses.
 - If two units are given below, the one in parentheses is for a rotational axis.
 
-In the tables, the bounds of a number stand beside its unit. A dash in the column `default` means:
-absent unless given.
+In the tables, the bounds of a number follow its unit. A dash in the column `default` means: absent unless
+given.
 
 ## Signals
 

@@ -109,7 +109,7 @@ impl SweepFile {
         let by_axes = if drawn { Sampling::Random } else { Sampling::Grid };
         let sampling = fields.value(&SAMPLING).unwrap_or(by_axes);
         let runs: f64 = axes.values().filter_map(SweepAxis::count).map(|count| count as f64).product();
-        // A list is no axis of a diagram: each of its values has its own diagrams.
+        // A list is not an axis of a diagram: each of its values has its own diagrams.
         let drawn_over_one = axes.values().filter(|axis| !matches!(axis, SweepAxis::List(_))).count() == 1;
         let tail = if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 };
         let mut kept = Keep { outcome: true, traces: false, tail };

@@ -1,4 +1,4 @@
-//! Excessive requests, and files that are no valid text.
+//! Excessive requests, and files that are not valid text.
 
 use std::time::{Duration, Instant};
 

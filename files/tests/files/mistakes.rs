@@ -275,7 +275,7 @@ fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
         ))
     };
     let servo = "kind = \"position-servo\"\nkp = 100.0";
-    // The voltage of a motor is no force at once: only its current takes noise.
+    // The voltage of a motor is not a force at once: only its current takes noise.
     let motor = "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 1.0\ntorque_constant = 1.0";
     let noise = |sigma: &str| format!("actuators.drive.effects.command-noise]\nsigma = \"{sigma}\"");
     for (actuator, sigma, wrong) in

@@ -157,7 +157,7 @@ fn truth_the_schema_refuses_what_the_reader_refuses() {
     assert!(!admits(&schema, &json!({ "bodies": { "a": {} } })), "a mass is missing");
     assert!(
         admits(&schema, &overlay(json!({ "bodies": { "a": { "position": "5 mm" } } }))),
-        "it stands in the machine"
+        "it is in the machine"
     );
     assert!(!admits(&schema, &overlay(json!({ "bodies": { "a": { "mas": 1.0 } } }))), "a misspelt key");
     assert!(admits(&schema, &overlay(json!({ "controllers": { "c": { "kp": 1.0 } } }))));

@@ -140,7 +140,8 @@ fn prop_documentation_has_its_sections_in_order() {
         let titles: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("## ")).collect();
         assert_eq!(titles, SECTIONS, "{}", definition.kind);
         for title in titles {
-            assert!(section(definition, title).ends_with('.'), "{}: {title} is no sentence", definition.kind);
+            let is_sentence = section(definition, title).ends_with('.');
+            assert!(is_sentence, "{}: {title} is not a sentence", definition.kind);
         }
         let source = section(definition, "Source");
         let years =
@@ -157,7 +158,7 @@ fn prop_documentation_has_its_sections_in_order() {
 fn prop_documentation_names_look_alikes_that_exist() {
     for definition in LIBRARY {
         for kind in kinds_named(definition.sections) {
-            assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is no effect", definition.kind);
+            assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is not an effect", definition.kind);
         }
         let others =
             kinds_named(&section(definition, "How it shows")).filter(|kind| *kind != definition.name).count();
@@ -171,8 +172,11 @@ fn prop_the_model_speaks_of_every_parameter() {
         for parameter in definition.parameters {
             let model = section(definition, "Model");
             let words = model.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            // A row of parameters is named by its ends: `force_1` to `force_9`.
+            let row = parameter.name.rsplit_once('_').filter(|(_, number)| number.parse::<u8>().is_ok());
+            let is_in_row = row.is_some_and(|(name, _)| model.contains(&format!("`{name}_1` to `{name}_9`")));
             assert!(
-                words.into_iter().any(|word| word == parameter.name),
+                is_in_row || words.into_iter().any(|word| word == parameter.name),
                 "{}: the model lacks `{}`",
                 definition.kind,
                 parameter.name
@@ -189,6 +193,9 @@ fn prop_a_law_is_drawn_within_its_box_and_differs_from_the_machine_without() {
             |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
         let (with, without) = (points(law.with), points(law.without));
         assert!(law.axes.iter().all(|axis| !axis.is_empty()) && !with.is_empty(), "{}", definition.kind);
+        let names = |text: &str| definition.parameters.iter().any(|parameter| text.contains(parameter.name));
+        let is_named = law.labels.iter().any(|(.., text)| names(text));
+        assert!(is_named, "{}: its drawing names no parameter", definition.kind);
         assert!(with.iter().all(|curve| !without.contains(curve)), "{}", definition.kind);
         for &(across, up) in with.iter().chain(&without).flatten() {
             let within = (law.start..=1.0).contains(&across) && (-1.0..=1.0).contains(&up);

@@ -17,6 +17,7 @@ const BOTTOM: f64 = 130.0;
 /// Colours of medium lightness: at least 3.8 : 1 against white and against the book's dark pages.
 const GREY: &str = "#808080";
 const WITH: &str = "stroke=\"#1f77d0\"";
+const LABEL: &str = "fill=\"#1f77d0\"";
 const WITHOUT: &str = "stroke=\"#c26a00\" stroke-dasharray=\"5 4\"";
 
 fn drawing(law: &LawDrawing) -> String {
@@ -47,6 +48,10 @@ fn drawing(law: &LawDrawing) -> String {
             }
             text.push_str("\"/>\n");
         }
+    }
+    for (across, up, label) in law.labels {
+        let (x, y) = place((*across, *up));
+        let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"11\" {LABEL}>{label}</text>");
     }
     text + "</svg>\n"
 }

@@ -24,7 +24,7 @@ pub struct Weight {
     pub on: NodeId,
     /// Node that carries the reaction.
     pub reacts_on: NodeId,
-    /// Whether the earth pulls a body: its reaction stays on ground, whatever the machine stands on.
+    /// Whether the earth pulls a body: its reaction stays on ground, whatever carries the machine.
     pub is_of_earth: bool,
     /// Force over the relative position.
     pub course: Course,

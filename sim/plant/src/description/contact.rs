@@ -86,7 +86,7 @@ impl ContactLaw {
 }
 
 words!(Engagement {
-    Clamped = "clamped", "attached where the bodies stand at the start; the gap counts as zero";
+    Clamped = "clamped", "attached where the bodies are at the start; the gap counts as zero";
     Unilateral = "unilateral", "pushes only";
     Free = "free", "absent";
 });

@@ -167,7 +167,7 @@ impl Profile {
         Piece::hermite(a, b).at(t_s)
     }
 
-    /// The motion from `t_s` on, as a piece that begins there.
+    /// The motion from `t_s` onwards, as a piece that begins there.
     pub(crate) fn piece_from(&self, t_s: f64) -> Piece {
         match self.pieces.partition_point(|piece| piece.start_s <= t_s).checked_sub(1) {
             Some(i) => {

@@ -52,6 +52,7 @@ Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
         start: 0.0,
         with: &[Curve::LAGGED_STEP],
         without: &[Curve::STEP],
+        labels: &[(0.34, 0.3, "time_constant")],
     },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ActuatorLag>(),

@@ -21,7 +21,8 @@ mass = \"3 kg\"
 ",
     sections: "\
 ## Model
-The body weighs `mass` more than believed, or less if `mass` is negative. What remains must be positive.
+The mass of the body is larger by `mass`, or smaller if `mass` is negative. The sum must be positive. Its
+weight is a separate effect: `constant-load` or `gravity`.
 
 ## Where it comes from
 Payloads, grippers and cables that nobody entered, inertia of motor and gear that departs from the data
@@ -49,6 +50,7 @@ links, International Journal of Robotics Research 5 (1986).
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.5, 0.12, "mass")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<AddedMass>(),

@@ -38,20 +38,20 @@ width = \"50 um\"
 ## Model
 Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force is
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
-and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free otherwise,
-would ring at 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu`
-their reduced mass. So with a width of zero a very stiff spring replaces the rigid one. Arms hang behind
-their joints: the `gravity` of a guide of the first body then acts on the second. A spring that has its own
-stiffness keeps it and takes neither.
+and `damping` are those of its flanks. By default (or if zero), the two bodies, free otherwise, would ring at
+1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu` their reduced
+mass. So with a width of zero a very stiff spring replaces the rigid one. Arms hang behind their joints: the
+`gravity` of a guide of the first body then acts on the second. A spring that has its own stiffness keeps it
+and takes neither.
 
 ## Where it comes from
 Gears, splines, nuts, keys, worn couplings.
 
 ## How it shows
 At every reversal of the force in the transmission the tip waits and then is hit. Small oscillations see a
-softer transmission, so a mode sinks as the amplitude does. With an integrator or a high gain a limit cycle
-of the size of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction` also
-loses motion at reversals, but of the velocity, and it damps; `hardening-stiffness` also stiffens with
+softer transmission, so the resonance frequency drops with the amplitude. With an integrator or a high gain a
+limit cycle of the size of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction`
+also loses motion at reversals, but of the velocity, and it damps; `hardening-stiffness` also stiffens with
 amplitude, but smoothly.
 
 ## How it is recognised
@@ -71,6 +71,7 @@ the dead-zone model with damping.
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.0, -0.3, "width")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<Backlash>(),

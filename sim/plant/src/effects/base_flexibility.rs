@@ -55,10 +55,11 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Robotics and Automation 8 (1992): robot base dynamics.
 ",
     law: LawDrawing {
-        axes: ["time after a step of the drive force", "base position"],
+        axes: ["time after a force step in the air", "base position"],
         start: 0.0,
         with: &[Curve::Function(|t| -0.5 * (1.0 - (-4.0 * t).exp() * (25.0 * t).cos()))],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.0)])],
+        labels: &[(0.4, -0.9, "mass, stiffness, damping")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<BaseFlexibility>(),

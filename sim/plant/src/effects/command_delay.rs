@@ -37,8 +37,8 @@ The lag of the response grows in proportion to frequency while its magnitude sta
 command and acceleration shows the same shift in every experiment.
 
 ## Numerical treatment
-Each held command takes effect at its own instant, to rounding. Linear theory keeps the delay exact, as a
-factor of the frequency response or as states of the sampled loop.
+Each held command takes effect at its own instant, to machine precision. Linear theory keeps the delay exact,
+as a factor of the frequency response or as states of the sampled loop.
 
 ## Source
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
@@ -49,6 +49,7 @@ a time delay.
         start: 0.0,
         with: &[Curve::LATE_STEP],
         without: &[Curve::STEP],
+        labels: &[(0.12, 0.1, "delay")],
     },
     traits: &[Trait::Delay],
     change: Change::plant::<CommandDelay>(),

@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: CommandInterpolation::PARAMETERS,
-    summary: "the drive moves evenly from one command to the next, instead of a jump",
+    summary: "the drive moves evenly from one command to the next instead of jumping",
     example: "\
 [actuators.drive.effects.command-interpolation]
 interval = \"3 ms\"
@@ -43,9 +43,9 @@ not try it: it finds `command-delay` or `actuator-lag`.
 
 ## Numerical treatment
 The way to a command is a ramp with a rate of its own, which is a mode. Its end is an event, located to
-rounding. Linear theory takes it as a delay of `I / 2`, with `I` the interval. If commands come every `T`,
-with `T` below `I`, it takes a lag of time constant `I - T / 2` instead. For the target of a sampled servo
-it takes a delay of that length.
+machine precision. Linear theory takes it as a delay of `I / 2`, with `I` the interval. If commands come every
+`T`, with `T` below `I`, it takes a lag of time constant `I - T / 2` instead. For the target of a sampled
+servo it takes a delay of that length.
 
 ## Source
 L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and Robots, Springer (2008): linear
@@ -56,6 +56,7 @@ interpolation between points.
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.7, 0.6), (1.0, 0.6)])],
         without: &[Curve::STEP],
+        labels: &[(0.48, 0.2, "interval")],
     },
     traits: &[Trait::Delay],
     change: Change::plant::<CommandInterpolation>(),

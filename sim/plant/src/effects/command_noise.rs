@@ -33,9 +33,9 @@ An analogue command line, the ripple of a current loop, an amplifier's noise; an
 measured (a current) rather than recorded.
 
 ## How it shows
-The motion shakes without cause in the record, and no repetition of the command repeats it. While the command
-changes, `timing-jitter` scatters it too; under a constant command only noise remains. Averages over many
-repetitions lose it. No fit finds it, because the numbers are not in the record: a diagnosis counts it as
+The motion shakes without cause in the record. The same command gives another motion each time. While the
+command changes, `timing-jitter` scatters it too; under a constant command only noise remains. Averages over
+many repetitions lose it. No fit finds it, because the numbers are not in the record: a diagnosis counts it as
 noise of the command.
 
 ## How it is recognised
@@ -56,6 +56,7 @@ H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on ana
             0.6 * (TAU * t).sin() + 0.1 * ((211.0 * t).sin() + (137.0 * t).sin() + (89.0 * t).sin())
         })],
         without: &[Curve::Function(|t| 0.6 * (TAU * t).sin())],
+        labels: &[(0.35, 0.75, "sigma")],
     },
     traits: &[Trait::OfCommand],
     change: Change::plant::<CommandNoise>(),

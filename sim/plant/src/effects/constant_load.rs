@@ -51,6 +51,7 @@ B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Plann
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.6), (1.0, 0.6)])],
         without: &[],
+        labels: &[(0.4, 0.7, "force")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ConstantLoad>(),

@@ -51,6 +51,7 @@ G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechan
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],
         without: &[Curve::Points(&[(-1.0, -0.4), (1.0, 0.4)])],
+        labels: &[(0.1, 0.6, "damping")],
     },
     traits: &[],
     change: Change::plant::<ContactDamping>(),

@@ -30,13 +30,13 @@ Another material than planned, a worn or exchanged pad, a sensor whose own stiff
 sheet.
 
 ## How it shows
-Let `r` be the stiffness over the believed one. The peak force of an impact and the frequency of the contact
-mode rise by `sqrt(r)`, and its duration falls by as much. Above the contact mode the gain of a force loop is
-in proportion to the stiffness. Well below it, a force drive gives the same contact force on any wall. On a
-motion-controlled robot the gain is in proportion at all frequencies (Whitney). Static force under force
-control is as predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer
-contact too; only a mode separates them. `force-gain` changes the reading in proportion as well, but no
-frequency.
+Let `r` be the ratio of the stiffness to the believed one. The peak force of an impact and the frequency of
+the contact mode are `sqrt(r)` times as large, and the impact is `sqrt(r)` times as short. Above the contact
+mode, the gain of a force loop is proportional to the stiffness. Well below it, a force drive gives the same
+contact force on any wall. On a motion-controlled robot the gain is proportional to the stiffness at all
+frequencies (Whitney). Static force under force control is as predicted. At low frequency,
+`workpiece-dynamics` and `transmission-flexibility` also act as a softer contact; only their modes separate
+them. `force-gain` scales the reading too, but changes no frequency.
 
 ## How it is recognised
 The duration of impacts and the frequency of the contact mode are off, while static forces are right.
@@ -54,6 +54,7 @@ Measurement, and Control 99 (1977): the loop gain is proportional to the stiffne
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.9)])],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.5)])],
+        labels: &[(0.3, 0.55, "stiffness")],
     },
     traits: &[],
     change: Change::plant::<ContactStiffness>(),

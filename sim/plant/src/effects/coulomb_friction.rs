@@ -41,8 +41,7 @@ amplitudes show it best.
 
 ## Numerical treatment
 Sliding and sticking are modes. Sliding has a constant force, sticking joins two bodies, and both are exact;
-the instants between them are events. Linear theory takes friction as sliding one way, so it drops out. LuGre
-friction stays: linear theory takes it at rest, as a spring. So the two give different margins.
+the instants between them are events. Linear theory takes friction as sliding one way, so it drops out.
 
 ## Source
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction
@@ -53,6 +52,7 @@ compensation, European Journal of Control 4 (1998).
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.4 * v.signum())],
         without: &[Curve::GUIDE],
+        labels: &[(-0.4, 0.4, "level")],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<CoulombFriction>(),

@@ -15,7 +15,7 @@ pub enum Place {
     Transmission,
     /// The support of guide, reaction and workpiece.
     Base,
-    /// Where tool and workpiece meet.
+    /// The contact of tool and workpiece.
     Contact,
     /// The workpiece that is touched.
     Workpiece,

@@ -31,8 +31,7 @@ The guide's own damping grows by `damping` to `c`. Sliding at speed `v` the guid
 spring moves towards + against the first. The force is continuous at rest, and its slope is not.
 
 ## Where it comes from
-Gears that drive better than they are driven, seals and wipers with a lip, check valves, dampers with a
-bypass.
+Seals and wipers with a lip, check valves, dampers with a bypass.
 
 ## How it shows
 One direction takes more force than the other, and the difference grows with speed. `asymmetric-friction`
@@ -56,6 +55,7 @@ are driven backward; J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bum
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],
         without: &[Curve::GUIDE],
+        labels: &[(0.05, 0.7, "1 + asymmetry"), (-0.95, -0.65, "1 - asymmetry")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<DirectionalDamping>(),

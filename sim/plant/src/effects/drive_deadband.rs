@@ -3,7 +3,7 @@
 use super::prelude::*;
 
 parameters! { DriveDeadband
-    width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing"),
+    width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "half-width of the dead zone"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {
@@ -52,6 +52,7 @@ G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.05, -0.3, "width")],
     },
     traits: &[Trait::DriveFlaw, Trait::OfCommand],
     change: Change::plant::<DriveDeadband>(),

@@ -23,12 +23,13 @@ gain = 0.8
 ",
     sections: "\
 ## Model
-The drive acts on `gain * u`: after its deadband, before its limits. This is the error of a motor's torque
-constant, too: a constant that is a tenth less than believed is `gain = 0.9`. Under a position servo it
-scales the target. A negative gain is a drive that is wired the wrong way round.
+The drive acts on `gain * u`: after its deadband, before its limits. On a drive that is commanded by force or
+current, this is also an error of the torque constant: a constant that is a tenth less than believed is
+`gain = 0.9`. Under a position servo it scales the target. A negative gain is a drive that is wired the wrong
+way round.
 
 ## Where it comes from
-A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.
+A force constant from the data sheet, demagnetised or hot magnets, a mis-set current scale.
 
 ## How it shows
 Every response to the command changes by one factor, at all frequencies and sizes. Forces that do not come
@@ -52,6 +53,7 @@ Journal of Dynamic Systems, Measurement, and Control 136 (2014).
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.5, 0.12, "gain")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<DriveGain>(),

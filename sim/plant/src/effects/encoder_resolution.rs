@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::MotionSensor],
     site: "",
     parameters: EncoderResolution::PARAMETERS,
-    summary: "quantisation",
+    summary: "quantisation of a motion reading",
     example: "\
 [sensors.encoder.effects.encoder-resolution]
 resolution = \"50 um\"
@@ -33,15 +33,16 @@ Positions take few values. Velocities from their differences are multiples of `r
 time: in slow motion they are spikes, and joint damping passes these to the drive. Where the position crosses
 many steps in each sample, rounding is white noise of `resolution / sqrt(12)` rms.
 
-A virtual wall of stiffness `K` hums if dry friction is below `K resolution / 2`. `force-resolution` does the
-same in the force channel. `timing-jitter` also scatters differences, but in proportion to speed.
+A virtual wall of stiffness `K` may sustain a limit cycle if dry friction is below `K resolution / 2`. Its
+damping must also exceed `K period / 2`. `force-resolution` does the same in the force channel.
+`timing-jitter` also scatters differences, but in proportion to speed.
 
 ## How it is recognised
 List the values of the reading: they are multiples of one step. Slow motion shows the stairs.
 
 ## Numerical treatment
-Each reading is rounded at its instant. Linear theory leaves rounding out: a hum of about one step is seen
-only in simulation.
+Each reading is rounded at its instant. Linear theory leaves rounding out: a limit cycle of about one step is
+seen only in simulation.
 
 ## Source
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall
@@ -52,6 +53,7 @@ passivity, IEEE Transactions on Robotics 21 (2005).
         start: -1.0,
         with: &[Curve::ROUNDED],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.3, -0.2, "resolution")],
     },
     traits: &[Trait::Quantisation],
     change: Change::plant::<EncoderResolution>(),

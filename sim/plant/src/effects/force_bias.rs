@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceBias::PARAMETERS,
-    summary: "offset",
+    summary: "offset of the force reading",
     example: "\
 [sensors.force.effects.force-bias]
 bias = \"2 N\"
@@ -45,6 +45,7 @@ E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004):
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.6), (0.7, 1.0)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(-0.35, 0.3, "bias")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ForceBias>(),

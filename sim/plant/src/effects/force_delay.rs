@@ -50,6 +50,7 @@ a time delay.
         start: 0.0,
         with: &[Curve::LATE_STEP],
         without: &[Curve::STEP],
+        labels: &[(0.12, 0.1, "delay")],
     },
     traits: &[Trait::Delay],
     change: Change::plant::<ForceDelay>(),

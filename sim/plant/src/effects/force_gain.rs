@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceGain::PARAMETERS,
-    summary: "calibration error",
+    summary: "calibration error: the force reading is scaled",
     example: "\
 [sensors.force.effects.force-gain]
 gain = 0.8
@@ -48,6 +48,7 @@ sensitivity.
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.5, 0.12, "gain")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ForceGain>(),

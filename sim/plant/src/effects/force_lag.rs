@@ -51,6 +51,7 @@ antialiasing prefilters.
         start: 0.0,
         with: &[Curve::LAGGED_STEP],
         without: &[Curve::STEP],
+        labels: &[(0.34, 0.3, "time_constant")],
     },
     traits: &[Trait::Delay],
     change: Change::plant::<ForceLag>(),

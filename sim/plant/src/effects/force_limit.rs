@@ -50,6 +50,7 @@ K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limi
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.5), (-0.5, -0.5), (0.5, 0.5), (0.9, 0.5)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.55, 0.3, "limit")],
     },
     traits: &[Trait::Saturation],
     change: Change::plant::<ForceLimit>(),

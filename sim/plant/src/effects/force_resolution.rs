@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::ForceSensor],
     site: "",
     parameters: ForceResolution::PARAMETERS,
-    summary: "quantisation",
+    summary: "quantisation of the force reading",
     example: "\
 [sensors.force.effects.force-resolution]
 resolution = \"1 N\"
@@ -46,6 +46,7 @@ B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
         start: -1.0,
         with: &[Curve::ROUNDED],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.3, -0.2, "resolution")],
     },
     traits: &[Trait::Quantisation],
     change: Change::plant::<ForceResolution>(),

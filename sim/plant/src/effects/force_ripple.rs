@@ -31,12 +31,13 @@ phase = 1.0
 ",
     sections: "\
 ## Model
-The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` the position of the driven
+The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`. `x` is the position of the driven
 body relative to the one that carries the reaction. It acts whatever the command, and no limit of the drive
-clips it. Ripple of a geared motor is tied to the motor's angle. Give as `pitch` the travel of the axis per
-motor turn (a turn over the gear ratio). Give as `harmonic` how often it repeats per motor turn. For cogging
-that is the least common multiple of the numbers of slots and poles. Tolerances of manufacture add ripple as
-often as the motor has slots, or poles.
+clips it: it is the detent force. Ripple that grows with the current is not described. Ripple of a geared
+motor is tied to the motor's angle. Give as `pitch` the travel of the axis per motor turn (a turn over the
+gear ratio). Give as `harmonic` how often it repeats per motor turn. For cogging that is the least common
+multiple of the numbers of slots and poles. Tolerances of manufacture add ripple as often as the motor has
+slots, or poles.
 
 ## Where it comes from
 Permanent magnets that pull at teeth and at the ends of an iron core, gears, ball screws.
@@ -51,8 +52,8 @@ Plot the missing force against position: it is a wave. Slow strokes over several
 wave has the same pitch at every speed.
 
 ## Numerical treatment
-The force is a sine of the position, so an extrapolation method integrates the mode to rounding. Linear
-theory takes its slope where the machine rests: a stiffness.
+The force is a sine of the position, so an extrapolation method integrates the mode to machine precision.
+Linear theory takes its slope where the machine rests: a stiffness.
 
 ## Source
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
@@ -63,6 +64,7 @@ ripple.
         start: -1.0,
         with: &[Curve::Function(|x| 0.7 * (2.0 * TAU * x + 1.0).sin())],
         without: &[],
+        labels: &[(0.5, 0.85, "amplitude"), (-0.75, -0.9, "pitch / harmonic")],
     },
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ForceRipple>(),

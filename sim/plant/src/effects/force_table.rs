@@ -43,30 +43,33 @@ force_9 = 0.0
     sections: "\
 ## Model
 A force acts on the second body of the spring, and its opposite on the first. It depends on the position `x`
-of the second against the first. Nine points lie evenly spaced from `from` to `to`. The force there is
-`force_1`, `force_2`, `force_3`, `force_4`, `force_5`, `force_6`, `force_7`, `force_8` and `force_9`. Between
-them it follows straight lines whose corners are rounded over a quarter of the spacing. At a point it is
-therefore off by an eighth of the change of rise there. Beyond its ends the table tells nothing: the force
-levels out at the outermost value. A base that moves as the first body takes the opposite force.
+of the second against the first. Nine points lie evenly spaced from `from` to `to`. The forces there are
+`force_1` to `force_9`. Choose the range that was recorded. Between them it follows straight lines whose
+corners are rounded over a quarter of the spacing. At a point it is therefore off by an eighth of the change
+of rise there. Beyond its ends the table has no information: the force levels out at the outermost value.
+Positions are those of the bodies. They are zero at the start unless the file says otherwise. A base that
+moves as the first body takes the opposite force.
 
 ## Where it comes from
-It is no cause, but what is left when none is known: bumps of a rail, a cable chain, a seal, a cam, a magnet.
+It is not a cause, but what is left when none is known: bumps of a rail, a cable chain, a seal, a cam, a
+magnet.
 
 ## How it shows
 The missing force is a function of position alone, the same at every speed and in both directions. If it
 repeats, it is `force-ripple` or `gravity`, whose laws hold beyond the records too. Over a short stroke it
-contains `constant-load`. A table holds nothing finer than its spacing, and no force that depends on speed
-or direction: `speed-table` and `friction-table` do.
+contains `constant-load`. A table shows no detail finer than its spacing. For speed use `speed-table`, for
+direction `friction-table`.
 
 ## How it is recognised
 Plot the missing force against position: it is one curve. A diagnosis never names the table as a cause. If it
-calls the cause unknown, it fits the table at the guide, over position, speed or direction, that comes
-nearest to the missing force of the check experiments. It proposes the table if that closes more than a tenth
-of the gap there and worsens no horizon.
+calls the cause unknown, it reads a table of each kind off the fitted experiments. It keeps the kind that best
+predicts the check experiments, and fits that. It proposes the table if that closes more than a tenth of the
+gap there and worsens no horizon. Choice and acceptance use the same experiments, which is slightly
+optimistic.
 
 ## Numerical treatment
-The force is an analytic function of the position, so an extrapolation method integrates the mode to
-rounding. Its steps resolve the corners. The energy balance counts the potential energy. Linear theory takes
+The force is an analytic function of the position, so an extrapolation method integrates the mode to machine
+precision. Its steps resolve the corners. The energy balance counts the potential energy. Linear theory takes
 the slope at the operating point: a stiffness of either sign.
 
 ## Source
@@ -74,12 +77,13 @@ L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): func
 where no law is known.
 ",
     law: LawDrawing {
-        axes: ["position", "force of the guide"],
+        axes: ["position", "force on the second body"],
         start: -1.0,
         with: &[Curve::Function(|x| {
             Table::between(-0.8, 0.8, [0.0, 0.0, 0.15, 0.6, 0.75, 0.3, 0.0, -0.2, -0.2]).force(x)
         })],
         without: &[],
+        labels: &[(-0.95, -0.25, "from"), (0.75, 0.12, "to"), (0.1, 0.8, "force_5")],
     },
     traits: &[],
     change: Change::plant::<ForceTable>(),

@@ -44,29 +44,30 @@ level_9 = 0.0
     sections: "\
 ## Model
 Dry friction acts at the spring, with a level that depends on the position `x` of the second body against the
-first. Nine points lie evenly spaced from `from` to `to`. The level there is `level_1`, `level_2`, `level_3`,
-`level_4`, `level_5`, `level_6`, `level_7`, `level_8` and `level_9`. Between them it follows straight lines
-with rounded corners, as the force of `force-table` does. Beyond its ends it stays at the outermost level. It
-adds to other dry friction of the spring: sliding either way takes the level at the place, and at rest the
-spring holds up to it.
+first. Nine points lie evenly spaced from `from` to `to`. The levels there are `level_1` to `level_9`. Choose
+the range that was recorded. Between them it follows straight lines with rounded corners, as the force of
+`force-table` does. Beyond its ends it stays at the outermost level. It adds to other dry friction of the
+spring. The static level equals the sliding one: at rest the spring holds up to the level at the place.
 
 ## Where it comes from
-It is no cause, but what is left when none is known: a tight spot, a rail out of line, worn or dry stretches,
-a gear that binds over part of its turn.
+It is not a cause, but what is left when none is known: a tight spot, a rail out of line, worn or dry
+stretches, a gear that binds over part of its turn.
 
 ## How it shows
-The missing force depends on position and direction: it has the sign of the speed, and a size that varies
-along the way. With the same level everywhere it is `coulomb-friction`. A force that keeps its sign in both
-directions is a `force-table`.
+The missing force opposes the speed. Its size varies along the travel. With the same level everywhere it is
+`coulomb-friction`. A force that keeps its sign in both directions is a `force-table`. If the axis passes in
+one direction only, a `force-table` gives the same motion: drive over the stretch both ways. In contact,
+`load-friction` also changes the level.
 
 ## How it is recognised
-Plot the missing force against position, forward and backward: the two curves mirror each other. A diagnosis
-never names the table as a cause. It proposes one as it does a `force-table`.
+Plot the missing force against position, forward and backward: the two curves are equal and opposite. A
+diagnosis never names the table as a cause. It proposes one as it does a `force-table`.
 
 ## Numerical treatment
-Forward, backward and stick are modes, as for `coulomb-friction`, found as events to rounding. The level is an
-analytic function of the position, so an extrapolation method integrates each mode to rounding. Linear theory
-takes the guide as sliding one way or as sticking.
+Forward, backward and stick are modes, as for `coulomb-friction`. The instants between them are events,
+located to machine precision. The level is an analytic function of the position, so an extrapolation method
+integrates each mode to machine precision. Linear theory takes the guide as sliding. It leaves out the slope
+of the level, which would be a stiffness of either sign.
 
 ## Source
 L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
@@ -77,6 +78,12 @@ where no law is known.
         start: -1.0,
         with: &[Curve::Function(level), Curve::Function(|x| -level(x))],
         without: &[],
+        labels: &[
+            (-0.95, 0.3, "from"),
+            (0.75, 0.3, "to"),
+            (0.15, 0.75, "forward: level_5"),
+            (0.15, -0.85, "backward: -level_5"),
+        ],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<FrictionTable>(),

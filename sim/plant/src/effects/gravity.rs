@@ -51,9 +51,10 @@ Hold the axis at several positions over a quarter turn or more, and read the com
 position. Over a short stroke, a load and a spring look the same.
 
 ## Numerical treatment
-The force is a sine of the position, so an extrapolation method integrates the mode to rounding. The energy
-balance counts the potential energy. Linear theory takes the slope at the operating point. It is a stiffness
-`amplitude 2 pi / period cos(2 pi x / period + phase)`, negative while the centre is above the joint.
+The force is a sine of the position, so an extrapolation method integrates the mode to machine precision. The
+energy balance counts the potential energy. Linear theory takes the slope at the operating point. It is a
+stiffness `amplitude 2 pi / period cos(2 pi x / period + phase)`, negative while the centre is above the
+joint.
 
 ## Source
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
@@ -64,6 +65,7 @@ B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Plann
         start: -1.0,
         with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],
         without: &[],
+        labels: &[(-0.75, 0.92, "amplitude"), (0.6, -0.95, "period")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<Gravity>(),

@@ -56,6 +56,7 @@ K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on a
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
         without: &[],
+        labels: &[(-0.2, 0.08, "position"), (0.25, 0.65, "stiffness")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<HardStop>(),

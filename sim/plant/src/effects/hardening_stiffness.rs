@@ -39,7 +39,7 @@ stiffness.
 
 ## Numerical treatment
 The cubic force has no exponential, so an extrapolation method integrates the modes in which it acts to
-rounding. Linear theory takes the slope at the operating force.
+machine precision. Linear theory takes the slope at the operating force.
 
 ## Source
 A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing oscillator. For harmonic
@@ -51,6 +51,7 @@ Transactions on Robotics and Automation 12 (1996).
         start: -1.0,
         with: &[Curve::Function(|d| 0.4 * d + 0.5 * d.powi(3))],
         without: &[Curve::Points(&[(-1.0, -0.4), (1.0, 0.4)])],
+        labels: &[(0.3, 0.6, "cubic")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<HardeningStiffness>(),

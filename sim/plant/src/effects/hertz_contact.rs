@@ -45,8 +45,8 @@ Press at two forces: the contact mode is higher at the larger force. A force loo
 touch and unstable when pressing.
 
 ## Numerical treatment
-The power law has no exponential, so an extrapolation method integrates modes in contact to rounding; flight
-stays exact. Linear theory takes the stiffness at the operating force.
+The power law has no exponential, so an extrapolation method integrates modes in contact to machine precision;
+flight stays exact. Linear theory takes the stiffness at the operating force.
 
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
@@ -56,6 +56,7 @@ K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
         start: 0.0,
         with: &[Curve::Function(|d| 0.9 * d.powf(1.5))],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.6)])],
+        labels: &[(0.25, 0.6, "exponent, stiffness")],
     },
     traits: &[Trait::SurfacesPart],
     change: Change::plant::<HertzContact>(),

@@ -33,17 +33,17 @@ approach.
 
 ## How it shows
 The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`. Linear damping makes a
-step at touch-down; this loss makes none: with `c` zero the force rises from zero. About one contact force
-and for small motion it is `contact-damping` of `alpha k d^n`; another force level separates them. The rise
-of force with speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
+step at touch-down; this loss makes none: with `c` zero the force rises from zero. About one contact force and
+for small motion it is `contact-damping` of `c + alpha k d^n`; another force level separates them. The rise of
+force with speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
 
 ## How it is recognised
 Drop the tool at several speeds: the restitution falls with speed, and the loss adds no step of force at
 touch-down.
 
 ## Numerical treatment
-The law is nonlinear, so an extrapolation method integrates modes in contact to rounding; flight stays
-exact. Linear theory takes stiffness and damping at the operating force.
+The law is nonlinear, so an extrapolation method integrates modes in contact to machine precision; flight
+stays exact. Linear theory takes stiffness and damping at the operating force.
 
 ## Source
 K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME
@@ -57,6 +57,7 @@ Journal of Applied Mechanics 42 (1975).
             Curve::Function(|d| 0.6 * d * (1.0 - 0.5 * (1.0 - d * d).sqrt())),
         ],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.6)])],
+        labels: &[(0.3, 0.8, "alpha")],
     },
     traits: &[Trait::Dissipative, Trait::SurfacesPart],
     change: Change::plant::<HuntCrossleyContact>(),

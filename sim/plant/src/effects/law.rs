@@ -44,10 +44,12 @@ const PIECES: u32 = 160;
 pub struct LawDrawing {
     /// Quantities on the horizontal and the vertical axis.
     pub axes: [&'static str; 2],
-    /// Where the horizontal axis begins: -1, or 0 if nothing is negative.
+    /// Start of the horizontal axis: -1, or 0 if nothing is negative.
     pub start: f64,
     /// The machine with the effect.
     pub with: &'static [Curve],
     /// The machine without it; may be empty.
     pub without: &'static [Curve],
+    /// Texts that name parameters and directions, each with the point at which it begins.
+    pub labels: &'static [(f64, f64, &'static str)],
 }

@@ -25,21 +25,22 @@ The level of dry friction, sliding and at rest, is `ratio |F|` above what it is 
 sum of the sizes of all contact forces of the machine.
 
 ## Where it comes from
-Screws, gears and plain guides that carry the process force, guides that are tilted by it.
+Screws, gears (as their efficiency) and plain guides that carry the process force, guides that are tilted by
+it.
 
 ## How it shows
-Free motion is as predicted. In contact, the command for a force differs by `2 ratio |F|` between the way up
-and the way down: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the
-same, but it also acts in free motion. `contact-damping` also opens a loop between force and compression,
-but that loop closes in slow motion.
+Free motion is as predicted. In contact, the command for a force differs by `2 ratio |F|` between rising and
+falling force: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the same,
+but it also acts in free motion. `contact-damping` also opens a loop between force and compression, but that
+loop closes in slow motion.
 
 ## How it is recognised
 Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion
 shows nothing.
 
 ## Numerical treatment
-Stick and slip are events, as for dry friction without load. Where the friction follows the force of a
-clamped contact, an extrapolation method integrates the mode to rounding. Linear theory leaves it out. While
+Stick and slip are events, as for dry friction without load. Where the friction follows the force of a clamped
+contact, an extrapolation method integrates the mode to machine precision. Linear theory leaves it out. While
 the guide slides, the drive really meets the contact force times `1 + ratio` (pressing on) or `1 - ratio`
 (backing off).
 
@@ -52,6 +53,7 @@ and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Contr
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.9)])],
         without: &[Curve::Points(&[(0.0, 0.2), (1.0, 0.2)])],
+        labels: &[(0.25, 0.65, "slope: ratio")],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<LoadFriction>(),

@@ -28,7 +28,9 @@ example, it is the same as `drive-gain`. Under a servo `drive-gain` scales the t
 
 ## Where it comes from
 Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
-voltage that sags. A torque constant that is not that of the data sheet.
+voltage that sags. On a drive that is commanded by current: a torque constant that differs from the data
+sheet. On a voltage or duty cycle, a smaller torque constant also raises the no-load speed, and neither this
+effect nor `drive-gain` describes it.
 
 ## How it shows
 A servo with too small a gain lags more and, without an integral part, hangs lower under a load. One with too
@@ -54,6 +56,7 @@ Journal of Dynamic Systems, Measurement, and Control 136 (2014).
         start: -1.0,
         with: &[Curve::Points(&[(-0.9, -0.54), (0.9, 0.54)])],
         without: &[Curve::UNCHANGED],
+        labels: &[(0.5, 0.12, "gain")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<LoopGain>(),

@@ -45,9 +45,11 @@ Lubricated guides, bearings, seals and gears: asperities bend by micrometres bef
 
 ## How it shows
 Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The faster the
-force rises, the smaller the break-away force. Under a load and a vibration that together stay below
-`coulomb` it creeps on, more than real guides do. Records too coarse to see bristles bend cannot tell it
-from `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
+force rises, the smaller the break-away force. Under a load and a vibration that together stay below `coulomb`
+it creeps on, more than real guides do. In impacts the damping of the bristles acts like a large viscous
+friction. The law is passive only if the guide's own damping exceeds `damping (static - coulomb) / coulomb`
+(Barabanov and Ortega 2000); the example is not. Records too coarse to see bristles bend cannot tell it from
+`stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
 
 ## How it is recognised
 Move the axis by micrometres about one point with a fine encoder: force against position is a loop with
@@ -55,22 +57,24 @@ elastic flanks. Coarser records see only its sliding level.
 
 ## Numerical treatment
 The bending of the bristles is one more state. Forward and backward are modes, and an extrapolation method
-integrates each to rounding (a relative error of 4e-14). Its steps shorten as `coulomb / (stiffness |v|)`, so
-that stiff bristles at high speed cost time. The energy balance counts what bent bristles store. Linear theory
-takes the bristles at rest: a spring and a damper.
+integrates each to machine precision (a relative error of 4e-14). Its steps shorten as
+`coulomb / (stiffness |v|)`, so that stiff bristles at high speed cost time. The energy balance counts what
+bent bristles store. Linear theory takes the bristles at rest, as a spring and a damper. Coulomb friction
+drops out of it, so the margins differ.
 
 ## Source
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with
 friction, IEEE Transactions on Automatic Control 40 (1995).
 ",
     law: LawDrawing {
-        axes: ["position, slowly to and fro", "force of the guide"],
+        axes: ["position, slowly back and forth", "force of the guide"],
         start: -1.0,
         with: &[
             Curve::Function(|x| 0.7 - 1.4 * (-(x + 1.0) / 0.3).exp()),
             Curve::Function(|x| -0.7 + 1.4 * ((x - 1.0) / 0.3).exp()),
         ],
         without: &[],
+        labels: &[(0.3, 0.85, "coulomb: forward"), (-0.95, -0.9, "backward"), (-0.7, -0.15, "stiffness")],
     },
     traits: &[Trait::DryFriction],
     change: Change::plant::<LugreFriction>(),

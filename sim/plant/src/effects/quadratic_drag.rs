@@ -37,7 +37,7 @@ line from a parabola. With dry friction beside them you need three.
 
 ## Numerical treatment
 Forward and backward are modes, so the law is smooth in each, and an extrapolation method integrates it to
-rounding. Linear theory describes motion about rest, where drag has no slope, and leaves it out.
+machine precision. Linear theory describes motion about rest, where drag has no slope, and leaves it out.
 
 ## Source
 G. K. Batchelor, An Introduction to Fluid Dynamics, Cambridge University Press (1967): drag at high Reynolds
@@ -48,6 +48,7 @@ numbers.
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.6 * v * v.abs())],
         without: &[Curve::GUIDE],
+        labels: &[(0.3, 0.7, "drag")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<QuadraticDrag>(),

@@ -30,18 +30,17 @@ over time.
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.
 
 ## How it shows
-Steps become ramps. Sines lose their steep parts once amplitude times angular frequency exceeds the rate, and
-from about 1.9 times the rate on they are triangles. The phase lag then grows with amplitude, which can start
-an oscillation that small tests never show. At one amplitude `actuator-lag` looks the same; two amplitudes
-separate them.
+Steps become ramps. Sines are distorted once amplitude times angular frequency exceeds the rate. Above 1.86
+times the rate they are triangles. The phase lag then grows with amplitude, which can start an oscillation
+that small tests never show. At one amplitude `actuator-lag` looks the same; two amplitudes separate them.
 
 ## How it is recognised
 Large and fast commands turn into ramps of one slope, small ones do not. Two amplitudes at the same
 frequency show it.
 
 ## Numerical treatment
-A limited command is a ramp, which is a mode. Its end is an event, located to rounding. Linear theory takes
-the limit as not reached.
+A limited command is a ramp, which is a mode. Its end is an event, located to machine precision. Linear theory
+takes the limit as not reached.
 
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
@@ -51,6 +50,7 @@ P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): 
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.1, 0.0), (0.6, 0.6), (1.0, 0.6)])],
         without: &[Curve::STEP],
+        labels: &[(0.42, 0.25, "rate")],
     },
     traits: &[Trait::Saturation, Trait::OfCommand],
     change: Change::plant::<SlewLimit>(),

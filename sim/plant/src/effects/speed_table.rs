@@ -44,27 +44,32 @@ force_9 = \"-4 N\"
     sections: "\
 ## Model
 A force acts on the second body of the spring, and its opposite on the first. It depends on the speed `v` of
-the second against the first. Nine points lie evenly spaced from `from` to `to`. The force there is
-`force_1`, `force_2`, `force_3`, `force_4`, `force_5`, `force_6`, `force_7`, `force_8` and `force_9`. Between
-them it follows straight lines with rounded corners, as that of `force-table` does. Beyond its ends the force
-levels out at the outermost value. Forward and backward have points of their own, so a table may differ by
-direction.
+the second against the first. Nine points lie evenly spaced from `from` to `to`. The forces there are
+`force_1` to `force_9`. Choose the range that was recorded. Between them it follows straight lines with
+rounded corners, as that of `force-table` does. Beyond its ends the force levels out at the outermost value,
+so the range should include zero: otherwise the end value is a load at rest. A resistance is negative at
+positive speed and positive at negative speed, opposite to the drawing of `viscous-friction`. Forward and
+backward have their own points, so a table may differ by direction.
 
 ## Where it comes from
-It is no cause, but what is left when none is known: a drive that sags, a seal, grease, a bearing.
+It is not a cause, but what is left when none is known: a drive that sags, a seal, grease, a bearing.
 
 ## How it shows
-The missing force is a function of speed alone, the same at every position. One line through rest is
-`viscous-friction`, a line for each direction `directional-damping`, a parabola `quadratic-drag`. Their laws
-hold beyond the recorded speeds too. A jump at rest is dry friction, which no table over speed holds.
+The missing force is a function of speed alone, the same at every position. A straight line through zero speed
+is `viscous-friction`, a line for each direction `directional-damping`, a parabola `quadratic-drag`. Their
+laws hold beyond the recorded speeds too. A force at zero speed is a `constant-load`, and a drive whose force
+falls with speed has a `torque-speed-line`. Dry friction jumps at rest. A table over speed is smooth there, so
+it cannot describe it, nor hold an axis at rest: the axis creeps. Add `coulomb-friction` for that. A Stribeck
+fall within one spacing is not resolved.
 
 ## How it is recognised
 Plot the missing force against speed: it is one curve. A diagnosis never names the table as a cause. It
 proposes one as it does a `force-table`.
 
 ## Numerical treatment
-The force is an analytic function of the speed, so an extrapolation method integrates the mode to rounding.
-The energy balance counts its work as damping. Linear theory takes the slope at rest: damping of either sign.
+The force is an analytic function of the speed, so an extrapolation method integrates the mode to machine
+precision. The energy balance counts its work as damping, which is negative where the force drives the motion.
+Linear theory takes the slope at rest: damping of either sign.
 
 ## Source
 L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
@@ -77,6 +82,7 @@ where no law is known.
             Table::between(-0.8, 0.8, [0.45, 0.55, 0.4, 0.15, 0.0, -0.2, -0.5, -0.6, -0.4]).force(v)
         })],
         without: &[],
+        labels: &[(-0.95, 0.2, "from"), (0.8, -0.15, "to"), (-0.65, 0.7, "force_2")],
     },
     traits: &[],
     change: Change::plant::<SpeedTable>(),

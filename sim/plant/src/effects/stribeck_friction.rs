@@ -46,8 +46,8 @@ Plot the missing force against velocity: it falls from the breakaway level to a 
 several slow speeds shows the fall.
 
 ## Numerical treatment
-Sticking is exact. While the guide slides, an extrapolation method integrates the falling law to rounding.
-Stick and slip are events. Linear theory takes friction as sliding one way.
+Sticking is exact. While the guide slides, an extrapolation method integrates the falling law to machine
+precision. Stick and slip are events. Linear theory takes friction as sliding one way.
 
 ## Source
 B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation
@@ -58,6 +58,7 @@ methods for the control of machines with friction, Automatica 30 (1994).
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + (0.3 + 0.4 * (-(v / 0.2).powi(2)).exp()) * v.signum())],
         without: &[Curve::GUIDE],
+        labels: &[(-0.42, 0.7, "static"), (0.5, 0.75, "coulomb"), (0.05, -0.3, "velocity")],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<StribeckFriction>(),

@@ -21,8 +21,8 @@ offset = \"0.5 mm\"
 ",
     sections: "\
 ## Model
-The gap to close before the bodies touch is `offset` larger than believed. A clamped contact is attached
-where the bodies stand, so it does not notice.
+The gap to close before the bodies touch is `offset` larger than believed. A clamped contact is attached where
+the bodies are, so it does not notice.
 
 ## Where it comes from
 Part tolerances, fixtures set up anew, thermal growth, an axis that was homed elsewhere.
@@ -49,6 +49,7 @@ is uncertain.
         start: 0.0,
         with: &[Curve::Points(&[(0.0, 0.0), (0.5, 0.0), (1.0, 0.8)])],
         without: &[Curve::Points(&[(0.0, 0.0), (0.3, 0.0), (0.8, 0.8)])],
+        labels: &[(0.62, 0.06, "offset")],
     },
     traits: &[],
     change: Change::plant::<SurfaceOffset>(),

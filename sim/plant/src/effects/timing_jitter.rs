@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Controller],
     site: "",
     parameters: TimingJitter::PARAMETERS,
-    summary: "controller samples are taken off the grid",
+    summary: "controller samples are taken at irregular instants",
     example: "\
 [controllers.force.effects.timing-jitter]
 sigma = \"0.1 ms\"
@@ -48,7 +48,7 @@ B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control
 Conference (1995).
 ",
     law: LawDrawing {
-        axes: ["sample", "time at which it is taken"],
+        axes: ["sample", "sampling instant"],
         start: 0.0,
         with: &[Curve::Points(&[
             (0.0, 0.1),
@@ -59,6 +59,7 @@ Conference (1995).
             (0.9, 0.88),
         ])],
         without: &[Curve::Points(&[(0.0, 0.0), (0.9, 0.9)])],
+        labels: &[(0.5, 0.35, "sigma")],
     },
     traits: &[],
     change: Change::SampleJitter(|values| TimingJitter::of(values).sigma),

@@ -23,9 +23,10 @@ mass = \"1.5 kg\"
     sections: "\
 ## Model
 The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
-acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body
-of a spring. `mass` belongs to the mass of the tip's body: the effect adds none to the machine. A spring
-transmits the inertia of its second body already, and `mass` comes on top of that.
+acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body of
+a spring. `mass` belongs to the mass of the tip's body: the effect adds none to the machine. A spring
+transmits the inertia of its second body already, and `mass` comes on top of that. The weight of the tool is a
+`force-bias`.
 
 ## Where it comes from
 Grippers, tools and adapter plates between a wrist sensor and the part.
@@ -35,9 +36,8 @@ Free motion gives readings in proportion to acceleration, with no contact at all
 stiffness `k` the reading has a pair of zeros at `sqrt(k / mass)` in rad/s; above it the phase is 180 degrees
 higher. An impact reads too low while the tip decelerates.
 
-If a drive without a bandwidth acts on the tip's own body of mass `M`, the sensor shows `mass / M` of its
-force at once. A fast sampled proportional loop then needs `kp mass / M` below 1, unless a filter removes this
-part.
+If a drive without lag acts on the tip's own body of mass `M`, the sensor shows `mass / M` of its force at
+once. A fast sampled proportional loop then needs `kp mass / M` below 1, unless a filter removes this part.
 
 For the same command `added-mass` changes the motion; this effect changes only the reading. While the machine
 rings at one frequency, acceleration and force are proportional, and `force-gain` looks the same.
@@ -58,6 +58,7 @@ least-squares approach, IEEE/RSJ International Conference on Intelligent Robots 
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.7), (1.0, 0.7)])],
         without: &[Curve::Points(&[(-1.0, 0.0), (1.0, 0.0)])],
+        labels: &[(0.1, 0.6, "slope: mass")],
     },
     traits: &[],
     change: Change::plant::<ToolInertia>(),

@@ -57,6 +57,7 @@ voltage.
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 1.0), (1.0, 0.0)]), Curve::Points(&[(-1.0, 0.0), (1.0, -1.0)])],
         without: &[],
+        labels: &[(0.05, 0.65, "force"), (0.7, -0.2, "speed")],
     },
     traits: &[Trait::Saturation],
     change: Change::plant::<TorqueSpeedLine>(),

@@ -57,12 +57,13 @@ Robotics and Automation 8 (1992): transmission dynamics. Also M. W. Spong, Model
 joint robots, ASME Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
     law: LawDrawing {
-        axes: ["time after a step of the motor", "tip position"],
+        axes: ["time, with a step of the motor", "tip position"],
         start: 0.0,
         with: &[Curve::Function(|t| {
             0.6 * (1.0 - (-5.0 * (t - 0.1).max(0.0)).exp() * (30.0 * (t - 0.1).max(0.0)).cos())
         })],
         without: &[Curve::STEP],
+        labels: &[(0.35, 0.2, "stiffness, damping, tip_mass")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<TransmissionFlexibility>(),

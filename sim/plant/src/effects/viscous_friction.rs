@@ -14,7 +14,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Spring],
     site: "",
     parameters: ViscousFriction::PARAMETERS,
-    summary: "added to the guide's damping",
+    summary: "damping on top of the guide's own",
     example: "\
 [springs.guide.effects.viscous-friction]
 damping = \"300 N s/m\"
@@ -47,6 +47,7 @@ B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],
         without: &[Curve::GUIDE],
+        labels: &[(0.05, 0.6, "damping")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<ViscousFriction>(),

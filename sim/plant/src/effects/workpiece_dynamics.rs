@@ -16,7 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     order: 280,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
     site: "a rigid spring must be a fixture: its workpiece is the end that a contact names second, or else \
-           its second end; ground is none",
+           its second end; ground is not a workpiece",
     parameters: WorkpieceDynamics::PARAMETERS,
     summary: "the workpiece yields",
     example: "\
@@ -36,15 +36,15 @@ fixture yields. Under a contact, a workpiece is put between the contact and what
 Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 
 ## How it shows
-In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair. Between the two the phase
-turns by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It turns
-up where the zeros lie above the contact mode, and down where they lie below it. Free motion is as predicted,
-which separates it from `base-flexibility`. Far below the mode only the series stiffness counts, so
+In contact a zero pair at `sqrt(stiffness / mass)` rad/s accompanies a pole pair. Between the two the phase
+swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. It swings
+up if the zeros lie above the contact mode, and down if they lie below it. Free motion is as predicted, which
+separates it from `base-flexibility`. Far below the mode only the series stiffness counts, so
 `contact-stiffness` looks the same there.
 
 ## How it is recognised
-A turn of the phase, up or down and back, appears in contact and vanishes in free motion. The response must
-reach the frequency of the workpiece; below it, only a softer contact shows.
+A phase swing, up or down and back, appears in contact and vanishes in free motion. The response must reach
+the frequency of the workpiece; below it, only a softer contact shows.
 
 ## Numerical treatment
 The workpiece is one more body; everything stays linear and exact. Linear theory has a pair of poles beside
@@ -59,6 +59,7 @@ Robotics and Automation 8 (1992): workpiece dynamics.
         start: 0.0,
         with: &[Curve::Function(|t| 0.5 * (1.0 - (-4.0 * t).exp() * (35.0 * t).cos()))],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.0)])],
+        labels: &[(0.3, 0.1, "mass, stiffness, damping")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<WorkpieceDynamics>(),

@@ -116,7 +116,7 @@ impl Motion {
         &self.terms
     }
 
-    /// Writes into a state the pieces of all moving gaps and imposed motions from `t_s` on.
+    /// Writes into a state the pieces of all moving gaps and imposed motions from `t_s` onwards.
     pub fn set_gaps(&self, t_s: f64, state: &mut [f64]) {
         for (i, drive) in self.assembly.drives.iter().enumerate() {
             if let Some(profile) = &drive.imposed {

@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .recording(["tool.force".parse()?, "tip.velocity".parse()?], RATE_HZ);
     let trace = trace(&scenario)?;
 
-    // Touch and lift are events: the stepper finds their instants to rounding, whatever the record's rate.
+    // Touch and lift are events: the stepper finds their instants to machine precision, whatever the record's
+    // rate.
     let instant = |kind| trace.events.iter().find(|event| event.kind == kind).map(|event| event.t_s);
     let (Some(touch_s), Some(lift_s)) = (instant(EventKind::Touch), instant(EventKind::Lift)) else {
         return Err("the tool never touched, or never left".into());

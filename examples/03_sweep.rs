@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let table = SweepTable::read(result.table.as_deref().ok_or("no table was written")?)?;
     std::fs::remove_dir_all(&folder)?;
 
-    // Where outcomes change from one gain to the next.
+    // Changes of the outcome from one gain to the next.
     let gains: Vec<f64> = table.reals(GAIN).unwrap_or_default().into_iter().flatten().collect();
     let outcomes = table.texts("outcome").unwrap_or_default();
     let ends_as =

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gap = &found.diagnosis.gap;
     println!(
         "prediction error over each channel's own variation: {:.1} % as believed, {:.1} % calibrated, {:.1} \
-         % with what was found, {:.1} % of noise",
+         % with the effects found, {:.1} % of noise",
         100.0 * gap.before,
         100.0 * gap.refit,
         100.0 * gap.after,

@@ -14,7 +14,7 @@ from browse.sound import check
 SLIDER_STEPS = 40
 # With FEELER_LONG, one in this number of the shipped scenarios is timed.
 EVERY = 5
-# Scenarios whose live page is timed. The time that is wanted is no test, since it depends on the computer.
+# Scenarios whose live page is timed. The time that is wanted is not a test, since it depends on the computer.
 WANTED_MS = 50
 LIVE = ["chatter/sustained", "control/lead", "paper/all-three", "contact/hard-wall"]
 # Those with the longest runs, in time of computation.

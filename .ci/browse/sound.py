@@ -45,7 +45,7 @@ UNREACHED = """
 return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
   .filter((e) => e.getClientRects().length && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 120));
 """
-# What an arrow key leaves as it is. The map of a live page moves its sliders instead.
+# Keys that an arrow key leaves as they are. The map of a live page moves its sliders instead.
 DEAF = """
 const deaf = [];
 for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]")) {
@@ -170,7 +170,7 @@ def check(browser, name, address, axe_text, shots, problems):
     if unreached := browser.run(UNREACHED):
         wrong(f"keys do not reach {unreached[:3]}")
     if deaf := browser.run(DEAF):
-        wrong(f"an arrow key tells nothing of {deaf[:3]}")
+        wrong(f"an arrow key shows no value of {deaf[:3]}")
     for dark in (False, True):
         for width in (WIDE, NARROW):
             browser.look(width, dark)
@@ -185,7 +185,7 @@ def check(browser, name, address, axe_text, shots, problems):
                 overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
                 if overflow > 1:
                     wrong(f"is {overflow} px wider than {NARROW} px")
-        # What lies below a text is only told within the window.
+        # The element below a text is known only within the window.
         browser.look(WIDE, dark, browser.run("return Math.min(document.documentElement.scrollHeight, 30000)"))
         time.sleep(0.2)
         if faint := browser.run(FAINT, LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE):

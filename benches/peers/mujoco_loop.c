@@ -33,7 +33,7 @@ enum { CONTACT_N_PER_M, CONTACT_N_S_PER_M, DRIVE_N, GAIN, USERDATA };
 #define BALL GEOM("type='sphere' size='0.05' pos='-0.05 0 0'")
 #define BLOCK GEOM("type='box' size='0.05 1 1' pos='0.05 0 0'")
 
-/* What each world's text takes: options, the ground's block, the tip's ball, the workpiece's block. */
+/* Arguments of each world's text: options, the ground's block, the tip's ball, the workpiece's block. */
 static const char *const WORLD[3] = {
     "<mujoco>%s<worldbody>%s<body>" INERTIA("10") SLIDE("damping='50'") "%s</body></worldbody>%s</mujoco>",
     "<mujoco>%s<worldbody>%s<body>" INERTIA("6") SLIDE("damping='50'")

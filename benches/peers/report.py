@@ -43,7 +43,7 @@ def cargo_target():
 
 
 def simulator(into):
-    """The simulator as anybody builds it, and the hand-written loops for the processor at hand.
+    """The simulator as anybody builds it, and the hand-written loops for this processor.
 
     They run in turns, since the machine may be busy.
     """

@@ -2,13 +2,13 @@
 // also what a live page redraws with.
 const feeler = (() => {
   "use strict";
-  // Okabe and Ito's colours, told apart by all kinds of sight, in the order that stands out on
+  // Okabe and Ito's colours, distinct for every kind of colour vision, in the order that stands out on
   // light or on dark ground.
   const ON_LIGHT = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
   const ON_DARK = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
   const HEIGHT = 280, PATH_HEIGHT = 420;
   const FONT = "12px system-ui, sans-serif";
-  // Where a difference is smaller than this share of the values, it is rounding.
+  // If a difference is smaller than this share of the values, it is rounding.
   const ROUNDING = 1e-10;
   const root = document.documentElement;
   const colour = (name) => getComputedStyle(root).getPropertyValue(name).trim();
@@ -82,14 +82,14 @@ const feeler = (() => {
     incrs: (u, i, low, high) => [Math.max(5, high - low)],
     splits: (u, i, low, high) => {
       const most = (side === 3 ? u.bbox.height / 46 : u.bbox.width / 90) / devicePixelRatio;
-      // One tick says nothing of a scale.
+      // One tick does not show a scale.
       return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label),
           side === 3 ? 3 : 0);
     },
     // Of logarithmic axes uPlot would drop all but decades.
     filter: (u, splits) => splits,
     values: (u, splits) => tickTexts(splits),
-    // One width for all, so that times stand below each other.
+    // One width for all, so that times align.
     size: side === 3 ? 76 : 32,
   });
 
@@ -339,7 +339,7 @@ const feeler = (() => {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
   const quoted = (word) => `"${String(word).replaceAll('"', '""')}"`;
-  // A table of what a chart shows, and its picture.
+  // A table of the values of a chart, and its picture.
   const csv = (chart) => {
     const all = columns(chart);
     const head = [chart.x.label, ...chart.series.map((series) => series.name +
@@ -364,7 +364,7 @@ const feeler = (() => {
     place.append(row);
   };
 
-  // Draws one chart in its place; what goes wrong with one leaves the others as they are.
+  // Draws one chart in its place; an error in one leaves the others as they are.
   const draw = (place, chart, { width, saves = true } = {}) => {
     try {
       const [options, data, reset, begin] = (chart.kind === "path" ? pathChart : lineChart)(chart, width ||
@@ -384,8 +384,8 @@ const feeler = (() => {
       return null;
     }
   };
-  // Another state of a chart of lines in the place of this one: what draws reads the chart, so that
-  // it changes in place. A zoomed view stays.
+  // Replaces the state of a chart of lines. The drawing code reads the chart, so it changes in place.
+  // A zoomed view stays.
   const update = (u, chart, next) => {
     const xs = u.data[0], { min, max } = u.scales.x, zoomed = min > xs[0] || max < xs[xs.length - 1];
     Object.assign(chart, next);

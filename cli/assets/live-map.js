@@ -1,4 +1,4 @@
-// The map of a live page: what becomes of it at the points of two numbers, the present one marked.
+// The map of a live page: the outcome at the points of two numbers, with the present one marked.
 feeler.mapOfTwo = (live) => {
   "use strict";
   const { data, knobs, make, node, short, share, value, settings, post, set, moved, ask, isBusy } = live;
@@ -102,7 +102,7 @@ feeler.mapOfTwo = (live) => {
     }
     holder.dataset.filled = short(performance.now() - began, 3);
   };
-  // Only what is not on its axes makes a map another; while a slider moves it waits.
+  // Only a number that is not on its axes makes a new map. It waits while a slider moves.
   const stale = (now) => {
     const rest = Object.entries(settings()).filter(([key]) => !keys.includes(key));
     const ranges = keys.map((key) => knobs.get(key)?.range);

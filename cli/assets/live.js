@@ -207,8 +207,7 @@
   };
   const renderAll = () => { Object.keys(answers).forEach(render); settle(); };
 
-  // One request of each part at a time; what is wished meanwhile is asked for next, and computed while this
-  // is drawn.
+  // One request of each part at a time. A later wish is requested next, and computed while this is drawn.
   const idle = () => ({ pending: null, wished: false, since: 0, latencies: [] });
   const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, idle()]));
   const isBusy = () => Object.values(asked).some((one) => one.pending);
@@ -240,8 +239,8 @@
   };
   const ask = () => { document.body.dataset.busy = "yes"; Object.keys(PARTS).forEach(follow); };
 
-  // What waits until no slider moves: the link, the whole of a long run, the map, the records, and figures
-  // out of sight, one a frame.
+  // Work that waits until no slider moves: the link, the whole of a long run, the map, the records, and
+  // figures out of sight, one a frame.
   let rests = 0;
   const settle = async () => {
     const mine = ++rests, isOver = () => mine !== rests || isBusy();

@@ -19,7 +19,7 @@
     return all.map((v, i) => [v, texts[i]]);
   };
 
-  // What a point of the plane means; `at` is a gain, or a frequency in Nyquist's plane.
+  // The meaning of a point of the plane; `at` is a gain, or a frequency in Nyquist's plane.
   const reading = (plane, name, x, y, at) => {
     const parts = name ? [name] : [];
     if (plane.kind === "nyquist") {

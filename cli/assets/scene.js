@@ -49,7 +49,7 @@
     controls.append(play, slider, speed, closer, told);
     place.append(canvas, controls);
 
-    // What the views hold: the whole arm and its workpiece, or what is about the tip.
+    // The contents of the views: the whole arm and its workpiece, or what is about the tip.
     const corners = (from) => {
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const p of from) for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]);

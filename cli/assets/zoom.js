@@ -128,7 +128,7 @@ feeler.zoom = (svg, thinned, about) => {
   };
   svg.addEventListener("pointerup", end);
   svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden"); });
-  // A box is no click.
+  // A box is not a click.
   svg.addEventListener("click", (event) => { if (dragged) event.stopPropagation(); dragged = false; });
   svg.addEventListener("dblclick", () => show(WHOLE));
   return { back, holds, key, shares: ([px, py]) => [(px - left) / width, 1 - (py - top) / height], variant };

@@ -159,7 +159,7 @@ pub(crate) struct Sweep {
     /// Threads [default: one per processor]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Run only part K of N, K from 1 on; all parts together are the sweep
+    /// Run only part K of N, with K from 1 to N; all parts together are the sweep
     #[arg(long, value_name = "K/N")]
     pub(crate) shard: Option<Shard>,
     /// Print the number of variants with each outcome as JSON

@@ -98,7 +98,7 @@ fn follows(summary: &Summary, units: Units) -> String {
     let found = summary.response.and_then(|response| response.tracking);
     found.map_or_else(String::new, |tracking| {
         format!(
-            ": from {} on, the force stays within {} of its reference",
+            ": after {}, the force stays within {} of its reference",
             with_unit(summary.verdict.tail_s[0], "s"),
             with_unit(tracking.largest_error_n, units.force)
         )
@@ -110,7 +110,7 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
     let found = summary.response?.tracking?;
     let from_s = with_unit(summary.verdict.tail_s[0], "s");
     let mean = with_unit(found.rms_error_n, units.force);
-    Some((found.largest_error_n, format!("at most, from {from_s} on; {mean} root mean square")))
+    Some((found.largest_error_n, format!("at most, after {from_s}; {mean} root mean square")))
 }
 
 /// Why a run ends without contact, as far as its file says; `doubts` are those about the file.
@@ -138,7 +138,7 @@ pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem])
     scenario
         .controllers
         .is_empty()
-        .then(|| "Reason: the file has no controller, so that no drive is commanded.".to_owned())
+        .then(|| "Reason: the file has no controller, so no drive is commanded.".to_owned())
 }
 
 /// The unit of the judged signal of a run: a force, or a motion without contact.
@@ -276,7 +276,7 @@ fn times(bounces: usize) -> String {
     }
 }
 
-/// Where the force is at the end of an undecided run, as a further sentence.
+/// Force at the end of an undecided run, as a further sentence.
 fn so_far(summary: &Summary, units: Units) -> String {
     let Some(response) = summary.response else { return String::new() };
     let [_, _, swings] = summary.verdict.amplitudes_n;

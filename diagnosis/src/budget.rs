@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Wall time that a diagnosis may take, from when it was made on.
+/// Wall time that a diagnosis may take, counted from its creation.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     begun: Instant,

@@ -121,7 +121,7 @@ impl<'a> Composing<'a> {
     }
 
     /// The answer if a joint that seems flexible has free play. The residual after unpredictable impacts is
-    /// no evidence of a further cause.
+    /// not evidence of a further cause.
     fn play(&mut self) -> Option<Diagnosis> {
         let Self { judge, accepted, attempts, .. } = self;
         let (loose, evidence) = judge.as_play(accepted)?;
@@ -188,7 +188,7 @@ impl<'a> Composing<'a> {
             if is_last { asked(best).keep } else { required.keep }
         });
         // If a cause adds nothing beside a partner, the partner keeps its own rivals. A combination that
-        // contains the partner is no rival.
+        // contains the partner is not a rival.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
             // On the way the same causes may have been fitted better.
             if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {

@@ -27,7 +27,7 @@ impl Examination {
     /// `progress` receives the name of each stage.
     ///
     /// # Errors
-    /// Where the records cannot be used, or a machine has no motion.
+    /// If the records cannot be used, or a machine has no motion.
     pub fn of(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
         Self::within(dataset, Budget::unlimited(), progress)
     }

@@ -221,7 +221,7 @@ fn choose<'a>(
     Ok(Chosen { input, drive, output, signal, series, records })
 }
 
-/// Where the power of a command lies; absent if the record is too short.
+/// Band that holds the power of a command; `None` if the record is too short.
 fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
     cross_spectra(command, command, spacing_s, &settings).ok()
@@ -282,13 +282,10 @@ fn drop_unknown(
         }
     };
     left_out(without_power, "the command has next to no power there");
-    left_out(
-        unknown,
-        "what else acts on the machine outweighs the command there, so that not even the phase is known",
-    );
+    left_out(unknown, "other inputs to the machine outweigh the command there, so even the phase is unknown");
     left_out(
         by_chance,
-        "at most frequencies about them nothing is known, so that what seems to be is so by chance",
+        "the response is unknown at most neighbouring frequencies, so these values are due to chance",
     );
     if found.estimate.frequencies_hz.is_empty() {
         return Err(FrfError::Source(Refusal::new(
@@ -326,7 +323,7 @@ fn keep(estimate: &mut ResponseEstimate, separated: Option<&mut Separated>, kept
         .for_each(|variance| of(variance, kept));
 }
 
-/// A record about its mean: the operating point is no part of a response.
+/// A record about its mean: the operating point is not part of a response.
 fn centred(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     values.iter().map(|v| v - mean).collect()

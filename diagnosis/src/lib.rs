@@ -1,4 +1,5 @@
-//! Where a gap between machine and model lies, which unmodelled effect causes it, and how far it shrinks.
+//! The place of a gap between machine and model, the unmodelled effect that causes it, and how far it
+//! shrinks.
 //!
 //! [`dataset::Dataset::load`] reads and checks records; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.

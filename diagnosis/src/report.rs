@@ -154,12 +154,8 @@ impl fmt::Display for AttemptOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Accepted => f.write_str("accepted"),
-            Self::WithinTolerance => {
-                f.write_str("its fitted value is within the tolerance of the believed one")
-            }
-            Self::NoEffect => {
-                f.write_str("its fitted value leaves no effect of its kind (nearly zero, or out of range)")
-            }
+            Self::WithinTolerance => f.write_str("fitted value within the tolerance of the believed one"),
+            Self::NoEffect => f.write_str("fitted to nearly zero, or out of range"),
             Self::TooLittle { gained_nats, needed_nats } => {
                 write!(
                     f,
@@ -173,9 +169,11 @@ impl fmt::Display for AttemptOutcome {
             Self::More { nats } => {
                 write!(f, "explains more (log odds of {nats:.0}), which is too little for what it adds")
             }
-            Self::LeftEarly => f.write_str("dropped after a few steps, in which others gained more"),
+            Self::LeftEarly => f.write_str("dropped early: others fit better"),
             Self::NotTried => f.write_str("not tried: the time ran out"),
-            Self::NotFitted => f.write_str("nothing in the records suggests it, or no machine with it moves"),
+            Self::NotFitted => f.write_str(
+                "not tried: nothing in the records suggests it, or the machine could not move with it",
+            ),
         }
     }
 }

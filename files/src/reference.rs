@@ -123,7 +123,7 @@ fn parameters(text: &mut String, definition: &Definition) {
     text.push_str("| parameter | unit | default | typical | bounds | meaning |\n|---|---|---|---|---|---|\n");
     for parameter in definition.parameters {
         let (low, high) = parameter.bounds;
-        let low = if low == ABOVE_ZERO { "above 0".to_owned() } else { short(low) };
+        let low = if low > 0.0 && low <= ABOVE_ZERO { "above 0".to_owned() } else { short(low) };
         let _ = writeln!(
             text,
             "| `{}` | {} | {} | {} | {low} to {} | {} |",

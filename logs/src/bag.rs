@@ -7,7 +7,7 @@ use crate::error::LogError;
 use crate::sqlite::{Database, Schema, Value};
 use crate::topics::{Declared, Topics};
 
-/// Reads the messages of a bag. Topics are numbered from `base` on.
+/// Reads the messages of a bag. Topics are numbered from `base` onwards.
 pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), LogError> {
     let mut database = Database::open(path)?;
     let tables = database.tables()?;

@@ -19,7 +19,7 @@ const GROWTH: u64 = 256;
 /// Limits on the length of one record, in bytes. A damaged length would only reserve memory.
 const RECORD_BYTES: [u64; 2] = [1 << 24, 1 << 30];
 
-/// Reads the messages of a log. Channels are numbered from `base` on; returns the number of used ones.
+/// Reads the messages of a log. Channels are numbered from `base` onwards; returns the number of used ones.
 pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), LogError> {
     let file = packed::open(path)?;
     let size = file.metadata().map_err(LogError::open(path))?.len();

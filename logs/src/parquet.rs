@@ -88,7 +88,7 @@ pub(crate) fn read(path: &Path, unit: Option<ClockUnit>) -> Result<Run, LogError
     Ok(Run { name: stem, tables: vec![table], notes })
 }
 
-/// The compression of a column, if it is none that is read.
+/// The compression of a column, if it cannot be read.
 fn other_codec(compression: Compression) -> Option<&'static str> {
     Some(match compression {
         Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_) => return None,

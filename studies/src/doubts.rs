@@ -48,17 +48,17 @@ fn without_gains(scenario: &Scenario) -> Vec<Problem> {
         let all_zero = |gains: [f64; 4]| gains.iter().all(zero);
         let (doubt, remedy) = if names.iter().all(is_zero) {
             (
-                format!("every gain of controller `{name}` is zero, so that it never acts"),
+                format!("every gain of controller `{name}` is zero, so it never acts"),
                 format!("give it one of {}, or leave it out", names.join(", ")),
             )
         } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.damping])) {
             (
-                format!("controller `{name}` has only feed_forward, so that the force is not fed back"),
+                format!("controller `{name}` has only feed_forward, so the force is not fed back"),
                 "give it kp or ki; law = \"open-loop\" says that no feedback is meant".to_owned(),
             )
         } else if matches!(law, Law::ExplicitForce(g) if all_zero([g.kp, g.ki, g.kd, g.feed_forward])) {
             (
-                format!("controller `{name}` has only damping, so that it follows no reference"),
+                format!("controller `{name}` has only damping, so it follows no reference"),
                 "give it kp, ki or feed_forward".to_owned(),
             )
         } else {
@@ -93,7 +93,7 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
                 "the reference asks `{touched}` for a pull of {}, but a contact only pushes",
                 with_unit(-least_n, unit)
             ),
-            "turn the sign of the reference",
+            "reverse the sign of the reference",
         ));
     }
     let sinks = most_n / contact.stiffness;
@@ -231,7 +231,10 @@ fn off_in_contact(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
             "a positive command of `{}` pulls `{from}` off `{to}`: the contact pushes the other way",
             used.drives
         ),
-        format!("write between = [\"{to}\", \"{from}\"], or turn the sign of actuators.{}.gain", used.drives),
+        format!(
+            "write between = [\"{to}\", \"{from}\"], or reverse the sign of actuators.{}.gain",
+            used.drives
+        ),
     ))
 }
 
@@ -246,7 +249,7 @@ fn turned_gain(scenario: &Scenario, found: &ForceLoop) -> Option<Problem> {
     Some(Problem::new(
         format!("controllers.{}.{name}", found.name),
         format!("{name} is negative, so the feedback pushes away from the reference"),
-        format!("turn the sign of {name}"),
+        format!("reverse the sign of {name}"),
     ))
 }
 

@@ -11,7 +11,7 @@ use thiserror::Error;
 pub struct Refusal {
     /// The mistake in words.
     pub message: String,
-    /// Advice on how to mend it.
+    /// How to correct it.
     pub remedy: String,
 }
 

@@ -13,7 +13,7 @@ const UNFINISHED: &str = ".tmp";
 /// replaced. `write` returns the file when it has finished. `told` converts a system error.
 ///
 /// # Errors
-/// Those of `write`, and `told` of system errors; nothing of the new file is left then.
+/// Those of `write`, and `told` of system errors; the new file is then removed.
 pub fn write_whole<E>(
     path: &Path,
     told: &dyn Fn(io::Error) -> E,

@@ -235,8 +235,8 @@ pub fn markdown(study: &Study) -> String {
          ## How to read it\n\
          \n\
          The exact integrator locates events, and its motion does not depend on the step. Its peak is the\n\
-         reference here: the same at steps of 1 ms and 10 us, to rounding. On a grid of 0.1 ms it agrees\n\
-         with numbers computed outside this project within 1e-6 N (`feeler validate` checks both).\n\
+         reference here: the same at steps of 1 ms and 10 us, to machine precision. On a grid of 0.1 ms it\n\
+         agrees with numbers computed outside this project within 1e-6 N (`feeler validate` checks both).\n\
          \n\
          The fixed-step methods place an event at the end of its step, so they are of first order through\n\
          an impact. On smooth motion semi-implicit Euler is of order 1 and RK4 of order 4\n\

@@ -18,7 +18,7 @@ pub enum ValidationError {
     Lti(#[from] LtiError),
     #[error(transparent)]
     Engine(#[from] EngineError),
-    #[error("this machine is no chain that can be fitted: {what}")]
+    #[error("this machine is not a chain that can be fitted: {what}")]
     Chain {
         /// The missing element, or the one that is not above zero.
         what: String,

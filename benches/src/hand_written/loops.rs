@@ -6,7 +6,7 @@ use super::plants::Plant;
 
 /// The peak force is taken on a grid of 0.1 ms, whatever the step.
 const LOOKS_PER_SAMPLE: usize = 10;
-/// Largest number of evaluations to locate a crossing to rounding.
+/// Largest number of evaluations to locate a crossing to machine precision.
 const MOST_LOOKS: usize = 60;
 /// The search ends when two evaluations are this close, s. It ends past the crossing, so that the next mode
 /// begins within its bounds.

@@ -44,7 +44,7 @@ pub trait Plant<const S: usize> {
     }
 }
 
-/// Where every run starts, m from the wall.
+/// Start of every run, m from the wall.
 const START_M: f64 = -5e-3;
 
 /// M1: one body against a wall.

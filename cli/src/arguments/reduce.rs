@@ -13,9 +13,9 @@ use clap::{ArgGroup, Args, ValueHint};
     feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
     feeler reduce arm.toml --at 0.6,0,0 --normal 0,0,-1 --map 0.4,1,6,0,0.4,5 --map-out map.html\n\n\
     The axis has two masses and a spring. It has the arm's mass, and deflects like the arm under slow \
-    forces. If its contact mode or phase crossover is too far from the arm's, further bodies stand beside \
-    the motor, or between motor and tool. The printed table compares axis and arm, and warns of differences \
-    above 5 %. Gravity counts as compensated.\n\n\
+    forces. If its contact mode or phase crossover is too far from the arm's, further bodies are added \
+    beside the motor, or between motor and tool. The printed table compares axis and arm, and warns of \
+    differences above 5 %. Gravity counts as compensated.\n\n\
     The force bandwidth is that of the arm under integral control of the contact's spring force, with a \
     gain margin of 2, sampled at 1 kHz. The motor damping is 2 * 0.7 * omega * M. Here omega is the contact \
     mode, and M is the mass of the arm without bending."
@@ -24,7 +24,7 @@ pub(crate) struct Reduce {
     /// Arm file (TOML): a URDF and the drives of its joints
     #[arg(value_name = "ARM", value_hint = ValueHint::FilePath)]
     pub(crate) arm: PathBuf,
-    /// Joint positions from the base on, in rad or as '35 deg' (in m for sliding joints)
+    /// Joint positions, base first, in rad or as '35 deg' (in m for sliding joints)
     #[arg(
         long,
         value_name = "Q1,Q2,...",

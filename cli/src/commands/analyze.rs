@@ -186,14 +186,8 @@ fn modes(report: &Report) -> String {
             cost,
         ]
     });
-    let header = [
-        "mode (Hz)",
-        "damping ratio",
-        "class",
-        "phase change (deg)",
-        "dip (deg)",
-        "taken at crossover (deg)",
-    ];
+    let header =
+        ["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)", "lost at crossover (deg)"];
     table(&header, &[0, 1, 3, 4, 5], rows)
 }
 

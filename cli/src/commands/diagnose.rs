@@ -68,7 +68,7 @@ fn summary(answer: &Examination) -> String {
     let row = |name: &str, value: f64| vec![name.to_owned(), fine_percent(value), "%".into()];
     let mut gaps = vec![row("gap, machine as given", gap.before), row("after calibration", gap.refit)];
     if words::is_found(diagnosis) {
-        gaps.push(row("with what was found", gap.after));
+        gaps.push(row(words::WITH_EFFECTS, gap.after));
     }
     gaps.push(row("noise floor", gap.floor));
     let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis, answer.checks()));
@@ -140,7 +140,7 @@ fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
         said.push_str("; other changes would fit these records as well, see above");
     }
     for removed in &answer.difference.removed {
-        let _ = write!(said, "\nremove [{removed}] by hand: what was found replaces it");
+        let _ = write!(said, "\nremove [{removed}] by hand: an effect that was found replaces it");
     }
     Ok(said)
 }

@@ -50,7 +50,7 @@ fn explain(effect: &Definition) -> String {
     let rows = effect.parameters.iter().map(row);
     let parameters = table(&["parameter", "unit", "default", "typical", "bounds", "what it is"], &[3], rows);
     format!(
-        "{}: {}\nplace: {}    sits under: {}\n\n{parameters}\n\n{}",
+        "{}: {}\nplace in a diagnosis: {}    sits under: {}\n\n{parameters}\n\n{}",
         effect.kind,
         effect.summary,
         effect.place.name(),

@@ -20,8 +20,7 @@ const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot 
                              # These are not the robot's parameters, which were never published.\n";
 /// Explanation of the shares.
 const FREE: &str = "A share above zero means that the landmarks do not determine the parameter by itself. \
-                    No mass, stiffness or damping is determined in \
-                    its size: all of them together, times any factor, have the same landmarks.";
+     They determine masses, stiffnesses and dampings only up to a common factor.";
 /// Length of the simulated experiments for the landmarks, s.
 const EXPERIMENT_S: f64 = 60.0;
 
@@ -130,7 +129,7 @@ fn parameters(search: &StartSearch) -> String {
         ["parameter", "value", "unit", "share in free directions (%)", "least of all starts", "most"];
     let several = search.reached() > 1;
     let note = if several {
-        "\nLeast and most: of the fits that reach every landmark, brought to the base mass of the one shown."
+        "\nLeast and most: of the fits that reach every landmark, scaled to the base mass of the fit shown."
     } else {
         ""
     };

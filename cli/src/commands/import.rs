@@ -172,7 +172,7 @@ fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
         follow.correlation
     );
     if follow.is_turned() {
-        let _ = writeln!(text, "  turn the sign of one of the two: `scale` in dataset.toml, times -1");
+        let _ = writeln!(text, "  reverse the sign of one of the two: `scale` in dataset.toml, times -1");
     }
     for (role, chosen) in &guess.columns {
         if let Some((unit, why)) = &chosen.unit {

@@ -51,7 +51,7 @@ fn written(out: Option<&Path>, text: &str, command: &str) -> crate::Result<()> {
 /// Tells how an editor learns the keys of a kind of file.
 fn complete_keys(kind: &str) {
     terminal::complain(&format!(
-        "an editor that knows TOML completes its keys after: feeler schema {kind} > {kind}.schema.json"
+        "for completion of keys in a TOML editor: feeler schema {kind} > {kind}.schema.json"
     ));
 }
 
@@ -89,7 +89,7 @@ fn arm_file(path: &Path, out: Option<&Path>) -> crate::Result<String> {
     let bytes = std::fs::read(path).map_err(|error| wrong(error.to_string(), remedy))?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let sort = sort_of(error.as_bytes());
-        wrong(sort.map_or("this is no text", |sort| sort.what).into(), remedy)
+        wrong(sort.map_or("this is not text", |sort| sort.what).into(), remedy)
     })?;
     let urdf = Urdf::parse(&text).map_err(|error| wrong(error.to_string(), &error.remedy()))?;
     let tool = urdf.last_link().unwrap_or_default();

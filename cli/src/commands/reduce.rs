@@ -217,8 +217,8 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
         row("  of it at the motors", with_unit(one.motor_mass_kg, "kg")),
         row("  of it at the tool", with_unit(one.tip_mass_kg, "kg")),
         row("mass of the links alone", with_unit(one.link_mass_kg, "kg")),
-        row("stiffness between the two", format!("{} N/m", plain(one.stiffness_n_per_m))),
-        row("damping between the two", format!("{} N s/m", plain(one.damping_n_s_per_m))),
+        row("stiffness between the two masses", format!("{} N/m", plain(one.stiffness_n_per_m))),
+        row("damping between the two masses", format!("{} N s/m", plain(one.damping_n_s_per_m))),
         row("joints in series, motors locked", format!("{} N/m", plain(one.static_stiffness_n_per_m))),
         row("viscous friction", format!("{} N s/m", plain(one.guide_damping_n_s_per_m))),
         row("dry friction", with_unit(one.dry_friction_n, "N")),
@@ -261,8 +261,8 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
     let warning = distrust(one, &axis.agreement).map_or_else(String::new, |why| format!("\nwarning: {why}"));
     format!(
-        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} \
-         N/m:\n{}{meaning}{bodies}{warning}",
+        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis, on a \
+         contact of {} N/m:\n{}{meaning}{bodies}{warning}",
         pose.join(", "),
         table(&["along the normal", ""], &[1], rows),
         table(

@@ -102,8 +102,8 @@ fn word_on_cost(document: &Document) -> Option<String> {
     let less = "RK4 takes less time than the exact integrator";
     match (run.integrator, longest_step_s(machine)) {
         (Integrator::Rk4, _) => Some(format!(
-            "\nWith {bodies} bodies {less}. This run has steps of {}; `--integrator exact` is accurate to \
-             rounding.\n",
+            "\nWith {bodies} bodies {less}. This run has steps of {}; `--integrator exact` is accurate \
+             to machine precision.\n",
             with_unit(run.step_s, "s")
         )),
         (Integrator::Exact, Some(longest)) => Some(format!(

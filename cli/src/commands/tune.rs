@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     terminal::print(&format!("{said}{written}"))
 }
 
-/// What a specification could tune besides, if it names nothing.
+/// Further numbers that a specification could tune, if it names none.
 fn further(document: &Document, spec: &Spec, controller: &str) -> Option<String> {
     if spec.gains.is_some() || !spec.parts.is_empty() {
         return None;

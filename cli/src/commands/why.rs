@@ -21,7 +21,7 @@ const ABOUT_LIMIT: &str =
 const ABOUT_NO_LIMIT: &str = "-: 50 or more, or linear theory has no answer";
 /// Meaning of the last column of the table of remedies.
 const ABOUT_NOW: &str =
-    "than now: beside the bandwidth of the file's loop, which an unstable loop has only on paper";
+    "than now: compared with the bandwidth of the file's loop; that of an unstable loop is theoretical";
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -83,7 +83,7 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     terminal::print(&format!("{}: {}{kept}\n\n{next}", out.display(), settings.join("; ")))
 }
 
-/// Where the old text of a replaced file is.
+/// Place of the old text of a replaced file.
 pub(super) fn kept(backup: Option<&Path>) -> String {
     backup.map_or_else(String::new, |backup| format!(" (what it was is in {})", backup.display()))
 }

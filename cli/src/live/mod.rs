@@ -57,7 +57,7 @@ impl Live {
         Ok(Self { server, host, secret })
     }
 
-    /// Where the page is.
+    /// Address of the page.
     pub(crate) fn address(&self) -> String {
         format!("http://{}/{}/", self.host, self.secret)
     }

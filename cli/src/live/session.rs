@@ -81,7 +81,7 @@ impl Session {
     /// The file now: its version, its numbers, and its mistake.
     pub(crate) fn file(&self) -> Value {
         let file = self.as_saved();
-        // Steps, rates and seeds of a run are no properties of the machine.
+        // Steps, rates and seeds of a run are not properties of the machine.
         let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
         let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
         let numbers: Vec<Value> =

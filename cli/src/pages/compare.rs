@@ -210,8 +210,8 @@ fn theory(taken: &[Taken]) -> Vec<Chart> {
     charts
 }
 
-/// Where unstable step responses end beside stable ones, so that these can be seen. Infinite unless there are
-/// both.
+/// Value at which unstable step responses end beside stable ones, so that these can be seen. Infinite unless
+/// there are both.
 fn shown_up_to(taken: &[Taken]) -> f64 {
     let of = |stable: bool| {
         let such = taken.iter().filter(move |one| {

@@ -26,7 +26,7 @@ const ONLY_CELL_M: f64 = 0.05;
 const STEPS: u32 = 6;
 /// Smallest cell that has room for its number.
 const ROOM: [f64; 2] = [56.0, 18.0];
-/// Where black letters on a colour begin to be more legible than white ones.
+/// Level from which black letters on a colour are more legible than white ones.
 const BRIGHT: f64 = 0.47;
 
 /// One figure of every place.

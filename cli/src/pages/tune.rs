@@ -15,7 +15,7 @@ pub(crate) fn summary(
     further: Option<&str>,
 ) -> String {
     let on = match tuned.machines {
-        1 if uncertain.is_empty() => "on the machine of the file".to_owned(),
+        1 if uncertain.is_empty() => "on the machine in the file".to_owned(),
         1 => "on the most probable machine".to_owned(),
         many => format!("on {} within {}", count(many, "machine", "machines"), intervals(uncertain)),
     };
@@ -26,7 +26,7 @@ pub(crate) fn summary(
         .map(|(outcome, runs)| format!("{runs} {}", outcome.replace('-', " ")))
         .collect();
     let mut parts = vec![
-        format!("{name}: {} follows to {}, {on}", tuned.controller, with_unit(tuned.bandwidth_hz, "Hz")),
+        format!("{name}: {} follows up to {}, {on}", tuned.controller, with_unit(tuned.bandwidth_hz, "Hz")),
         table(&["", "as it is", "tuned"], &[1, 2], figures(tuned, units)),
         format!("runs: {}", outcomes.join(", ")),
     ];
@@ -37,7 +37,7 @@ pub(crate) fn summary(
         ));
     }
     let settings = if tuned.settings.is_empty() {
-        "settings\n  those of the file: no others tried are better".into()
+        "settings\n  as in the file: no others that were tried are better".into()
     } else {
         format!("settings\n  {}", tuned.settings.join("\n  "))
     };
@@ -90,7 +90,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
     let force = units.force_word();
     let way = if tuned.after.follows < 0.0 { "fall" } else { "rise" };
     let about = [
-        "set damping and filters first; then set row after row".to_owned(),
+        "set damping and filters first, then the rows in order".to_owned(),
         format!(
             "at each row, in contact, raise the reference a little: the reading must {way}; if not, a sign \
              is wrong"
@@ -127,7 +127,7 @@ fn equation(tuned: &Tuned) -> String {
         equation.constants.iter().map(|(name, value)| format!("  {name} = {value:?}")).collect();
     format!(
         "{}\n{}\n  output {}\n\nwith\n{}\n\n\
-         --code DIR writes this as C and Rust that give the bits of the simulation",
+         --code DIR writes this as C and Rust, bit for bit as simulated",
         wrapped(&format!(
             "the controller: what it computes at each sample, every {}; the output acts {} later; x[n-1] is \
              x of the sample before, at first zero or false; SI units",

@@ -27,7 +27,7 @@ pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathB
     Path::new(RESULTS).join(if folder.is_empty() { otherwise } else { folder })
 }
 
-/// A name that is valid on every file system and contains no path; `otherwise` if nothing of it is left.
+/// A name that is valid on every file system and contains no path; `otherwise` if none of it is left.
 pub(crate) fn safe_name(name: &str, otherwise: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let name: String = name.chars().map(safe).collect();

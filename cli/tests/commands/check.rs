@@ -50,7 +50,7 @@ fn regress_a_unit_that_is_wrong_by_a_thousand_is_no_ok() {
     }
     let sound = bench.feeler(&["check", "."]);
     assert_eq!(sound.code, DONE, "{}", sound.err);
-    // Slow strokes hardly move an accelerometer, which is no mistake.
+    // Slow strokes hardly move an accelerometer, which is not a mistake.
     assert!(sound.out.contains("note: strokes-2.csv") && !sound.out.contains("warning"), "{}", sound.out);
     let text = bench.read("dataset.toml");
     let column = "[columns.encoder_m]\n";

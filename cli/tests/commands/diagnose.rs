@@ -142,7 +142,7 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     assert!(bench.read("answers/score.html").contains("Confusion"));
 }
 
-/// The machine file has what was found, rounded as in the repaired machine, and its old text is kept. The old
+/// The machine file has the effects found, rounded as in the repaired machine. Its old text is kept. The old
 /// file is restored.
 fn is_applied(bench: &Bench, believed: &str, said: &str) {
     let changed = bench.read("cases/records/machine.toml");

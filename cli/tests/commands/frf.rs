@@ -166,7 +166,7 @@ fn regress_sensor_noise_of_a_linear_machine_is_no_distortion() {
     };
     for seed in ["1", "2", "3"] {
         let text = said("paper/flexible.toml", "sensors.force.noise=0.02", seed);
-        assert!(text.contains("nonlinear distortion none beyond the noise (it would show from -"), "{text}");
+        assert!(text.contains("nonlinear distortion none beyond the noise (it would show above -"), "{text}");
     }
     let text = said("effects/coulomb-friction.toml", "name=rubbing", "1");
     assert!(!text.contains("none beyond the noise"), "{text}");

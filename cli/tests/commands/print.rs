@@ -48,7 +48,7 @@ fn truth_every_template_passes_the_check_and_none_is_overwritten() {
     let said = bench.feeler(&["check", "arm.toml"]);
     assert_eq!(said.code, DONE, "{}", said.err);
     // A frame without inertia on a joint without an axis, as exporters write them. Its meshes were not
-    // published with it, which is no mistake.
+    // published with it, which is not a mistake.
     let real = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/so101/so101.urdf");
     if std::path::Path::new(real).is_file() {
         assert_eq!(bench.feeler(&["new", "arm", "--urdf", real, "--out", "so101.toml"]).code, DONE);

@@ -167,7 +167,7 @@ fn truth_frequencies_of_which_a_record_says_nothing_are_left_out() {
     );
     let pressed = printed(&["frf", "datasets/bench-axis", "--experiment", "press-1.csv"]);
     assert!(
-        pressed.contains("frequencies are left out: what else acts on the machine outweighs the command"),
+        pressed.contains("frequencies are left out: other inputs to the machine outweigh the command"),
         "{pressed}"
     );
     assert!(pressed.contains("Coherence is below 0.8 at"), "{pressed}");
@@ -256,8 +256,8 @@ fn regress_what_the_check_warns_of_is_said_with_the_response() {
         }
         fs::write(folder.path().join(file.file_name().unwrap()), bytes).unwrap();
     }
-    let said = "a row is missing before this one (the rows between were bridged and count as unknown; look \
-                at the recorder's buffer if they become more)";
+    let said = "a row is missing before this one (the rows between were bridged and count as unknown; \
+                check the recorder's buffer if there are more)";
     let found = json(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv", "--json"]);
     let notes: Vec<&str> =
         found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();

@@ -15,8 +15,8 @@ pub(crate) struct Sizes {
     /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than
     /// the floor.
     pub(crate) closed: Option<f64>,
-    /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
-    /// makes, N.
+    /// Force missing on the check experiments after calibration and with the accepted effects, beyond what
+    /// noise  makes, N.
     pub(crate) missing_force_n: [f64; 2],
 }
 

@@ -49,8 +49,8 @@ pub(super) fn told(smooth: Smooth) -> String {
 
 /// Other sets of causes that balance the check experiments as well or better, the best first. They have no
 /// more causes than the accepted set and do not consist of accepted ones only. Sets that balance these
-/// records alike to rounding count as equal, however well their fits did. An example is a gain: a mass does
-/// the same, beside damping and friction that are hardly known.
+/// records alike to machine precision count as equal, however well their fits did. An example is a gain: a
+/// mass does the same, beside damping and friction that are hardly known.
 pub(crate) fn as_good<'b>(
     judge: &Judge<'_>,
     accepted: &Scored,

@@ -58,7 +58,7 @@ pub struct Criteria {
     /// predictions in sigmas then does not count.
     pub small_force: f64,
     /// Largest ratio of a fitted mass to the believed mass beside it, or of a gain to one (or the inverse).
-    /// Beyond it the value is no property of the believed machine.
+    /// Beyond it the value is not a property of the believed machine.
     pub most_ratio: f64,
     /// Largest fitted force over the largest command. Beyond it no motion would be left.
     pub most_force: f64,

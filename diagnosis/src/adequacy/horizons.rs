@@ -131,7 +131,7 @@ pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> 
 pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     (closed < criteria.least_closed).then(|| {
         let removed = if closed > 0.0 { format!("only {}", share(closed)) } else { "none".to_owned() };
-        format!("what was found removes {removed} of the error beyond the noise floor")
+        format!("the effects found remove {removed} of the error beyond the noise floor")
     })
 }
 

@@ -77,7 +77,7 @@ pub struct Adequacy {
     pub residual: Vec<ResidualTrace>,
     /// Why the answer is not better; empty where all conditions hold.
     pub shortfalls: Vec<Shortfall>,
-    /// Where a smooth force that no cause makes acts, if one would balance clearly more.
+    /// Place of a smooth force that no cause makes, if one would balance clearly more.
     #[serde(skip)]
     pub(crate) smooth: Option<Place>,
     /// Whether a balance of forces leaves next to nothing.

@@ -59,7 +59,7 @@ impl Judge<'_> {
         self.no_departure(scored).is_none()
     }
 
-    /// Why the fitted values of a set are no departure from the believed machine; `None` if they are one.
+    /// Why the fitted values of a set are not a departure from the believed machine; `None` if they are one.
     pub(crate) fn no_departure(&self, scored: &Scored) -> Option<AttemptOutcome> {
         let Fitted { model, theta, .. } = &scored.fitted;
         scored.causes.iter().enumerate().find_map(|(i, cause)| {

@@ -168,8 +168,8 @@ impl Judge<'_> {
         scale.is_of_masses(model).then_some([Kind::DriveGain, Kind::AddedMass])
     }
 
-    /// Values that predict the same with all forces larger and no gain, if an added mass may stand in the
-    /// place of an accepted gain.
+    /// Values that predict the same with all forces larger and no gain, if an added mass may take the place
+    /// of an accepted gain.
     fn without_gain(&self, accepted: &Scored) -> Option<Vec<f64>> {
         self.gain_or_mass(accepted)?;
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);

@@ -60,7 +60,7 @@ fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
     Some(format!(
-        "`{name}`: where a record goes on from no other, its winding is taken as cold (rest for several \
+        "`{name}`: if a record does not continue another, its winding counts as cold (rest for several \
          `time_constant` before each: after a warm start the gain is too small and `force` too large)"
     ))
 }

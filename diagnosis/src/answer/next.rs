@@ -94,7 +94,7 @@ fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Re
 }
 
 /// The template, reduced until neither machine exceeds the previous travel and speed, and its own travel and
-/// speed; `None` if nothing of it is left.
+/// speed; `None` if none of it is left.
 fn within(
     judge: &Judge<'_>,
     machines: [&Scored; 2],

@@ -103,7 +103,7 @@ struct Controller {
     is_touching: bool,
     touched_s: f64,
     integral: f64,
-    /// Where the tool was aimed at before touching, m.
+    /// Position that the tool was aimed at before touching, m.
     aim_m: f64,
     /// Reading of the force sensor before the first touch, N. Its zero is not known better.
     rest_n: f64,
@@ -241,7 +241,7 @@ const COLUMNS: &str = include_str!("columns.toml");
 /// are done.
 ///
 /// # Errors
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub fn make(folder: &Path, cases: usize, seed: u64, progress: &(dyn Fn(usize) + Sync)) -> io::Result<()> {
     write_all(folder, cases, progress, |index| write_case(folder, index, seed))
 }
@@ -269,7 +269,7 @@ pub(super) fn write_all(
 /// Writes one case and gives its truth.
 ///
 /// # Errors
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub(crate) fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
     let (bench, case) = case(index, &mut random);

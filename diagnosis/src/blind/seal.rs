@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::noise::Random;
 
-/// Where the stream that covers a truth starts.
+/// Start of the stream that covers a truth.
 const START: u64 = 0x5EA1_ED00;
 
 /// Covers a text: hexadecimal digits of it under a stream of random bytes. It hides from eyes and from
@@ -16,7 +16,7 @@ pub(super) fn seal(text: &str) -> String {
     })
 }
 
-/// Uncovers what `seal` covered; `None` if it is no such text.
+/// Uncovers what `seal` covered; `None` for any other text.
 pub fn unseal(sealed: &str) -> Option<String> {
     let digits = sealed.trim();
     if !digits.is_ascii() || !digits.len().is_multiple_of(2) {

@@ -112,6 +112,8 @@ impl Reader<'_> {
                 let near = within.or_else(|| nearest(name, known.iter().map(String::as_str)));
                 let near = near.map(str::to_owned);
                 note(Some(name), None, FaultKind::MissingColumn { near, known });
+                columns.push(Vec::new());
+                bridged.push(Vec::new());
             }
         }
         let times_s = table.columns.first().cloned().unwrap_or_default();
@@ -119,9 +121,7 @@ impl Reader<'_> {
             note(None, None, FaultKind::TooShort { rows: times_s.len() });
             return None;
         }
-        if columns.len() < names.len() {
-            return None;
-        }
+        let is_complete = columns.iter().all(|column| !column.is_empty());
         for text in &table.notes {
             note(None, None, FaultKind::OtherRate { note: text.clone() });
         }
@@ -147,6 +147,10 @@ impl Reader<'_> {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
         let silent = self.column_faults(&names, &columns, &bridged, first_row, note)?;
+        // The faults of the other columns are reported even so.
+        if !is_complete {
+            return None;
+        }
         Some(Series { times_s, rows, spacing_s, columns, bridged, silent })
     }
 
@@ -162,7 +166,7 @@ impl Reader<'_> {
     ) -> Option<Vec<bool>> {
         let drives = self.dataset.drives.len();
         // One input may rest while another moves the machine.
-        if columns[..drives].iter().all(|column| is_constant(column)) {
+        if columns[..drives].iter().all(|column| !column.is_empty() && is_constant(column)) {
             for name in &names[..drives] {
                 note(Some(name), None, FaultKind::ConstantCommand);
             }
@@ -172,7 +176,7 @@ impl Reader<'_> {
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
             let rows = read_rows(column.len(), &bridged[drives + i]);
             let readings: Vec<f64> = rows.iter().map(|k| column[*k]).collect();
-            // Cells without a number are reported already.
+            // A missing column and cells without a number are reported already.
             if readings.is_empty() {
                 silent[i] = true;
                 continue;

@@ -98,7 +98,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Rows from time zero on, to be fitted.
+    /// Rows from time zero onwards, to be fitted.
     pub fn even(
         name: impl Into<String>,
         spacing_s: f64,
@@ -258,7 +258,7 @@ impl Dataset {
         (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].column.as_str())
     }
 
-    /// Whether a controller commands a drive, so that its column is no command.
+    /// Whether a controller commands a drive, so that its column is not a command.
     pub(crate) fn is_looped(&self, drive: usize) -> bool {
         self.loops.iter().any(|looped| looped.drive == drive)
     }

@@ -113,11 +113,11 @@ pub enum FaultKind {
         /// Number of experiments that show it.
         experiments: usize,
     },
-    /// A position stands beside its target, farther than it ever moves.
+    /// A position is offset from its target by more than it ever moves.
     Beside {
         /// Column of the target.
         other: String,
-        /// How far it stands beside it on average.
+        /// The offset on average.
         offset: f64,
         /// How far either moves at most.
         reach: f64,
@@ -284,7 +284,7 @@ mod tests {
         let units = |factor, what| {
             fault(FaultKind::Units { other: "encoder_m".into(), factor, what, experiments: 1 })
         };
-        assert!(units(-1.01, "-1 (a sign?)").ends_with("(turn the sign of one of the two columns)"));
+        assert!(units(-1.01, "-1 (a sign?)").ends_with("(reverse the sign of one of the two columns)"));
         assert!(units(1000.0, "1000 (mm for m?)").ends_with("(bring both columns to SI)"));
     }
 

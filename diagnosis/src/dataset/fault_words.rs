@@ -11,6 +11,9 @@ use super::units::STATED;
 const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
                           the encoder, and record again";
 
+/// Scatter below this is the rounding of numbers, SI: no sensor resolves a picometre or a piconewton.
+const LEAST_SCATTER: f64 = 1e-12;
+
 impl FaultKind {
     pub(super) fn message(&self) -> String {
         match self {
@@ -59,16 +62,16 @@ impl FaultKind {
             Self::Quantised { step } => {
                 format!("values are multiples of {}, coarser than believed", short(*step))
             }
-            Self::WeakExcitation { ratio } => format!("the series varies only {ratio:.1} times its noise"),
+            Self::WeakExcitation { ratio } => format!("varies by only {ratio:.1} times its noise"),
             Self::BelowNoise { ratio } => {
-                format!("the series varies only {ratio:.2} times its noise, less than noise alone would")
+                format!("varies by only {ratio:.2} times its noise, less than noise alone would")
             }
             Self::Units { other, factor, what, experiments } => {
                 let (factor, also) = (short(*factor), as_in(*experiments));
                 format!("reads {factor} times what `{other}` says of the same motion, about {what}{also}")
             }
             Self::Beside { other, offset, reach, experiments } => format!(
-                "stands {} beside `{other}` on average, though neither moves farther than {}{}",
+                "is offset by {} from `{other}` on average, though neither moves farther than {}{}",
                 short(*offset),
                 short(*reach),
                 as_in(*experiments)
@@ -76,8 +79,12 @@ impl FaultKind {
             Self::ClockOffset { against, late_s, experiments } => {
                 off_clock(against, *late_s) + &as_in(*experiments)
             }
+            Self::NoiseNotStated { scatter } if *scatter < LEAST_SCATTER => {
+                "no noise is stated, and its readings have none".into()
+            }
             Self::NoiseNotStated { scatter } => format!(
-                "no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, SI)"
+                "no noise is stated: taken from the scatter of its readings, {} (one sigma, SI)",
+                short(*scatter)
             ),
             Self::SetAside => "all experiments were to be fitted, and none would be left to score: this one \
                                is set aside"
@@ -105,42 +112,44 @@ impl FaultKind {
             Self::TooShort { .. } => "record at least 50 rows",
             Self::NotANumber { .. } => "cut the file there, or record again",
             Self::EmptyCells { cells: 1, .. } => {
-                "its value was bridged and counts as unknown; look at the recorder if there are more"
+                "its value was bridged and counts as unknown; check the recorder if there are more"
             }
             Self::EmptyCells { .. } => {
-                "their values were bridged and count as unknown; look at the recorder if they become more"
+                "their values were bridged and count as unknown; check the recorder if there are more"
             }
             Self::OtherRate { .. } => "record it at the rate of the others where its band matters",
             Self::TimeGoesBack => "sort the rows, or repair the clock of the recorder",
             Self::Gap { .. } => "split the file here into two experiments",
             Self::LostRows { .. } => {
-                "the rows between were bridged and count as unknown; look at the recorder's buffer if they \
-                 become more"
+                "the rows between were bridged and count as unknown; check the recorder's buffer if there \
+                 are more"
             }
             Self::Cut { .. } => "record one more with `role = \"check\"` to choose what is scored",
             Self::Uneven { .. } => "series were brought to an even grid by interpolation",
             Self::SlowRows { .. } => "bring the time to seconds, or record every command",
             Self::OtherSpacing { .. } => {
-                "taken as it is; if the recorder's rate was the same, mend its time stamps"
+                "taken as it is; if the recorder's rate was the same, correct its time stamps"
             }
             Self::Constant { tells_place: true } | Self::Clipped { tells_place: true, .. } => NOT_PLACED,
             Self::Constant { .. } => "the column does not count in this experiment; check the wiring",
             Self::ConstantCommand => "excite the drive, or remove the experiment",
-            Self::RestingCommand => "if this drive moves, look at its column; otherwise state it as no drive",
+            Self::RestingCommand => {
+                "if this drive moves, check its column; otherwise remove it from [columns]"
+            }
             Self::CopiedCheck { .. } => {
                 "a check must be another measurement: record one, or remove this file"
             }
             Self::Clipped { .. } => "the column does not count in this experiment; widen its range",
             Self::Quantised { .. } => "taken as a finding, not as noise",
-            Self::WeakExcitation { .. } => "it carries little information; excite more strongly",
+            Self::WeakExcitation { .. } => "little information; excite more strongly",
             Self::BelowNoise { .. } => "check the unit of the column, and the `noise` that is stated",
             Self::Units { what, .. } if *what == STATED => {
                 "remove its `unit` or `scale`, or state the true one"
             }
-            Self::Units { factor, .. } if *factor < 0.0 => "turn the sign of one of the two columns",
+            Self::Units { factor, .. } if *factor < 0.0 => "reverse the sign of one of the two columns",
             Self::Units { .. } => "bring both columns to SI",
             Self::Beside { .. } => {
-                "state the `offset` of the column whose zero is another, unless a load holds it there"
+                "state the `offset` of the column with the other zero, unless a load holds it there"
             }
             Self::ClockOffset { .. } => {
                 "shift the column; if the sensor itself is late, set its `delay` in the machine file"

@@ -65,7 +65,7 @@ mod tests {
     fn truth_a_sine_has_a_kurtosis_of_three_halves_and_rare_blows_a_large_one() {
         let sine: Vec<f64> =
             (0..1000).map(|k| (std::f64::consts::TAU * f64::from(k) / 100.0).sin()).collect();
-        // Whole periods: the moments are exact to rounding.
+        // Whole periods: the moments are exact to machine precision.
         assert!((shape(&sine).1 - 1.5).abs() < 1e-9);
         let blows: Vec<f64> = (0..1000).map(|k| if k % 50 == 0 { 1.0 } else { 0.0 }).collect();
         // p = 1/50: (1 - 3 p (1 - p)) / (p (1 - p)) = 48.02.

@@ -62,7 +62,7 @@ pub(super) fn far_from_rows(time: &[f64], gaps: &[bool], rows: usize, spacing_s:
     if far.contains(&true) { far } else { Vec::new() }
 }
 
-/// Lagrange's cubic through the four rows from `first` on, at `t`.
+/// Lagrange's cubic through the four rows from `first` onwards, at `t`.
 fn cubic(time: &[f64], column: &[f64], first: usize, t: f64) -> f64 {
     let rows = first..first + 4;
     let weight = |i: usize| -> f64 {

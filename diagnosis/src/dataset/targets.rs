@@ -43,7 +43,7 @@ impl Body<'_> {
         }
     }
 
-    /// Whether a position stands beside its target all the time, farther than it moves and than the servo's
+    /// Whether a position is offset from its target all the time, by more than it moves and than the servo's
     /// largest force can hold it off.
     fn beside(
         &self,

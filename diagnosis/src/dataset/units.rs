@@ -145,7 +145,7 @@ mod tests {
         // Numbers in metres, though `unit = "mm"`; then an accelerometer with `unit = "mm/s2"`.
         assert_eq!(wrong(pair(1e-3, 1.0), 0.98e-3, 0.15, false), Some((false, STATED)));
         assert_eq!(wrong(pair(1.0, 1e-3), 1.02e3, 0.15, false), Some((true, STATED)));
-        // Nothing is stated: whoever is in a smaller unit than SI, with larger numbers.
+        // Nothing is stated: the column in a smaller unit than SI, with larger numbers.
         let of = |factor, is_right| wrong(pair(1.0, 1.0), factor, 0.15, is_right);
         assert!(of(1e3, false).is_some_and(|(second, what)| !second && what.contains("mm for m")));
         assert!(of(1e-3, false).is_some_and(|(second, what)| second && what.contains("mm/s²")));

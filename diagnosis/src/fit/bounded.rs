@@ -89,7 +89,7 @@ mod tests {
             let slope = &a * &x - &b;
             for i in 0..n {
                 assert!(x[i] >= low[i] && x[i] <= high[i]);
-                // Where it may go up the slope is not downhill, and the other way round; the matrix amplifies
+                // If it may go up, the slope is not downhill, and the other way round; the matrix amplifies
                 // rounding a thousandfold.
                 assert!(x[i] >= high[i] || slope[i] > -1e3 * ROUNDING);
                 assert!(x[i] <= low[i] || slope[i] < 1e3 * ROUNDING);

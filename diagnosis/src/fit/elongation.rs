@@ -129,7 +129,7 @@ mod tests {
         let square: f64 = (0..rows).zip(&left).map(|(k, left)| (left - stretch(k)).powi(2)).sum();
         let step = 12.0_f64.sqrt().recip();
         let noise = against.noise(step, &[step]);
-        // Where the motion turns, it rests within a step for some rows: a few percent.
+        // At a reversal the motion rests within a step for some rows: a few percent.
         assert!(((square / f64::from(rows)).sqrt() / noise - 1.0).abs() < 0.05);
     }
 }

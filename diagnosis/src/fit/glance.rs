@@ -100,7 +100,7 @@ fn range(record: &Record, [a, b]: [usize; 2]) -> Option<f64> {
     Some(elongations[last - outside] - elongations[outside])
 }
 
-/// A force below this many times its noise is none.
+/// A force below this many times its noise counts as zero.
 const COARSEST_TOUCH: f64 = 20.0;
 /// Share of the largest contact force of a record from which on its contact is surely closed.
 const PRESSED: f64 = 0.3;

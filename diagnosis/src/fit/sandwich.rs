@@ -72,7 +72,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     }
     let records = task.dataset.records.len();
     let checks: Vec<usize> = (0..records).filter(|r| !task.fitted.contains(r)).collect();
-    // A check record that the model does not follow says nothing of values.
+    // A check record that the model does not follow carries no information about values.
     let others: Vec<DMatrix<f64>> = checks.par_iter().filter_map(|&r| Some(of(r)?.of_record())).collect();
     let known = task.fitted.len() + others.len();
     for other in others {

@@ -193,7 +193,7 @@ fn of_parameter(model: &Model, site: Site, definition: &'static Definition, para
 mod tests {
     use super::*;
 
-    /// Slopes of which the first two together say something, and the third nothing of it.
+    /// Slopes of which the first two together carry information, and the third carries none.
     #[test]
     fn truth_no_step_along_the_scale_changes_a_prediction() {
         let mut slopes = vec![vec![1.0, -2.0, 0.5], vec![-0.9, 2.2, -0.5], vec![3.0, 1.0, 4.0]];

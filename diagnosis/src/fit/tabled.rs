@@ -223,7 +223,7 @@ mod tests {
         for (own, table, portrait) in &made {
             let found = regressed(*own, &AXIS.seen(*own, portrait)).unwrap();
             let read = Table::of(&found);
-            // Where there was no motion, only the weight of the bends decides.
+            // If there was no motion, only the weight of the bends decides.
             for Missing { at, .. } in AXIS.seen(*own, portrait) {
                 assert!((read.force(at) - table.force(at)).abs() < OFF, "{own} {at} {found:?}");
             }

@@ -34,14 +34,14 @@ pub(super) fn stretch(
         let there: Vec<f64> = rows
             .map(|((theta, step), unknown)| (theta + by * step).clamp(unknown.bounds.0, unknown.bounds.1))
             .collect();
-        // Where the machine does not move, the value is known not to be.
+        // If the machine does not move, the value is known not to be.
         cost(task, fitted, worth, &there).map_or(f64::INFINITY, |there| there - here)
     };
     [-1.0, 1.0].map(|side| reach(|by| rise(side * by))).into_iter().fold(1.0, f64::max)
 }
 
 /// The first step, of doubling ones, by which a cost has risen by one and at twice which it stays so; one if
-/// it rises there as expected. A single jump of a rough cost is no rise.
+/// it rises there as expected. A single jump of a rough cost is not a rise.
 fn reach(rise: impl Fn(f64) -> f64) -> f64 {
     let has_risen = |by: f64| rise(by) >= RISE;
     if rise(1.0) >= FLAT && has_risen(2.0) {

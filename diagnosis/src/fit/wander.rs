@@ -8,7 +8,7 @@ use crate::dataset::{Dataset, Record, scatter};
 
 /// Noise is as large in every other row as in all of them; what a command really does is not. A smooth
 /// command has more scatter in every other row, and one that holds its values has less. Beyond this ratio,
-/// either way, the scatter of a command is no noise.
+/// either way, the scatter of a command is not noise.
 const AS_LARGE: f64 = 1.25;
 /// Scatter of more than this share of a command (root mean square) belongs to the command.
 const MOST_NOISE: f64 = 0.3;

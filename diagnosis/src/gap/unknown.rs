@@ -17,7 +17,7 @@ pub(crate) struct Pointer {
     pub(crate) place: Place,
     pub(crate) channel: usize,
     pub(crate) is_contact: bool,
-    /// Whether the residual depends on what stands for the place, and not next to nothing of it.
+    /// Whether the residual depends on what stands for the place, and by more than next to nothing.
     pub(crate) is_clear: bool,
     pub(crate) evidence: String,
 }

@@ -9,7 +9,7 @@ use feeler_problem::sort::sort_of;
 use super::roles::{PLAIN, words};
 use crate::error::DiagnosisError;
 
-/// Where beliefs come from.
+/// Source of the beliefs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Model {
     /// A machine file, used unchanged.
@@ -33,7 +33,7 @@ pub struct AxisBelief {
     pub joint: JointBelief,
     /// Whether it slides.
     pub is_straight: bool,
-    /// Inertia (or mass) of all that it moves, where all joints stand at zero.
+    /// Inertia (or mass) of all that it moves, with all joints at zero.
     pub inertia: f64,
 }
 

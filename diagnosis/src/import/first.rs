@@ -35,7 +35,7 @@ const VOLTAGE: &str = "the command is a voltage, and forces are counted in volts
 const LAG_OMEGA: f64 = 2.0;
 /// Lag that is assumed if none is visible, s.
 const USUAL_LAG_S: f64 = 0.05;
-/// A lag this many times that of the stated loop is none of it: targets come late by a row or two besides.
+/// A lag this many times that of the stated loop has another cause: targets also come late by a row or two.
 const FAR_OFF_LAG: f64 = 5.0;
 /// A gain this many times another is in another unit: believed masses are hardly twice the real ones.
 const FAR_OFF_GAIN: f64 = 2.0;
@@ -53,7 +53,7 @@ const LEAST_INERTIA: f64 = 1e-6;
 struct Gains {
     kp: f64,
     kd: f64,
-    /// Where they come from.
+    /// Their source.
     why: String,
     /// How far `kp` may be off, if nobody has stated it.
     tolerance: Option<f64>,
@@ -158,7 +158,7 @@ impl First {
         let Some((name, drive)) = drives.next() else {
             return Err(DiagnosisError::Unreadable {
                 file: file(),
-                reason: "the machine has no actuator, so that nothing takes the target".into(),
+                reason: "the machine has no actuator, so nothing takes the target".into(),
                 remedy: "add [actuators.NAME] with `on` and `kind`",
             });
         };
@@ -190,8 +190,8 @@ impl First {
     }
 
     /// A first machine of one joint, with a position servo, or with a force drive if that command was logged.
-    /// `middle` is the inertia of the links where each joint stands at the middle of the first run. It is
-    /// given for an arm whose other joints and weight load this one.
+    /// `middle` is the inertia of the links with each joint at the middle of the first run. It is given for
+    /// an arm whose other joints and weight load this one.
     pub(super) fn of(input: Role, belief: Option<&AxisBelief>, middle: Option<f64>, seen: &Seen) -> Self {
         let is_force = input == Role::Command;
         let mut assumptions = Vec::new();
@@ -239,7 +239,7 @@ impl First {
         {
             let _ = writeln!(text, "\n[actuators.{name}]\non = \"{BODY}\"\nkind = \"{kind}\"");
             assumptions.push(format!(
-                "the servo takes what comes with its targets, as `{name}`; if it takes positions alone, \
+                "the servo is assumed to use `{name}` with its targets; if it takes positions alone, \
                  remove [actuators.{name}] and its column"
             ));
         }
@@ -292,7 +292,7 @@ fn inertia(
     let whole = links + joint.armature;
     let unit = if *is_straight { "kg" } else { "kg m2" };
     let pose = if middle.is_some() {
-        "where each joint stands at the middle of the first run"
+        "with each joint at the middle of the first run"
     } else {
         "where all joints are zero"
     };

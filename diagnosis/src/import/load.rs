@@ -21,7 +21,7 @@ pub(super) struct Arm {
     /// The joint's place in the chain.
     at: usize,
     /// For each joint of the chain its column of positions, and one of its numbers in SI. `None` if the log
-    /// has none; the joint is then taken to stand at zero.
+    /// has none; the joint then counts as zero.
     positions: Vec<Option<(String, f64)>>,
 }
 
@@ -51,7 +51,7 @@ impl Arm {
         Some(Self { chain, at, positions })
     }
 
-    /// Inertia at the joint where every joint stands at the middle of what `range` says of its column.
+    /// Inertia at the joint with every joint at the middle of what `range` says of its column.
     pub(super) fn inertia(&self, range: impl Fn(&str) -> Option<[f64; 2]>) -> f64 {
         let middle =
             |(column, each): &(String, f64)| range(column).map_or(0.0, |[a, b]| 0.5 * each * (a + b));

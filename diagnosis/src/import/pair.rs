@@ -33,7 +33,7 @@ pub(super) fn pair(run: &Run, found: &mut IndexMap<String, Guess>, is_chosen: bo
     }
 }
 
-/// Where one joint has the only target, one other the only position, and either has no name, both are one.
+/// If one joint has the only target, one other the only position, and either has no name, both are one.
 fn pair_lone_columns(found: &mut IndexMap<String, Guess>) {
     let only = |role: Role| {
         let mut having = found.iter().filter(|(_, guess)| guess.columns.contains_key(&role));

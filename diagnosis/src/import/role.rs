@@ -9,7 +9,7 @@ pub enum Role {
     TargetVelocity,
     /// Torque or force that a servo adds to that of its loop.
     FeedForward,
-    /// Where it is.
+    /// Its place.
     Position,
     /// How fast it is.
     Velocity,

@@ -165,7 +165,7 @@ pub(super) const PLAIN: [&str; 24] = [
     "ma",
 ];
 
-/// What a column of commands counts in.
+/// The unit of a column of commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Amount {
     #[default]

@@ -21,7 +21,7 @@ pub(super) struct Seen {
     pub(super) has_speed: bool,
     /// Whether targets come with a force that the servo adds.
     pub(super) has_lead: bool,
-    /// What the command of a force drive counts in.
+    /// The unit of the command of a force drive.
     pub(super) command: Amount,
 }
 

@@ -87,7 +87,7 @@ impl Writer {
                 (Some((belief, why)), _) => assumptions
                     .push(format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
                 (None, Some(beliefs)) if !beliefs.names().is_empty() => assumptions.push(format!(
-                    "the model has no joint `{name}`, only {}: nothing of it is used",
+                    "the model has no joint `{name}`, only {}: none of it is used",
                     beliefs.names().join(", ")
                 )),
                 _ => {}
@@ -155,7 +155,7 @@ impl Writer {
             save(&joint.folder.join("dataset.toml"), &joint.dataset(&first))?;
             let assumptions = [joint.assumptions, first.assumptions].concat();
             let mut machine =
-                String::from("# A first machine, written by `feeler import`. What it rests on:\n");
+                String::from("# A first machine, written by `feeler import`. Its assumptions:\n");
             for assumption in &assumptions {
                 let _ = writeln!(machine, "# - {assumption}");
             }
@@ -416,7 +416,7 @@ fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, Diagno
     }
 }
 
-/// Empties the cells between the readings of a column: an interpolated value is no reading.
+/// Empties the cells between the readings of a column: an interpolated value is not a reading.
 fn empty_between_readings(series: &mut Series) {
     for (values, gaps) in series.values.iter_mut().zip(&series.bridged) {
         values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);

@@ -118,7 +118,7 @@ impl Base {
             && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
-    /// The parts that no cause stands in the place of.
+    /// The parts that no cause takes the place of.
     pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = &'a Side> {
         let stays = |side: &&Side| match side {
             Side::Effect(site, kind, ..) => {

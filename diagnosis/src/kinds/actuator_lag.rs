@@ -14,7 +14,7 @@ impl Known for ActuatorLag {
     ));
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::CommandDelay,
-        "excite the drive at higher frequencies: a lag takes the amplitude down there, a delay does not",
+        "excite the drive at higher frequencies: a lag reduces the amplitude there, a delay does not",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

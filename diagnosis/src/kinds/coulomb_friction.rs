@@ -14,7 +14,8 @@ impl Known for CoulombFriction {
     const APART: &'static [(Kind, &'static str)] = &[
         (
             Kind::StribeckFriction,
-            "move at steady speeds from creeping up: only one of them rises again towards standstill",
+            "move at several steady speeds, down to creeping: only one of them rises again towards \
+             standstill",
         ),
         (
             Kind::LoadFriction,

@@ -94,8 +94,8 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Rows by which a command may act late and be no finding. It may be held for half a row, and timing is known
-/// to no better than half a row.
+/// Rows by which a command may act late without being a finding. It may be held for half a row, and timing is
+/// known to no better than half a row.
 pub(crate) const LATE_ROWS: f64 = 1.0;
 
 /// The range that the records cover.

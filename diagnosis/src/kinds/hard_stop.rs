@@ -63,7 +63,7 @@ fn portrayed(missing: &[(f64, f64)], middle: f64, end: f64) -> Option<HardStop> 
     let at = |k: usize| {
         let position = middle + k as f64 / LOOKED_AT as f64 * (end - middle);
         let depth = |x: f64| (side * (x - position)).max(0.0);
-        // Another stop may stand at the other end.
+        // Another stop may be at the other end.
         let is_before = |x: f64| depth(x) == 0.0 && side * (x - middle) >= 0.0;
         let before: Vec<f64> = missing.iter().filter(|(x, _)| is_before(*x)).map(|(_, f)| *f).collect();
         let level = before.iter().sum::<f64>() / before.len().max(1) as f64;
@@ -90,7 +90,7 @@ mod tests {
         let of = |x: f64| (x, 2.0 - 500.0 * (x - 0.6).max(0.0));
         let missing: Vec<(f64, f64)> = (-100..=100).map(|k| of(f64::from(k) / 100.0)).collect();
         let stop = portrayed(&missing, 0.0, 1.0).expect("it pushes back");
-        // A place looked at, where the regression is exact to rounding.
+        // A place looked at, where the regression is exact to machine precision.
         assert!((stop.position - 0.6).abs() < 1e-12 && (stop.stiffness / 500.0 - 1.0).abs() < 1e-9);
         assert!(portrayed(&missing, 0.0, -1.0).is_none());
     }

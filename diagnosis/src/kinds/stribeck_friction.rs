@@ -12,8 +12,8 @@ const SPEED_M_PER_S: f64 = 0.01;
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 
-/// Share of the fastest motion below which a guide as good as sticks. A peak that is gone by then may as well
-/// be a guide that gives way before it slides.
+/// Share of the fastest motion below which a guide practically sticks. A peak that is gone by then may as
+/// well be a guide that gives way before it slides.
 const AS_GOOD_AS_STUCK: f64 = 0.01;
 
 impl Known for StribeckFriction {

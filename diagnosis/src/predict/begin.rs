@@ -44,8 +44,8 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
 }
 
 /// Position and speed at the first row by a parabola through the first rows. These are the rows of
-/// `stretch_s`, or fewer if the motion is no parabola for so long. `None` if no speed other than the believed
-/// one stands out of the scatter and the steps of the readings (`step`).
+/// `stretch_s`, or fewer if the motion is not a parabola for so long. `None` if no speed other than the
+/// believed one stands out of the scatter and the steps of the readings (`step`).
 pub(super) fn beginning(
     series: &[f64],
     spacing_s: f64,

@@ -1,9 +1,10 @@
-//! The motion to rounding, without observer correction.
+//! The motion to machine precision, without observer correction.
 //!
 //! Guards are evaluated so often that each has one minimum at most in between, and events are located to
-//! rounding. Laws that are not linear are extrapolated. The average over a span (of second order) is taken
-//! over one, two, three ... equal parts of it. The polynomial through the results is read at parts of no
-//! length (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9).
+//! machine precision. Laws that are not linear are extrapolated. The average over a span (of second order) is
+//! taken over one, two, three ... equal parts of it. The polynomial through the results is read at parts of
+//! no length (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
+//! II.9).
 
 use feeler_plant::motion::dot;
 use feeler_plant::motion::modes::{Course, Instant, Storm, first_crossing, may_dip, trace};
@@ -82,7 +83,7 @@ impl Moving {
         })
     }
 
-    /// One span in one mode, to rounding; nonlinear terms are filled in at its end.
+    /// One span in one mode, to machine precision; nonlinear terms are filled in at its end.
     fn carry_closely(
         &mut self,
         state: &State,
@@ -202,7 +203,7 @@ impl Moving {
     }
 }
 
-/// A guard along the motion from a state on.
+/// A guard along the motion after a state.
 struct Along<'a> {
     moving: &'a mut Moving,
     state: &'a State,

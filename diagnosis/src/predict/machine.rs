@@ -21,7 +21,7 @@ pub(crate) enum Precision {
     /// Row by row, as a fit needs it thousands of times. Guards are checked this many times in every row, and
     /// laws that are not linear are averaged from check to check.
     Rows(usize),
-    /// To rounding, as the machine moves: see [`super::close`].
+    /// To machine precision, as the machine moves: see [`super::close`].
     Rounding,
 }
 
@@ -64,7 +64,7 @@ impl Moving {
         State { xi, flow: beginning.index, loops: Vec::new() }
     }
 
-    /// Puts bodies whose motion is imposed where they are from `t_s` on.
+    /// Puts bodies whose motion is imposed where they are from `t_s` onwards.
     pub(super) fn impose(&self, state: &mut State, t_s: f64) {
         if self.is_imposed {
             self.motion.set_gaps(t_s, &mut state.xi);

@@ -3,8 +3,8 @@
 //! A set-valued law holds a guide perfectly still, so that every small motion about a reversal, or under a
 //! preload, would count against it. Here the surface that slides is joined to its body by a stiff damped
 //! spring (Prandtl's element, the one-bristle case of Maxwell slip). Stuck, the body rings on that spring;
-//! sliding, the level acts as before. The spring is no effect of its own but belongs to how any dry friction
-//! is observed.
+//! sliding, the level acts as before. The spring is not an effect of its own but belongs to how any dry
+//! friction is observed.
 
 use std::f64::consts::TAU;
 

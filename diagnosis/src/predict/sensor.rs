@@ -1,4 +1,4 @@
-//! The part of a sensor that is no motion: delay, gain, bias and quantisation, on whole series.
+//! The part of a sensor that is not motion: delay, gain, bias and quantisation, on whole series.
 
 use feeler_plant::assembly::SensorPart;
 

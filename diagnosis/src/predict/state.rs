@@ -1,4 +1,4 @@
-//! Where a machine is along a record, with the loops that run beside it.
+//! State of a machine along a record, with the loops that run beside it.
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use feeler_problem::{Problem, Remedy};
 
 use crate::error::DiagnosisError;
 
-/// Where a machine is, and in which mode.
+/// State and mode of a machine.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub(super) xi: Vec<f64>,

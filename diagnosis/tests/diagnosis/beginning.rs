@@ -68,7 +68,7 @@ fn motion(late_rows: f64) -> [Vec<f64>; 2] {
     [commands[..ROWS].to_vec(), positions]
 }
 
-/// The rows from `first` on, as an encoder counts them.
+/// The rows from `first` onwards, as an encoder counts them.
 fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
     moved(motion(0.0), first, hold_s)
 }

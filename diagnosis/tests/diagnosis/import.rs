@@ -14,7 +14,7 @@ use feeler_problem::Remedy;
 const MACHINE: &str = "axis = \"rotational\"\n[bodies.link]\nmass = 0.1\n[actuators.drive]\non = \"link\"\n\
     [sensors.encoder]\nreads = \"link.position\"\nnoise = 1e-5\n";
 
-/// A log of two joints in which targets and positions stand in files of their own, 60 ms apart.
+/// A log of two joints in which targets and positions are in separate files, 60 ms apart.
 fn two_joints(folder: &Path) {
     let wave = |t: f64, j: f64| 0.5 * ((2.0 + j) * t).sin() + 0.2 * ((7.0 + j) * t + j).sin();
     let (mut control, mut state) =

@@ -1,13 +1,13 @@
 //! The predictor moves a machine as the engine does. The same commands lead to the same motion, by other
 //! exponentials, other root finders and the same hybrid semantics ([`feeler_plant::motion::modes`]).
 //!
-//! Tolerance. Both locate events to a thousandth of a picosecond and carry states to rounding, 1e-14 of the
-//! motion per row, over up to 8e4 rows. [`AGREEMENT`] of the largest value has room for that. Some motions
-//! take errors apart: a guide that breaks loose under friction that falls with speed, or a row of impacts.
-//! Such a motion may differ by as much as from its own when that starts [`NUDGE_M_PER_S`] faster. The
-//! predictor's extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a row,
-//! some 0.01 m/s. That is 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong side
-//! or a row late is off by 1e-4 at least.
+//! Tolerance. Both locate events to a thousandth of a picosecond and carry states to machine precision, 1e-14
+//! of the motion per row, over up to 8e4 rows. [`AGREEMENT`] of the largest value has room for that. Some
+//! motions take errors apart: a guide that breaks loose under friction that falls with speed, or a row of
+//! impacts. Such a motion may differ by as much as from its own when that starts [`NUDGE_M_PER_S`] faster.
+//! The predictor's extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a
+//! row, some 0.01 m/s. That is 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong
+//! side or a row late is off by 1e-4 at least.
 
 use std::path::Path;
 
@@ -356,7 +356,7 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
     assert!(worst < 1.0, "imposed: {worst:e} of what it may be, {place}");
 }
 
-/// The loop of a controller as it stands in the file, led by the reference that was recorded.
+/// The loop of a controller as the file has it, led by the reference that was recorded.
 #[test]
 fn truth_controllers_run_in_the_prediction_as_in_the_machine() {
     let force = "law = \"explicit-force\"\nreads = \"force\"\nfeed_forward = 1.0\nkp = 0.3\nki = 10.0\n\

@@ -271,8 +271,8 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
 }
 
-/// Where in its range the mode lies must not matter, nor how little it is damped. It lies at 43.4 Hz at 1 %,
-/// of one body that is split.
+/// Neither the place of the mode in its range nor its low damping may matter. It lies at 43.4 Hz at 1 %, of
+/// one body that is split.
 #[test]
 fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = \

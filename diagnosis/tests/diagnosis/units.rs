@@ -1,4 +1,4 @@
-//! Columns in a wrong unit or of a wrong sign: the one that a single factor mends is named, and no other.
+//! Columns in a wrong unit or of a wrong sign: the one that a single factor corrects is named, and no other.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -165,7 +165,7 @@ fn truth_a_position_with_another_zero_than_its_target_is_named() {
     };
     assert_eq!(beside(|t| wave(t - 0.04)[0] + 0.3), Vec::<Fault>::new());
     let found = beside(|t| wave(t - 0.04)[0] + std::f64::consts::PI);
-    names(&found, "place", "stands 3.1");
+    names(&found, "place", "is offset by 3.1");
     assert!(found[0].remedy().contains("`offset`") && !found[0].kind.is_contradiction(), "{}", found[0]);
 }
 
@@ -217,7 +217,7 @@ fn truth_a_believed_gain_is_no_wrong_unit() {
     }
 }
 
-/// A tachometer whose noise hides the motion is no evidence about the position beside it.
+/// A tachometer whose noise hides the motion is not evidence about the position beside it.
 #[test]
 fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise() {
     let machine =

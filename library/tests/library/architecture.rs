@@ -354,7 +354,7 @@ fn truth_every_step_of_the_ways_exists_and_none_leads_back_up() {
             for (other, below) in &allowed {
                 let knows_it = source.contains(&format!("feeler_{}::", other.replace('-', "_")));
                 let is_above = below.contains(&crate_name);
-                assert!(!(knows_it && is_above), "{file} knows `{other}`, which stands above it");
+                assert!(!(knows_it && is_above), "{file} knows `{other}`, which is above it");
             }
         }
     }

@@ -36,7 +36,7 @@ fn truth_files_of_a_crate_need_each_other_one_way_only() {
     }
     assert!(
         found.remove(KNOWN.map(str::to_owned).as_slice()),
-        "the known circle is none any more: {found:#?}"
+        "the known circle no longer exists: {found:#?}"
     );
     assert!(found.is_empty(), "files that need each other; part what both need from the rest: {found:#?}");
 }

@@ -12,7 +12,7 @@ fn is_item(line: &str) -> bool {
     words.next() == Some("pub") && words.next().is_some_and(|word| ITEMS.contains(&word))
 }
 
-/// Whether a comment stands above a line, over its attributes.
+/// Whether a comment is above a line, over its attributes.
 fn has_comment(above: &[&str]) -> bool {
     let mut within = false;
     for line in above.iter().rev().map(|line| line.trim()) {

@@ -29,7 +29,7 @@ impl Text {
             let mut bytes = sample;
             file.read_to_end(&mut bytes).map_err(LogError::open(path))?;
             let text = decode_utf_16(&bytes, from_le).map_err(|byte| {
-                LogError::damaged(path, LogPlace::Byte(byte), "this is no UTF-16", "save the table as UTF-8")
+                LogError::damaged(path, LogPlace::Byte(byte), "this is not UTF-16", "save the table as UTF-8")
             })?;
             let text = text.into_bytes();
             let sample = text[..text.len().min(SAMPLE_BYTES)].to_vec();
@@ -50,7 +50,7 @@ impl Text {
         Ok(Self { sample, rest: Box::new(file) })
     }
 
-    /// The rows, from the first line on.
+    /// The rows, from the first line onwards.
     pub(super) fn rows(self, dialect: &Dialect) -> Rows {
         let whole = Cursor::new(self.sample).chain(self.rest);
         Rows::of(Box::new(whole), dialect)

@@ -293,7 +293,7 @@ mod tests {
                     "{:?} in {} bytes", error, message.len()
                 ),
             }
-            // A message that is cut off inside its header is no message either.
+            // A message that is cut off inside its header is not a message either.
             for end in 0..HEADER {
                 let error = decode(&definition, &message[..end], &mut numbers);
                 prop_assert!(error.is_err_and(|error| error.byte == end));

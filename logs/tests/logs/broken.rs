@@ -243,7 +243,7 @@ fn truth_a_packed_bag_is_read_as_the_bag_in_it() {
     let columns = |name: &str, bytes: &[u8]| {
         let found = runs(name, bytes).expect("read");
         let tables = found.into_iter().flat_map(|run| run.tables);
-        // As text: an empty cell is no number, and equal to none.
+        // As text: an empty cell is not a number, and equal to none.
         tables.map(|table| format!("{:?}", (table.name, table.times_s, table.columns))).collect::<Vec<_>>()
     };
     let held = columns("bag_0.db3", &plain);

@@ -2,7 +2,7 @@
 //! simulation can be compared directly.
 //!
 //! - [`LinearMachine`]: small motions about an operating point, from any command to any signal; delays are
-//!   exact and stand beside the state space;
+//!   exact and kept apart from the state space;
 //! - [`ControlLoop`]: the machine with its controllers, as a [`SampledLoop`] (exact holds, fractional delays,
 //!   filters and several rates) and as a [`ContinuousLoop`]. It gives the stable values of any gain, and what
 //!   happens at each edge;

@@ -82,7 +82,7 @@ pub struct Joint {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     pub name: String,
-    /// Joints from the base on; at least one.
+    /// Joints from the base onwards; at least one.
     pub joints: Vec<Joint>,
     /// The tool in the frame of the last joint.
     pub tool: Isometry3<f64>,

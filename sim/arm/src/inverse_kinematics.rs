@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Isometry3, Vector3};
 use crate::chain::Chain;
 use crate::error::ArmError;
 
-/// Where the tool shall be.
+/// Target position of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
     /// Its position only.
@@ -99,7 +99,7 @@ pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -
     Err(ArmError::Unreachable { target_m: target.position().into(), left_m })
 }
 
-/// Starting poses for an arm that stands on its base: turned towards the target, with joints bent either way
+/// Starting poses for an upright arm: turned towards the target, with joints bent either way
 /// by various amounts.
 pub fn usual_starts(chain: &Chain, place_m: [f64; 3]) -> Vec<Vec<f64>> {
     let middle = |[lower, upper]: [f64; 2]| {

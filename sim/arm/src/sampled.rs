@@ -2,8 +2,8 @@
 //!
 //! Sampling and hold are exact: the matrix exponential carries the plant over one period. Where the open loop
 //! `L(z)` crosses the negative real axis on the unit circle, `-1 / L` is a gain with a pole on the circle.
-//! The smallest of these gains bounds the stable gains from zero on, since the plant alone only dissipates
-//! energy and is stable.
+//! The smallest of these gains bounds the stable gains from zero onwards, since the plant alone only
+//! dissipates energy and is stable.
 
 use std::f64::consts::{PI, TAU};
 

@@ -102,7 +102,7 @@ impl Line {
     }
 }
 
-/// Names in an expression; a state's begins with `s.`, so that it is no input's.
+/// Names in an expression; a state's begins with `s.`, so that it is not an input's.
 fn words(expression: &str) -> impl Iterator<Item = &str> {
     expression.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '.'))
 }

@@ -51,8 +51,8 @@ impl Stream {
         unit_interval(uniform)
     }
 
-    /// Two independent standard normal numbers for each of `N` indices from `first` on; the first of each
-    /// pair is [`Self::normal_at`].
+    /// Two independent standard normal numbers for each of `N` indices from `first` onwards; the first of
+    /// each pair is [`Self::normal_at`].
     pub fn normal_pairs_from<const N: usize>(&self, first: u64) -> [[f64; 2]; N] {
         let mut pairs = [[0.0; 2]; N];
         for (start, pairs) in (first..).step_by(ABREAST).zip(pairs.chunks_mut(ABREAST)) {

@@ -101,7 +101,7 @@ pub struct LowPassSpec {
 /// A notch `(s^2 + 2 depth zeta w s + w^2) / (s^2 + 2 zeta w s + w^2)` of gain 1 at zero frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotchSpec {
-    /// Where it is deepest, Hz.
+    /// Frequency at which it is deepest, Hz.
     pub frequency_hz: f64,
     /// Damping ratio of its poles: half of its relative width.
     pub damping_ratio: f64,

@@ -2,8 +2,8 @@
 //!
 //! A [`Scenario`] describes a run. A [`Program`] is the same, checked and resolved. A [`Simulation`] runs one
 //! variant of it, or several side by side. Between events a machine with held inputs is linear. The default
-//! integrator moves it by matrix exponentials and locates every event to rounding. Modes with nonlinear laws
-//! are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
+//! integrator moves it by matrix exponentials and locates every event to machine precision. Modes with
+//! nonlinear laws are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
 mod carry;
 mod error;

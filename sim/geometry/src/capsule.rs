@@ -1,7 +1,7 @@
 //! Distance of a capsule from triangles, in closed form.
 //!
-//! Parry measures a capsule against each triangle by iteration. This gives the same result to rounding at a
-//! small part of the cost, if the capsule's axis is outside the surface.
+//! Parry measures a capsule against each triangle by iteration. This gives the same result to machine
+//! precision at a small part of the cost, if the capsule's axis is outside the surface.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};

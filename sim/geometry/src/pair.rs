@@ -85,8 +85,8 @@ impl Pair {
     /// `None` if they are far apart.
     ///
     /// For a ball it is the projection of its centre, and for a capsule on triangles that of its axis. It is
-    /// exact to rounding if centre or axis is outside. For other tips it comes from Parry's iteration. If
-    /// shapes touch in several places it is the deepest.
+    /// exact to machine precision if centre or axis is outside. For other tips it comes from Parry's
+    /// iteration. If shapes touch in several places it is the deepest.
     ///
     /// # Errors
     /// [`GeometryError::Unsupported`] for two shapes whose distance cannot be computed.

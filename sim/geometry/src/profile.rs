@@ -153,7 +153,7 @@ impl Touching {
         let profile = Profile::new(&knots)
             .map_err(|problem| GeometryError::Mesh {
                 what: problem.message,
-                remedy: "mend the shapes where the tip passes them",
+                remedy: "repair the shapes where the tip passes them",
             })?
             .with_touches(touches);
         Ok(Compiled { profile, error_m: worst_m, queries: probe.queries })

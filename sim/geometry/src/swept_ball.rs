@@ -1,7 +1,7 @@
 //! The path of a ball into triangles, in closed form.
 //!
-//! Parry casts a ball against a triangle by iteration. This gives the same result to rounding at a hundredth
-//! of the cost, for the most frequent tip.
+//! Parry casts a ball against a triangle by iteration. This gives the same result to machine precision at a
+//! hundredth of the cost, for the most frequent tip.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};

@@ -86,7 +86,7 @@ impl Rows {
         }
     }
 
-    /// The columns from `first` on, reflected along `v`.
+    /// The columns from `first` onwards, reflected along `v`.
     fn reflect_columns(&mut self, first: usize, v: &[f64], half_square: f64) {
         for row in self.values.chunks_exact_mut(self.order) {
             let row = &mut row[first..];
@@ -198,7 +198,7 @@ impl Rows {
         }
     }
 
-    /// A reflection of two or three neighbouring rows from `k` on, up to column `last`.
+    /// A reflection of two or three neighbouring rows from `k` onwards, up to column `last`.
     fn reflect_three_rows(&mut self, k: usize, last: usize, row: [f64; 3], column: [f64; 2], is_three: bool) {
         let n = self.order;
         for j in k..=last {

@@ -2,9 +2,9 @@
 //!
 //! Many machines are rows of bodies, and the force passes from spring to spring. The system matrix is then
 //! block triangular in a suitable order of its rows and columns, and its zeros are those of the blocks: one
-//! for each spring. A block has a few rows, and its zeros are exact to rounding. Those of the whole would be
-//! equal ones, which rounding throws apart. Source: Dulmage and Mendelsohn, Canadian Journal of Mathematics
-//! 10 (1958).
+//! for each spring. A block has a few rows, and its zeros are exact to machine precision. Those of the whole
+//! would be equal ones, which rounding throws apart. Source: Dulmage and Mendelsohn, Canadian Journal of
+//! Mathematics 10 (1958).
 
 use std::collections::VecDeque;
 
@@ -23,7 +23,7 @@ fn split(system: &Reduced) -> Option<Vec<Reduced>> {
         return None;
     }
     let whole = whole(system);
-    // The zero sought stands on the diagonal of every state.
+    // The zero sought is on the diagonal of every state.
     let is_linked = |i: usize, j: usize| (i == j && i < n) || whole[(i, j)] != 0.0;
     let column_of = matched(n, n + m, is_linked)?;
     let mut row_of = vec![0; n + m];

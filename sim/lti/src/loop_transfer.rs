@@ -92,7 +92,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
-        // They only say where to look closely. Those of a long chain that is sampled may be no numbers.
+        // They only say where to look closely. Those of a long chain that is sampled may be not a numbers.
         let zeros = if system.states() < MANY_STATES { system.zeros() } else { system.unpolished_zeros() };
         let zeros = zeros.unwrap_or_default();
         let mut poles_s: Vec<C64> = to_s(system.poles()?);

@@ -15,7 +15,7 @@ const MAX_CORRECTION: f64 = 1e-2;
 const ALREADY_FOUND: f64 = 1e-3;
 /// Sweeps of the joint improvement; poor starting points need one or two dozen.
 const MAX_SWEEPS: usize = 100;
-/// From this number of states on, the determinant follows from poles and response.
+/// From this number of states onwards, the determinant follows from poles and response.
 pub(crate) const MANY_STATES: usize = 24;
 /// Closer to a pole than this, relative to the point, pole and zero of the response nearly cancel.
 const BESIDE_POLE: f64 = 1e-6;

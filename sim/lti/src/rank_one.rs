@@ -91,7 +91,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         Ok(None)
     }
 
-    /// Every interval of stable gains of a search from zero on. `None` if the count of unstable motions
+    /// Every interval of stable gains of a search from zero onwards. `None` if the count of unstable motions
     /// disagrees with the eigenvalues, so that another method is needed.
     ///
     /// # Errors

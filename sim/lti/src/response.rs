@@ -9,8 +9,8 @@ use crate::error::LtiError;
 use crate::modal::Modal;
 use crate::state_space::StateSpace;
 
-/// From this number of states on, A is first reduced to Hessenberg form. A point then costs the square of the
-/// number of states instead of its cube (A. Laub, IEEE Trans. Automatic Control 26, 1981).
+/// From this number of states onwards, A is first reduced to Hessenberg form. A point then costs the square
+/// of the number of states instead of its cube (A. Laub, IEEE Trans. Automatic Control 26, 1981).
 const MANY_STATES: usize = 24;
 
 /// A system prepared (balanced) for the evaluation of C (p I - A)^-1 B + D at many points p.

@@ -71,7 +71,7 @@ pub(crate) fn smooth_root<E>(
 
 /// The point and value of the maximum of `f` between `a` and `b`, if `f` has one, by golden section.
 ///
-/// A maximum is flat: its position is found to about 1e-8 of the interval, its value to rounding.
+/// A maximum is flat: its position is found to about 1e-8 of the interval, its value to machine precision.
 pub(crate) fn maximum<E>(
     mut a: f64,
     mut b: f64,

@@ -7,7 +7,7 @@ use crate::cell::Hold;
 
 /// Singular values below this share of the largest are directions in which the arm cannot move.
 const SINGULAR: f64 = 1e-6;
-/// From this number of joints on, the tool's orientation is held as well.
+/// From this number of joints onwards, the tool's orientation is held as well.
 const ALL_DIRECTIONS: usize = 6;
 
 /// Holds the tool at a place in all directions but one. Let `T` be the Jacobian of the held directions and

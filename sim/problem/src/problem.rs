@@ -19,7 +19,7 @@ pub struct Problem {
     pub key: String,
     /// The mistake in words.
     pub message: String,
-    /// Advice on how to mend it.
+    /// How to correct it.
     pub remedy: String,
 }
 

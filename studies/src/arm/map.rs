@@ -24,7 +24,7 @@ pub struct Grid {
 /// Results at one position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapPoint {
-    /// Where the tool is, m.
+    /// Position of the tool, m.
     pub place_m: [f64; 3],
     /// The pose, and the axis's masses, stiffness and bandwidth there; otherwise the reason.
     pub found: Result<MapValues, NoAxis>,

@@ -30,7 +30,7 @@ pub struct LinearAgreement {
     pub widest: [f64; 2],
 }
 
-/// Where the coherence is below [`INCOHERENT`].
+/// If the coherence is below [`INCOHERENT`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Incoherent {
     /// Frequencies there.

@@ -109,7 +109,7 @@ impl FrfRequest {
     /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors
-    /// A band that is empty or beyond half the sampling rate, or a confidence that is no probability.
+    /// A band that is empty or beyond half the sampling rate, or a confidence that is not a probability.
     pub fn band(&self, hold_s: f64, lowest_hz: f64, excited_hz: Option<f64>) -> Result<(f64, f64), Refusal> {
         let nyquist = 0.5 / hold_s;
         let usual = excited_hz.unwrap_or(nyquist).min(0.8 * nyquist);

@@ -291,7 +291,7 @@ mod tests {
         assert!((far.simulated_s - 0.1 * MOST_EXTENSION).abs() < 1e-9, "{}", far.simulated_s);
     }
 
-    /// At rest it is the force of rest; a force at which a run happens to end is no point of any map.
+    /// At rest it is the force of rest; a force at which a run happens to end is not a point of any map.
     #[test]
     fn regress_a_run_that_is_undecided_has_no_strobe() {
         let of = |duration: f64| {

@@ -26,7 +26,7 @@ pub(super) fn zero_level(values: &[Vec<f64>], centre: &dyn Fn(usize, usize) -> f
             if found.len() == 4 && (at(0) > 0.0) != (centre(i, j) > 0.0) {
                 found.rotate_right(1);
             }
-            // Where the level passes through a corner, a piece may have no length.
+            // If the level passes through a corner, a piece may have no length.
             pieces
                 .extend(found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| !meets(*a, *b)));
         }

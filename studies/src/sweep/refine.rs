@@ -196,7 +196,7 @@ mod tests {
         assert!(!GridCell { corner: vec![3, 6], sizes: vec![1, 1] }.is_crossed(&|node| Some(side(node))));
     }
 
-    /// Where both axes can be split, it does not matter along which of them the class changes.
+    /// If both axes can be split, it does not matter along which of them the class changes.
     #[test]
     fn truth_squares_are_split_into_four() {
         let square = GridCell { corner: vec![0, 0], sizes: vec![4, 4] };

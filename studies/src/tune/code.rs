@@ -43,12 +43,12 @@ fn c(listing: &Listing, about: &[String]) -> String {
     for line in about {
         let _ = writeln!(text, " * {line}");
     }
-    text += " * Compile with -ffp-contract=off to get the bits of the simulation.\n */\n";
+    text += " * Compile with -ffp-contract=off for the same bits as the simulation.\n */\n";
     text += "#include <math.h>\n#include <stdbool.h>\n\n";
     for (name, value) in &listing.constants {
         let _ = writeln!(text, "static const double {name} = {value:?};");
     }
-    text += "\n/* What one sample leaves to the next; all zero and false before the first. */\n";
+    text += "\n/* State from one sample to the next; zero and false before the first. */\n";
     text += "typedef struct {\n";
     for state in &listing.numbers {
         let _ = writeln!(text, "    double {state};");
@@ -84,7 +84,7 @@ fn rust(listing: &Listing, about: &[String]) -> String {
     for (name, value) in &listing.constants {
         let _ = writeln!(text, "const {name}: f64 = {value:?};");
     }
-    text += "\n/// What one sample leaves to the next.\n#[derive(Clone, Copy, Debug, Default)]\n";
+    text += "\n/// State from one sample to the next.\n#[derive(Clone, Copy, Debug, Default)]\n";
     text += "pub struct Controller {\n";
     for state in &listing.numbers {
         let _ = writeln!(text, "    {state}: f64,");

@@ -127,7 +127,7 @@ impl Knobs {
             let Some(knob) = knobs.iter_mut().find(|knob| knob.what == What::Gain(limit.of.clone())) else {
                 return Err(refused(
                     format!("--spec: `{}` is limited, but not tuned by itself", limit.of),
-                    format!("add gains = {}, with all that shall be tuned", limit.of),
+                    format!("add gains = {}, with every gain to tune", limit.of),
                 ));
             };
             knob.reach(limit);

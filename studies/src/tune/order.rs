@@ -15,7 +15,7 @@ const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// No run of the model reaches a force this much above the largest of all runs. The margin is a quarter,
 /// half of the amplitude that a gain margin of 6 dB leaves.
 const BEYOND: f64 = 1.25;
-/// An oscillation this many times as wide as the whole settling band is no rest.
+/// An oscillation this many times as wide as the whole settling band is not a rest.
 const SWINGS: f64 = 2.0;
 /// A wait this many times as long as the slowest run needs means that it does not settle.
 const WAITS: f64 = 2.0;
@@ -23,7 +23,7 @@ const WAITS: f64 = 2.0;
 /// One step: the settings, what should be seen, and the signs that mean stop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
-    /// Share of the tuned gains on errors; damping and filters are as tuned from the first step on.
+    /// Share of the tuned gains on errors; damping and filters are as tuned from the first step onwards.
     pub share: f64,
     /// Values for `--set`, which are those to set on the robot.
     pub settings: Vec<String>,

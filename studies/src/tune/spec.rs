@@ -197,7 +197,7 @@ impl Spec {
             "gains" => self.gains = Some(words().map(str::to_owned).collect()),
             "controller" => self.controller = Some(value.trim().to_owned()),
             other => {
-                let message = format!("`{other}` is nothing that can be set");
+                let message = format!("`{other}` cannot be set");
                 return Err(refused(clause, &message, "write structure, gains or controller before the ="));
             }
         }

@@ -98,7 +98,7 @@ pub struct CheckedRemedy {
     pub settles: bool,
 }
 
-/// Where a verdict's loop is closed: in contact, if anything can touch.
+/// State in which a verdict's loop is closed: in contact, if anything can touch.
 pub(super) fn in_contact(scenario: &Scenario) -> &'static str {
     if nothing_can_touch(scenario) { "" } else { " in contact" }
 }

@@ -56,7 +56,7 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     )
 }
 
-/// Where instability begins, of a loop below its limit.
+/// The limit of a loop below it.
 pub(super) fn begins(scenario: &Scenario, margin: f64) -> String {
     let (times, in_contact) = (plain(two_digits(margin)), in_contact(scenario));
     only_gain(scenario).map_or_else(

@@ -167,8 +167,7 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         || found.lifts_by(Counterfactual::NoDelay)
         || found.lifts_by(Counterfactual::ContinuousController)
     {
-        let what =
-            |times: f64| format!("delays {} times as short, and filters faster by this factor", plain(times));
+        let what = |times: f64| format!("delays shorter and filters faster by a factor of {}", plain(times));
         ways.push(Way::new(Some(Counterfactual::NoDelay), &MANY_TIMES, what, shorten_delays));
         let what = |times: f64| format!("sampling {} times as fast", plain(times));
         ways.push(Way::new(Some(Counterfactual::ContinuousController), &TIMES, what, sample_faster));

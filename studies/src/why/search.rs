@@ -364,7 +364,7 @@ fn unexplained(found: &Explanation, scenario: &Scenario) -> String {
         }
         (Some(false), Some(_)) => {
             format!(
-                "{tried}: by linear theory the loop{in_contact} is unstable, and no lower gain mends that."
+                "{tried}: by linear theory the loop{in_contact} is unstable, and no lower gain cures that."
             )
         }
         _ => format!("{tried}; its cause is none of those tried."),

@@ -4,7 +4,7 @@ use feeler_files::{Draft, template};
 use feeler_problem::Remedy;
 use feeler_studies::frf::{ExcitationKind, FrfRequest, simulate};
 
-/// A target is held for a whole number of the servo's samples, of 2 ms, or its response is none.
+/// A target is held for a whole number of the servo's samples, of 2 ms, or it has no response.
 #[test]
 fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
     let servo = template("servo").expect("a template").text;
@@ -25,7 +25,7 @@ fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
     };
     // By default that of the controller, 5 ms, up to the next whole number of samples.
     assert!((respond(None).expect("a response").hold_s - 6e-3).abs() < 1e-12);
-    let error = respond(Some(5e-3)).expect_err("it is no whole number");
+    let error = respond(Some(5e-3)).expect_err("it is not a whole number");
     assert!(error.to_string().contains("not a whole number of samples of `servo`"), "{error}");
     assert!(error.remedy().contains("--hold"));
     // The loop follows its target, and the measured response is that of theory, not that from a force.

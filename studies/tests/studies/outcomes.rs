@@ -259,7 +259,7 @@ fn prop_no_scenario_of_an_arm_ends_undecided() {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        // The description of the arm itself is no scenario.
+        // The description of the arm itself is not a scenario.
         let draft = Draft::load(&path).ok().filter(Draft::has_arm);
         if let Some(draft) = draft {
             let file = CellFile::build(draft).unwrap_or_else(|error| panic!("{error}"));

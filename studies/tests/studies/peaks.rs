@@ -8,8 +8,8 @@ use crate::common::{file, result_of};
 
 const MASS_KG: f64 = 2.0;
 const SPEED_M_PER_S: f64 = 0.3;
-/// The engine finds a maximum where the slope is zero to rounding. The rest is the rounding of speed,
-/// stiffness and the instant of the touch.
+/// The engine finds a maximum where the slope is zero to machine precision. The rest is the rounding of
+/// speed, stiffness and the instant of the touch.
 const LOCATED: f64 = 1e-11;
 /// Of a half sine met by a thousand rows a parabola finds the peak within `(pi / 1000)^4 / 128 = 1e-12`; laws
 /// with a steeper start leave some more.

@@ -125,7 +125,7 @@ fn regress_a_gain_below_zero_is_named_as_such() {
     assert!(found.remedies.iter().any(|remedy| remedy.what.contains("other sign")), "{:?}", found.remedies);
 }
 
-/// The same with a tool that may leave: it is pushed off, and `no-contact` is no rest.
+/// The same with a tool that may leave: it is pushed off, and `no-contact` is not a rest.
 #[test]
 fn regress_a_gain_below_zero_is_named_where_the_tool_is_pushed_off() {
     let document = Document::load(

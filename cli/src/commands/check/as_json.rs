@@ -43,7 +43,7 @@ struct Finding {
     key: Option<String>,
     /// The finding in words.
     message: String,
-    /// Advice on how to mend it.
+    /// How to correct it.
     remedy: String,
 }
 

@@ -88,7 +88,7 @@ pub(crate) fn page(
 
 /// A largest gain that changes by a smaller share is reported as unchanged.
 const UNCHANGED: f64 = 0.005;
-/// Phase margins: below the first a loop is fragile, from the second on it is sound.
+/// Phase margins: below the first a loop is fragile, above the second it is sound.
 const PHASE_DEG: [f64; 2] = [30.0, 45.0];
 const SENSITIVITY: [f64; 2] = [2.0, 3.0];
 

@@ -115,13 +115,13 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
                 if below.is_empty() { String::new() } else { format!("; below zero it is stable {below}") };
             let undamped: Vec<String> = report.undamped_hz.iter().map(|f| with_unit(*f, "Hz")).collect();
             said.push(if undamped.is_empty() {
-                format!("No value of {} from zero on makes this loop stable{but}.", gain.key)
+                format!("No value of {} at or above zero makes this loop stable{but}.", gain.key)
             } else {
                 let modes = if undamped.len() == 1 { "undamped mode" } else { "undamped modes" };
                 format!(
-                    "Unstable at any gain {} from zero on: {modes} at {}{but}. A held output, half a period \
-                     late at best, feeds energy that nothing dissipates: give the \
-                     machine the damping that it has.",
+                    "Unstable at any gain {} at or above zero: {modes} at {}{but}. A held output is half a \
+                     period late at best. It feeds energy that nothing dissipates: give the machine the \
+                     damping that it has.",
                     gain.key,
                     undamped.join(", ")
                 )
@@ -306,7 +306,7 @@ fn unlimited(report: &Report) -> String {
     if report.margins().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
         let reads = report.pair().map_or(&report.output, |of| &of.output);
         return format!(
-            "Nothing limits the bandwidth: {reads} does not answer {} here, so that no loop is closed.",
+            "Nothing limits the bandwidth: {reads} does not answer {} here, so no loop is closed.",
             report.input
         );
     }

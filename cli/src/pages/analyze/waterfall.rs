@@ -70,7 +70,7 @@ fn difference(stage: &Stage, before: &Stage) -> Option<String> {
     let (own_gain, gain_before) = (stage.largest_gain, before.largest_gain);
     match (own_gain, gain_before) {
         (None, None) => return None,
-        (None, Some(_)) => return Some("no gain is too large any more".to_owned()),
+        (None, Some(_)) => return Some("every gain is stable".to_owned()),
         (Some(own), _) if own <= 0.0 => {
             return gain_before.is_none_or(|g| g > 0.0).then(|| "no gain is stable any more".to_owned());
         }

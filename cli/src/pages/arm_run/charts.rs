@@ -110,17 +110,11 @@ fn forces(page: &mut Page, file: &CellFile, result: &CellRun, rows: &Range<usize
     let charts = [
         (
             "Contact force.",
-            "What the tool feels along the normal of the contact, what the wrist reads of it, and what the \
-             controller wants.",
+            "Contact force along the normal, its reading at the wrist, and the reference.",
             "force (N)",
             force,
         ),
-        (
-            "Command.",
-            "The force along the normal that the controller asks of the joints.",
-            "force (N)",
-            command,
-        ),
+        ("Command.", "Commanded force along the normal.", "force (N)", command),
         (
             "Compression.",
             "Depth of the tip in the workpiece; below zero the distance between them.",

@@ -24,8 +24,8 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> cr
     page.heading("The arm");
     page.scene(
         "The arm as it moves.",
-        "Drag to turn it, turn the wheel to come closer. Links are drawn from joint to joint, as thick as \
-         their inertia says; the arrow is the force on the tool.",
+        "Drag to rotate, scroll to zoom. The thickness of a link follows from its inertia. The arrow is the \
+         force on the tool.",
         scene::scene(file, result)?,
     );
     page.heading("The run");
@@ -99,11 +99,7 @@ fn tiles(result: &CellRun) -> Vec<Tile> {
             "half of peak to peak".into(),
         ));
     }
-    tiles.push(tile(
-        "sideways",
-        with_unit(summary.sideways_m, "m"),
-        "farthest off the line along the normal".into(),
-    ));
+    tiles.push(tile("sideways", with_unit(summary.sideways_m, "m"), "largest sideways error".into()));
     let per_second = format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s"));
     tiles.push(tile("time taken", with_unit(figures.wall_s, "s"), per_second));
     tiles

@@ -28,17 +28,17 @@ pub(crate) fn page(score: &Score) -> String {
     );
     page.picture(
         "Confusion,",
-        "what was hidden down the side, the first cause named along the top; blue: right, or rightly \
-         refused; orange: wrong. The number is how often.",
+        "rows: hidden effect; columns: first cause named. Blue: right, or rightly refused; orange: wrong. \
+         Numbers count cases.",
         &matrix::drawing(&score.confusion),
     );
     page.heading("Stated probability against frequency");
     page.paragraph(
-        "Every cause named in an answer, binned by its stated probability; on the dashed line \
-                    what is said is what happens.",
+        "Every cause named in an answer, binned by its stated probability; on the dashed line, stated and \
+         observed frequencies agree.",
     );
     let mut chart = Chart::new(ChartKind::Line, "Reliability,", "stated probability", "how often right");
-    chart.caption = "each point with as many causes as its row below says.".into();
+    chart.caption = "the table gives the number of causes of each point.".into();
     chart.x = std::iter::once(0.0)
         .chain(score.reliability.iter().map(|bin| bin.mean_stated))
         .chain([1.0])

@@ -2,6 +2,7 @@
 
 use feeler_diagnosis::adequacy::{Adequacy, Horizon};
 
+use super::words;
 use crate::numbers::{fine_percent, percent};
 use crate::pages::parts::Page;
 
@@ -27,7 +28,7 @@ pub(super) fn reasons(adequacy: &Adequacy) -> Vec<String> {
 }
 
 /// The table of errors by horizon, and the correlations of the missing force.
-pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
+pub(super) fn add(page: &mut Page, adequacy: &Adequacy, is_found: bool) {
     if adequacy.horizons.is_empty() {
         return;
     }
@@ -40,17 +41,16 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         .horizons
         .iter()
         .map(|horizon| {
-            vec![
-                horizon.name(),
-                cell(horizon.before),
-                cell(horizon.refit),
-                cell(horizon.after),
-                fine_percent(horizon.noise()),
-            ]
+            let mut row = vec![horizon.name(), cell(horizon.before), cell(horizon.refit)];
+            row.extend(is_found.then(|| cell(horizon.after)));
+            row.push(fine_percent(horizon.noise()));
+            row
         })
         .collect();
-    let header = ["over", "machine as given", "after calibration", "with what was found", "noise floor"];
-    page.table(&header, &[1, 2, 3, 4], &rows);
+    let mut header = vec!["over", "machine as given", "after calibration"];
+    header.extend(is_found.then_some(words::WITH_EFFECTS));
+    header.push("noise floor");
+    page.table(&header, &[1, 2, 3, 4][..header.len() - 1], &rows);
     if adequacy.residual.is_empty() || adequacy.drive_force_n == 0.0 {
         return;
     }

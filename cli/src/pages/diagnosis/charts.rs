@@ -101,7 +101,7 @@ fn chart(
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
     // The two machines have one colour in all charts. They lie over the measurement, whose noise stands out.
     let machines = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> [(&'static str, Vec<f64>, usize); 2] {
-        [("machine as given", of(&before.windows[c]), 0), ("with what was found", of(&after.windows[c]), 1)]
+        [("machine as given", of(&before.windows[c]), 0), ("repaired machine", of(&after.windows[c]), 1)]
     };
     let columns: Vec<(&str, Vec<f64>, usize)> = if is_error {
         machines(&off).into()
@@ -127,7 +127,7 @@ fn chart(
         format!("{} ({unit})", if is_error { "error" } else { quantity.name() }),
     );
     chart.caption = format!(
-        "error {} % of its variation with the machine as given, {} % with what was found.",
+        "error {} % of its variation with the machine as given, {} % with the repaired machine.",
         share(before),
         share(after)
     );

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use feeler_diagnosis::report::GapCell;
 
+use super::words;
 use crate::numbers::plain;
 use crate::pages::parts::escape;
 
@@ -25,7 +26,7 @@ pub(super) const PALEST: f64 = 1e-3;
 pub(super) const DARKEST: f64 = 1.0;
 /// Noise floors below this share of the variation are too strict for a model.
 const LEAST_FLOOR: f64 = 1e-5;
-/// Where letters turn white: there black and white letters both have a contrast of 4.5 and more.
+/// Level at which letters turn white: there black and white letters both have a contrast of 4.5 and more.
 const DARK: f64 = 0.635;
 
 /// Phases in the order of a motion.
@@ -64,12 +65,12 @@ pub(super) fn by_phase(cells: &[GapCell], of: Of, label: &str) -> String {
     grid(cells, &columns, "band up to (Hz)", label)
 }
 
-/// Levels of the command, before and after, over all phases and bands.
-pub(super) fn by_level(cells: &[GapCell]) -> String {
+/// Levels of the command, before and, if effects were found, after, over all phases and bands.
+pub(super) fn by_level(cells: &[GapCell], is_found: bool) -> String {
     let states: [(&'static str, Of); 2] =
-        [("calibrated machine", |cell| cell.refit), ("with what was found", |cell| cell.after)];
+        [("calibrated machine", |cell| cell.refit), (words::WITH_EFFECTS, |cell| cell.after)];
     let mut columns = Vec::new();
-    for (group, of) in states {
+    for (group, of) in states.into_iter().take(1 + usize::from(is_found)) {
         for level in LEVELS.iter().filter(|level| cells.iter().any(|cell| cell.amplitude == **level)) {
             columns.push(Column {
                 group,

@@ -42,7 +42,7 @@ pub(crate) fn page(answer: &Examination) -> String {
          Predictions start from the measured motion every 50 ms.",
         &waterfall::drawing(diagnosis),
     );
-    adequacy::add(&mut page, &diagnosis.adequacy);
+    adequacy::add(&mut page, &diagnosis.adequacy, words::is_found(diagnosis));
     places(&mut page, diagnosis);
     missing_force(&mut page, diagnosis, units);
     charts::add(&mut page, answer, units);
@@ -106,7 +106,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     ]);
     let is_found = words::is_found(diagnosis);
     if is_found {
-        tiles.push(tile("with what was found", share(gap.after), &beside(gap.after)));
+        tiles.push(tile(words::WITH_EFFECTS, share(gap.after), &beside(gap.after)));
     }
     tiles.push(tile("noise floor", share(gap.floor), floor));
     if is_found {
@@ -115,7 +115,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
         tiles.push(tile(
             "force that is missing",
             left,
-            &format!("rms, with what was found; {missing} after calibration alone"),
+            &format!("rms, {}; {missing} after calibration alone", words::WITH_EFFECTS),
         ));
     } else {
         tiles.push(tile("force that is missing", missing, "rms, after calibration"));
@@ -221,8 +221,8 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         return;
     }
     let scale = format!(
-        "in per cent of each channel's variation, by phase of the motion: palest at {} %, darkest from {} % \
-         on. White: no more than {} times the noise.",
+        "in per cent of each channel's variation, by phase of the motion: palest at {} %, darkest at {} % \
+         or more. White: no more than {} times the noise.",
         plain(100.0 * heat::PALEST),
         plain(100.0 * heat::DARKEST),
         plain(heat::NOISE)
@@ -232,14 +232,17 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         &scale,
         &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"),
     );
-    page.picture(
-        "And with what was found,",
-        "the same cells; what is still dark is not explained.",
-        &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
-    );
+    let is_found = words::is_found(diagnosis);
+    if is_found {
+        page.picture(
+            "Error with the effects found,",
+            "in the same cells. Cells that are still dark are not explained.",
+            &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
+        );
+    }
     let levels = "over all phases and bands. The error of a linear cause is the same at every level. That \
                   of dry friction and free play falls with it, that of limits rises.";
-    page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells));
+    page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells, is_found));
 }
 
 fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
@@ -286,9 +289,9 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         &rows,
     );
     let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
-    page.paragraph(&format!(
-        "On the check experiments {before} rms is missing after calibration, {after} with what was found."
-    ));
+    let found =
+        if words::is_found(diagnosis) { format!(", {after} {}", words::WITH_EFFECTS) } else { String::new() };
+    page.paragraph(&format!("On the check experiments {before} rms is missing after calibration{found}."));
     page.paragraph(&format!(
         "Portraits of the force missing at the {} (dots: calibrated machine; line: mean):",
         first.place
@@ -297,13 +300,13 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     if !diagnosis.inverse.is_empty() {
         page.paragraph(
             "The force that the machines lack along the first check experiment (blue: machine as given; \
-             orange: with what was found):",
+             orange: repaired machine):",
         );
         page.drawings(&portrait::inverse(&diagnosis.inverse, units));
     }
 }
 
-/// Evidence in a word: strong from odds of 150 to 1 on, some from 3 to 1 on.
+/// Evidence in a word: strong at odds of 150 to 1 or more, some at 3 to 1 or more.
 fn strength(nats: f64) -> &'static str {
     match nats {
         nats if nats >= 5.0 => "strong",

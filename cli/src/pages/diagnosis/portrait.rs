@@ -47,7 +47,7 @@ pub(super) fn drawings(rung: &Rung, units: Units) -> Vec<(String, String)> {
         .collect()
 }
 
-/// What the believed and the repaired machine lack of the force of one experiment, over time, position and
+/// The force of one experiment that the believed and the repaired machine lack, over time, position and
 /// speed.
 pub(super) fn inverse(rows: &[[f64; 5]], units: Units) -> Vec<(String, String)> {
     [("time", "s"), ("position", units.position), ("velocity", units.velocity)]

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use feeler_diagnosis::report::Diagnosis;
 
+use super::words;
 use crate::numbers::{fine_percent, plain};
 use crate::pages::parts::escape;
-use crate::pages::parts::svg::Scale;
+use crate::pages::parts::svg::{Scale, lines};
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 320.0;
@@ -132,34 +133,8 @@ fn bars(diagnosis: &Diagnosis) -> Vec<Bar> {
         at = next;
     }
     if !accepted.is_empty() {
-        bars.push(level("with what was found", gap.after));
+        bars.push(level(words::WITH_EFFECTS, gap.after));
     }
     bars.push(level("noise floor", gap.floor));
     bars
-}
-
-/// Words on lines of at most `width` characters, where words allow it.
-fn lines(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::lines;
-
-    #[test]
-    fn truth_names_break_between_words() {
-        assert_eq!(lines("with what was found", 10), ["with what", "was found"]);
-        assert_eq!(lines("calibration", 4), ["calibration"]);
-    }
 }

@@ -113,6 +113,9 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
+/// The state of the machine with the accepted effects.
+pub(crate) const WITH_EFFECTS: &str = "with the effects found";
+
 /// Whether anything was accepted that could close a gap.
 pub(crate) fn is_found(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.iter().any(|effect| effect.accepted)
@@ -125,8 +128,7 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
     match (is_at_floor, is_found(diagnosis)) {
         (true, true) => {
             return "Over all channels the errors after calibration alone are already of the size of the \
-                    noise; what was found shows in their \
-                    pattern."
+                    noise. The effects found show in their pattern."
                 .into();
         }
         (true, false) => {
@@ -213,7 +215,7 @@ impl Advice {
             remarks.push(format!("{a} and {b} look alike in these records."));
             if diagnosis.next_experiment.is_none() {
                 match apart(*a, *b) {
-                    Some(what) => steps.push(format!("To separate {a} from {b}: {what}.")),
+                    Some(what) => steps.push(format!("To separate {a} from {b}, {what}.")),
                     None => remarks.push(format!(
                         "No known command separates {a} from {b} within the travel and speed of these \
                          records."
@@ -249,7 +251,7 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
                     parameters(cause)
                 )
             };
-            let simulate = "Simulate with the repaired machine.toml from now on.".to_owned();
+            let simulate = "Simulate with the repaired machine.toml.".to_owned();
             return std::iter::once(simulate).chain(found.map(inspect)).collect();
         }
         Verdict::Ambiguous if is_limited(diagnosis) => {

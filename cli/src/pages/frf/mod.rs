@@ -107,7 +107,7 @@ fn charts(response: &Response) -> Vec<Chart> {
         linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
     let phase = drawing.chart(
         "Phase,",
-        "measured and by linear theory; whole turns are those that bring both nearest.",
+        "measured and by linear theory; whole turns are chosen so that both are close.",
         "phase (°)",
         vec![
             drawing.measured("measured", "°", measured_deg),

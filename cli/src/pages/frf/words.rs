@@ -68,7 +68,7 @@ fn levels(levels: Levels) -> String {
     let Levels { noise, shows_from, is_beyond_noise, bands } = levels;
     let distortion = if !is_beyond_noise {
         let shows =
-            (shows_from > ROUNDING).then(|| format!(" (it would show from {} on)", decibels(shows_from)));
+            (shows_from > ROUNDING).then(|| format!(" (it would show above {})", decibels(shows_from)));
         format!("none beyond the noise{}", shows.unwrap_or_default())
     } else if bands.is_empty() {
         "at single frequencies only".to_owned()

@@ -249,7 +249,7 @@ mod tests {
         assert!(alone.without_rounding().series[0].values[0] > 0.0, "there is nothing larger beside it");
     }
 
-    /// A page reads recorded values back in single precision, and times to rounding.
+    /// A page reads recorded values back in single precision, and times to machine precision.
     #[test]
     fn truth_columns_are_whole_and_even_axes_are_rules() {
         let values: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

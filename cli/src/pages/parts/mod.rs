@@ -210,7 +210,7 @@ impl Page {
         self.table_of(kind, header, right, rows);
     }
 
-    /// A table with a column for each of several things. On a narrow screen a row's title stands above it.
+    /// A table with a column for each of several things. On a narrow screen a row's title is above it.
     pub(crate) fn versus(&mut self, header: &[&str], rows: &[Vec<String>]) {
         self.table_of("scroll versus", header, &[], rows);
     }

@@ -110,6 +110,9 @@ impl Frame {
     }
 }
 
+/// Letters on a line of a legend.
+const LEGEND_LETTERS: usize = 26;
+
 pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32, colour: &str, text: &str) {
     if !text.is_empty() {
         let text = escape(text);
@@ -128,12 +131,30 @@ pub(crate) fn swatch(colour: &str) -> String {
 
 /// Draws a legend in rows below its upper left corner. Returns its height.
 pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, String)]) -> f64 {
-    for (i, (swatch, text)) in entries.iter().enumerate() {
-        let top = y + 20.0 * i as f64;
+    let mut top = y;
+    for (swatch, text) in entries {
         let _ = write!(svg, "<g transform=\"translate({x:.1} {top:.1})\">{swatch}</g>");
-        text_at(svg, [x + 30.0, top + 11.0], "start", 12, INK, text);
+        for line in lines(text, LEGEND_LETTERS) {
+            text_at(svg, [x + 30.0, top + 11.0], "start", 12, INK, &line);
+            top += 20.0;
+        }
     }
-    20.0 * entries.len() as f64
+    top - y
+}
+
+/// Words on lines of at most `width` characters, where words allow it.
+pub(crate) fn lines(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// An image of this size around a drawing.
@@ -143,4 +164,15 @@ pub(crate) fn image(width: f64, height: f64, body: &str) -> String {
          width=\"{width:.0}\" height=\"{height:.0}\">\
          <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#ffffff\"/>{body}</svg>\n"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lines;
+
+    #[test]
+    fn truth_names_break_between_words() {
+        assert_eq!(lines("with the effects found", 10), ["with the", "effects", "found"]);
+        assert_eq!(lines("calibration", 4), ["calibration"]);
+    }
 }

@@ -16,8 +16,8 @@ struct Line {
     is_whole: bool,
 }
 
-/// Where variants over two axes of a grid come to rest. `points` are values on both, with whether the run
-/// rests; `None` there is a run that failed or is undecided.
+/// Region in which variants over two axes of a grid come to rest. `points` are values on both, with whether
+/// the run rests; `None` there is a run that failed or is undecided.
 pub(super) fn over_two(axes: [&DrawnAxis; 2], points: &[([f64; 2], Option<bool>)]) -> Option<String> {
     if axes.iter().any(|axis| axis.points.is_none()) || points.is_empty() {
         return None;
@@ -57,7 +57,7 @@ fn sentence([axis, other]: [&DrawnAxis; 2], lines: &[Line], start: f64, upwards:
     let on_axis = |value: f64| format!("{} = {}", axis.key, with_unit(value, &axis.unit));
     let on_other = |value: f64| format!("{} = {}", other.key, with_unit(value, &other.unit));
     let up_to = |value: f64| {
-        if upwards { format!("up to {}", on_axis(value)) } else { format!("from {} on", on_axis(value)) }
+        if upwards { format!("up to {}", on_axis(value)) } else { format!("at {} and above", on_axis(value)) }
     };
     // Larger is farther from the start.
     let reach =
@@ -96,7 +96,7 @@ fn where_whole(lines: &[Line], on_other: impl Fn(f64) -> String) -> String {
     if last - first + 1 != whole.len() || first == last {
         format!("with {from}")
     } else if last + 1 == lines.len() {
-        format!("from {from} on")
+        format!("at {from} and above")
     } else if first == 0 {
         format!("up to {to}")
     } else {
@@ -179,14 +179,14 @@ mod tests {
             (|d, k| Some(k <= d), "up to GAIN = 1 whatever DAMPING is, and at every GAIN with DAMPING = 4"),
             (
                 |d, k| Some(d >= 3 || k <= 2),
-                "up to GAIN = 2 whatever DAMPING is, and at every GAIN from DAMPING = 3 on",
+                "up to GAIN = 2 whatever DAMPING is, and at every GAIN at DAMPING = 3 and above",
             ),
             (|_, k| (k != 3).then_some(k < 3), "up to GAIN = 2 whatever DAMPING is"),
             (
                 |d, k| Some(d > 1 && k < 4),
                 "up to GAIN = 3 at DAMPING = 4, but not even at GAIN = 1 with DAMPING = 1",
             ),
-            (|_, k| Some(k >= 3), "from GAIN = 3 on whatever DAMPING is"),
+            (|_, k| Some(k >= 3), "at GAIN = 3 and above whatever DAMPING is"),
             (|_, k| Some(k == 2), "at neither end of GAIN"),
             (|_, _| Some(true), "all over the map"),
             (|_, _| None, "nowhere on the map"),
@@ -202,7 +202,7 @@ mod tests {
     fn truth_random_axes_have_no_line_and_adaptive_ones_only_whole_lines() {
         let random = DrawnAxis { points: None, ..axis("x") };
         assert!(over_two([&random, &axis("y")], &[([1.0, 1.0], Some(true))]).is_none());
-        // A line of one variant beside an edge says nothing of the values below it.
+        // A line of one variant beside an edge says nothing about the values below it.
         let points = [
             ([1.0, 1.0], Some(true)),
             ([1.0, 4.0], Some(false)),

@@ -1,4 +1,4 @@
-//! Where runs stop coming to rest, and the accuracy of the edges of an adaptive sweep.
+//! The values at which runs stop coming to rest, and the accuracy of the edges of an adaptive sweep.
 
 use feeler_studies::sweep::{DrawnAxis, Sweep};
 
@@ -32,8 +32,8 @@ pub(crate) fn located(sweep: &Sweep) -> Option<String> {
     Some(DrawnAxis::of(&sweep.file).into_iter().map(of).collect::<Vec<_>>().join(" and "))
 }
 
-/// Where runs along one axis stop or begin to come to rest, if they do so once; `points` are values with
-/// whether the run rests.
+/// The value at which runs along one axis stop or begin to come to rest, if they do so once; `points` are
+/// values with whether the run rests.
 pub(super) fn edge(axis: &DrawnAxis, mut points: Vec<(f64, bool)>) -> Option<String> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut switches = points.windows(2).filter(|pair| pair[0].1 != pair[1].1);
@@ -43,7 +43,7 @@ pub(super) fn edge(axis: &DrawnAxis, mut points: Vec<(f64, bool)>) -> Option<Str
     Some(if *rests {
         format!("It settles up to {key} = {below}, and no longer at {above}. ")
     } else {
-        format!("It settles from {key} = {above} on, and not yet at {below}. ")
+        format!("It settles at {key} = {above} and above, but not yet at {below}. ")
     })
 }
 
@@ -61,7 +61,7 @@ mod tests {
             edge(&axis, points.rev().collect()).unwrap_or_default()
         };
         assert_eq!(told(&[true, true, false]), "It settles up to kp = 0.5, and no longer at 1. ");
-        assert_eq!(told(&[false, true]), "It settles from kp = 0.5 on, and not yet at 0. ");
+        assert_eq!(told(&[false, true]), "It settles at kp = 0.5 and above, but not yet at 0. ");
         for none in [&[true, true][..], &[true, false, true], &[]] {
             assert_eq!(told(none), "");
         }

@@ -122,18 +122,18 @@ impl<'a> Map<'a> {
             [&self.theory.limits.sampled, &self.theory.limits.continuous].map(|lines| !lines.is_empty());
         match (sampled, continuous) {
             (true, true) => {
-                "The solid line is the limit of stability in contact of the sampled loop by linear theory, \
-                 the dashed line that of continuous control."
+                "The solid line is the stability limit of the sampled loop by linear theory, the dashed line \
+                 that of continuous control. Every contact is closed."
             }
             (true, false) => {
-                "The line is the limit of stability in contact of the sampled loop by linear theory. \
-                 Continuous control has none on this map."
+                "The line is the stability limit of the sampled loop by linear theory. Every contact is \
+                 closed. Continuous control has no limit on this map."
             }
             (false, true) => {
-                "The dashed line is the limit of stability in contact of continuous control by linear \
-                 theory. The sampled loop has none on this map."
+                "The dashed line is the stability limit of continuous control by linear theory. Every \
+                 contact is closed. The sampled loop has no limit on this map."
             }
-            (false, false) => "Linear theory has no stability limit in contact on this map.",
+            (false, false) => "Linear theory has no stability limit on this map. Every contact is closed.",
         }
         .into()
     }
@@ -193,11 +193,10 @@ impl<'a> Map<'a> {
         let mut all = entries;
         let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"{INK}\" stroke-width=\"2\"{dash}/>");
         if !self.theory.limits.sampled.is_empty() {
-            all.push((line(""), "limit in contact, sampled".into()));
+            all.push((line(""), "stability limit, sampled".into()));
         }
         if !self.theory.limits.continuous.is_empty() {
-            all.push((line(" stroke-dasharray=\"7 5\""), "limit in contact,".into()));
-            all.push((String::new(), "continuous control".into()));
+            all.push((line(" stroke-dasharray=\"7 5\""), "stability limit, continuous control".into()));
         }
         legend(&mut body, [right, PLOT.y + 4.0], &all);
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)

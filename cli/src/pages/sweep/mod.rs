@@ -148,7 +148,7 @@ impl Report<'_> {
         format!("{answer}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
 
-    /// Where the variants come to rest, or which random number decides.
+    /// The region in which variants come to rest, or which random number decides.
     fn answer(&self) -> Option<String> {
         if !self.sweep.file.keep.outcome {
             return None;
@@ -170,7 +170,7 @@ impl Report<'_> {
         }
     }
 
-    /// Where some variants over one axis, or over two, stop or begin to settle.
+    /// The edge at which variants over one axis or two stop or begin to settle.
     fn edge(&self, rows: &[usize]) -> Option<String> {
         let values = |axis: &DrawnAxis| self.table.reals(&axis.key);
         let outcome = |row: usize| rests(&self.outcomes[row]);

@@ -35,7 +35,7 @@ fn stretches(variants: &[Variant]) -> Vec<&[Variant]> {
     variants.chunk_by(Variant::is_like).collect()
 }
 
-/// Where the number of impacts per period doubles between neighbours, up or down the axis.
+/// Places at which the number of impacts per period doubles between neighbours, up or down the axis.
 fn doublings(stretches: &[&[Variant]], key: &str) -> Vec<String> {
     let between = stretches.windows(2).filter_map(|pair| Some((pair[0].last()?, pair[1].first()?)));
     let told = between.filter_map(|(a, b)| {

@@ -26,7 +26,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             page.paragraph(
                 "Remedies that settle in simulation, the largest bandwidth first. Each keeps the gain, or \
                  reduces it to half of its stability limit. The last column compares with the bandwidth of \
-                 the file's loop, which an unstable loop has only on paper.",
+                 the file's loop. If that loop is unstable, its bandwidth is theoretical.",
             );
             page.table(&["remedy", "gain kept", "bandwidth", "than now"], &[1, 2, 3], &rows);
             page.paragraph(

@@ -37,7 +37,7 @@ pub(crate) struct Field {
     pub(crate) text: String,
     pub(crate) shape: Shape,
     pub(crate) may_be_absent: bool,
-    /// Whether the keys of its object stand in place of itself.
+    /// Whether the keys of its object replace it.
     pub(crate) is_flat: bool,
 }
 

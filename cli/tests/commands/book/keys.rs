@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::definitions::{Field, Shape};
 
-/// Where each type is shown, by its name.
+/// The heading that shows each type, by its name.
 pub(crate) type Shown = BTreeMap<String, String>;
 
 /// Units by the ends of keys; an end comes after the longer ones that contain it.
@@ -196,7 +196,7 @@ pub(crate) fn misfits(value: &Value, shape: &Shape, path: &str, found: &mut Vec<
         _ => false,
     };
     if !fits {
-        found.push(format!("{path} is no {shape:?}"));
+        found.push(format!("{path} is not {shape:?}"));
     }
 }
 

@@ -1,4 +1,4 @@
-//! The pages of the book and what stands on them: blocks, prose, links, headings and commands.
+//! The pages of the book and their contents: blocks, prose, links, headings and commands.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

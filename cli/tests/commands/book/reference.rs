@@ -111,7 +111,7 @@ fn truth_the_keys_of_results_are_those_of_their_files() {
     assert!(compared >= 17, "{compared} files were compared");
 }
 
-/// A check that lets every file pass is none.
+/// A check that lets every file pass checks nothing.
 #[test]
 fn truth_a_key_too_many_a_key_too_few_and_another_type_are_found() {
     let shape =
@@ -130,6 +130,6 @@ fn truth_a_key_too_many_a_key_too_few_and_another_type_are_found() {
     assert_eq!(found(&|value| value["more"] = 1.into()), "file.more has no definition");
     let lacks = found(&|value| drop(value.as_object_mut().unwrap().remove("unit")));
     assert_eq!(lacks, "file.unit is absent");
-    assert_eq!(found(&|value| value["name"] = 1.into()), "file.name is no Text");
-    assert_eq!(found(&|value| value["bounds"][1] = "1".into()), "file.bounds[] is no Number");
+    assert_eq!(found(&|value| value["name"] = 1.into()), "file.name is not Text");
+    assert_eq!(found(&|value| value["bounds"][1] = "1".into()), "file.bounds[] is not Number");
 }

@@ -37,7 +37,7 @@ fn together<'a>(machine: &'a Machine, body: &'a str) -> Vec<&'a str> {
 }
 
 impl Believed {
-    /// Of the chain that the first drive moves; `None` if there is no drive, its command is no force, or
+    /// Of the chain that the first drive moves; `None` if there is no drive, its command is not a force, or
     /// the chain is held.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;

@@ -25,7 +25,7 @@ pub use conditions::ServoConditions;
 /// says which kinds the library has: others are hidden as effects of no library.
 ///
 /// # Errors
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub fn make_servo(
     folder: &Path,
     cases: usize,

@@ -24,7 +24,7 @@ pub use conditions::Conditions;
 /// truth. `is_known` says which kinds the library has: others are hidden as effects of no library.
 ///
 /// # Errors
-/// Where a file cannot be written.
+/// If a file cannot be written.
 pub fn make_wild(
     folder: &Path,
     cases: usize,

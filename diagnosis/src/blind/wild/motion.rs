@@ -96,7 +96,7 @@ impl Motion {
 }
 
 impl Motion {
-    /// Where it begins, m.
+    /// Its start, m.
     pub(super) fn start(&self) -> f64 {
         self.wanted(0.0)[0]
     }

@@ -193,6 +193,32 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
 }
 
+/// A simulated record may scatter by no more than the rounding of its numbers.
+#[test]
+fn regress_rounding_is_not_reported_as_noise() {
+    let text = spoil(|k, row| row[2] = 4e-3 * (7.0 * k as f64 * SPACING_S).sin());
+    let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    fs::write(folder.path().join("machine.toml"), MACHINE.replace("noise = 1.0e-7\n", ""))
+        .expect("it is written");
+    let dataset = Dataset::load(folder.path()).expect("it is read");
+    let said = in_words(&dataset.warnings).join("\n");
+    assert!(said.contains("`encoder_m`: no noise is stated, and its readings have none"), "{said}");
+}
+
+/// A missing column hides no fault of the others in its file.
+#[test]
+fn regress_a_missing_column_is_reported_beside_other_faults() {
+    let spoilt = spoil(|k, row| {
+        if (100..200).contains(&k) {
+            row[3] = f64::NAN;
+        }
+    });
+    error_says(
+        &spoilt.replace("encoder_m", "position_m"),
+        &["`encoder_m`: the column is missing", "`acceleration_mps2`: no number here"],
+    );
+}
+
 /// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of
 /// 8 m/s² and more.
 #[test]

@@ -11,8 +11,8 @@ use crate::loops::sampled_loop::SampledLoop;
 const LARGEST_FACTOR: f64 = 1e3;
 
 impl ControlLoop {
-    /// Stable factors on the gain of every drive in the sampled loop, from zero on; 1 means the gains as they
-    /// are. Edges are as exact as those of [`Self::sampled_bands`], and equal to them if one gain is the
+    /// Stable factors on the gain of every drive in the sampled loop, from zero onwards; 1 means the gains as
+    /// they are. Edges are as exact as those of [`Self::sampled_bands`], and equal to them if one gain is the
     /// whole law.
     ///
     /// # Errors

@@ -13,7 +13,7 @@ pub(crate) struct Fineness {
     /// Rounds of refinement.
     passes: usize,
     most_gains: usize,
-    /// Whether its zeros are exact to rounding, or only to the eye.
+    /// Whether its zeros are exact to machine precision, or only to the eye.
     exact_zeros: bool,
 }
 

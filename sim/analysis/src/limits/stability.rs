@@ -23,7 +23,7 @@ const POINTS_PER_DECADE: u32 = 12;
 /// Matrices count as affine in the gain if they depart from a straight line by at most this share of their
 /// largest element.
 const AFFINE: f64 = 1e-13;
-/// From this number of states on, the edges of a gain that acts in one place follow from its response.
+/// From this number of states onwards, the edges of a gain that acts in one place follow from its response.
 pub(crate) const MANY_STATES: usize = 32;
 /// Growth rates below this cannot be distinguished from zero, 1/s. At gains near zero an integrator's pole
 /// lies that close to the limit. Eigenvalues of sampled loops are accurate to 1e-12 per period of at most
@@ -33,7 +33,7 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 /// An edge of stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Edge {
-    /// Where stability begins or ends.
+    /// The edge at which stability begins or ends.
     pub gain: f64,
     /// Frequency of the motion that begins to grow, Hz. If several rates repeat together, many frequencies
     /// look alike once per common period; this is the one at which the bodies move.
@@ -52,10 +52,10 @@ pub struct Band {
     pub upper: Option<Edge>,
 }
 
-/// Every interval of stable gains from zero on, rising.
+/// Every interval of stable gains from zero onwards, rising.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct GainBands {
-    /// From zero on, rising.
+    /// From zero onwards, rising.
     pub bands: Vec<Band>,
 }
 
@@ -74,7 +74,7 @@ impl BelowZero {
         Self { bands: Vec::new(), at_zero: Edge { gain: 0.0, frequency_hz: 0.0, mode: None } }
     }
 
-    /// From the intervals, from zero on, of the gain with its sign reversed.
+    /// From the intervals, from zero onwards, of the gain with its sign reversed.
     fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
         let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };
         let bands = turned
@@ -130,8 +130,8 @@ impl GainBands {
 }
 
 impl ControlLoop {
-    /// Stable values from zero on, in the sampled loop, of the gain with this key. Edges are exact to about
-    /// 1e-12.
+    /// Stable values from zero onwards, in the sampled loop, of the gain with this key. Edges are exact to
+    /// about 1e-12.
     ///
     /// # Errors
     /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`],
@@ -419,7 +419,7 @@ fn smallest_telling<T: TimeDomain>(
     Ok(0.0)
 }
 
-/// Both matrices without those states from `first` on that do not affect anything: held outputs that are
+/// Both matrices without those states from `first` onwards that do not affect anything: held outputs that are
 /// overwritten before they act. Each is an eigenvalue at exactly zero, and its rounding would mislead the
 /// search.
 fn without_idle(zero: &DMatrix<f64>, slope: &DMatrix<f64>, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {

@@ -1,8 +1,8 @@
 //! Sampled loops with many samples of dead time.
 //!
 //! In a lifted loop every sample of delay is a state, and the eigenvalues become too expensive. A whole
-//! number of samples is exactly a factor `z^-n` of the loop broken at its controller. Here that factor stands
-//! beside a system with few states, so responses and margins are those of that system with a delay.
+//! number of samples is exactly a factor `z^-n` of the loop broken at its controller. Here that factor is
+//! kept beside a system with few states, so responses and margins are those of that system with a delay.
 //!
 //! A root of `1 + z^-n (H0 + k H1)` lies on the unit circle at gains for which `-(1 + z^-n H0) / (z^-n H1)`
 //! is real. Between these gains the number of unstable roots is constant. At each it changes in the direction
@@ -23,7 +23,8 @@ use crate::loops::sampled_loop::SampledLoop;
 use crate::machine::linearise::OutputRow;
 use crate::machine::modes::{VibrationMode, modes};
 
-/// From this number of whole samples on, a delay stands beside the loop. Fewer samples cost less as states.
+/// From this number of whole samples onwards, a delay is kept apart from the loop. Fewer samples cost less as
+/// states.
 const LATE: usize = 12;
 /// Largest number of samples beside a loop: the work grows with their square, and these take a minute.
 const MOST_LATE: usize = 2000;
@@ -159,8 +160,8 @@ impl ControlLoop {
         Ok((short, samples))
     }
 
-    /// Stable values, from zero on, of a gain times a sign in a loop with much dead time. `None` if the dead
-    /// time is not a factor of the loop, or if the loop is not affine in the gain. A delay of more than
+    /// Stable values, from zero onwards, of a gain times a sign in a loop with much dead time. `None` if the
+    /// dead time is not a factor of the loop, or if the loop is not affine in the gain. A delay of more than
     /// [`MOST_LATE`] samples is an error.
     pub(crate) fn late_bands(
         &self,

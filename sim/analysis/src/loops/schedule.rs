@@ -46,7 +46,7 @@ impl Action {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Schedule {
     pub(crate) common_s: f64,
-    /// Instants from zero on, and what happens at each.
+    /// Instants from zero onwards, and what happens at each.
     pub(crate) instants: Vec<(f64, Vec<Action>)>,
     /// Per controller, outputs under way.
     pub(crate) pending: Vec<usize>,

@@ -19,7 +19,7 @@ const FAR: f64 = 1e3;
 pub struct StepResponse {
     /// The controller's period, s.
     pub period_s: f64,
-    /// Values from the step on, just before the controller acts.
+    /// Values from the step onwards, just before the controller acts.
     pub values: Vec<f64>,
 }
 

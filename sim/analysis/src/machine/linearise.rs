@@ -15,8 +15,8 @@ use crate::machine::prepare::{View, without_switches};
 /// an input.
 ///
 /// States are those of [`feeler_plant::motion::Layout`]: positions, speeds, then states of drives and sensor
-/// filters, all as deviations. Delays of drives and sensors are not part of it. They stand beside each input
-/// and output, exactly.
+/// filters, all as deviations. Delays of drives and sensors are not part of it. They accompany each input and
+/// output, exactly.
 #[derive(Clone, Debug)]
 pub struct LinearMachine {
     machine: Machine,

@@ -296,7 +296,7 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>, points: usize) -> Vec<f64> {
     all
 }
 
-/// The next of 1, 2, 5, 10 ... from a number on.
+/// The next of 1, 2, 5, 10 ... at or above a number.
 fn round_above(value: f64) -> f64 {
     let decade = 10_f64.powf(value.log10().floor());
     // A value that is already round stays, up to rounding.

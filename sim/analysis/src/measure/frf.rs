@@ -148,7 +148,7 @@ pub fn response_from_noise(
 /// value.
 const ROUNDING: (f64, f64) = (1e-12, 1e-14);
 
-/// A simulation without noise is exact to rounding, which its confidence bands must include.
+/// A simulation without noise is exact to machine precision, which its confidence bands must include.
 fn add_rounding(estimate: &mut ResponseEstimate) {
     let largest = estimate.response.iter().map(|g| g.norm()).fold(0.0, f64::max);
     for (variance, g) in estimate.variance.iter_mut().zip(&estimate.response) {

@@ -77,7 +77,7 @@ pub struct ModeReport {
     pub shape: Vec<BodyMotion>,
 }
 
-/// A linear system `x' = A x + B u`, `y = C x + D u`, SI; the delay stands beside it.
+/// A linear system `x' = A x + B u`, `y = C x + D u`, SI; the delay is separate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StateSpaceReport {
     /// Rows of A.

@@ -53,7 +53,7 @@ pub struct StableRange {
     pub edges: [Option<Edge>; 2],
     /// Every interval on both sides of zero, rising.
     pub intervals: Vec<Band>,
-    /// Every interval of gains from zero on.
+    /// Every interval of gains from zero onwards.
     pub all: GainBands,
 }
 
@@ -155,7 +155,7 @@ impl LoopReport {
     }
 }
 
-/// Intervals from zero on and below zero in the continuous loop, or why there are none.
+/// Intervals at or above zero, and below zero, in the continuous loop, or why there are none.
 type Intervals = (Option<(GainBands, BelowZero)>, Option<WhyNoWaterfall>);
 /// Margins of the sampled loop, or why there are none.
 type MarginsOrWhy = (Option<MarginReport>, Option<WhyNoWaterfall>);

@@ -266,7 +266,7 @@ fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
 
 #[test]
 fn truth_a_spring_that_rounding_loses_is_an_assumption() {
-    // Both bodies stand on 1e12 N/m, of which the last digit of a double is 1e-4 N/m.
+    // Both bodies rest on 1e12 N/m, of which the last digit of a double is 1e-4 N/m.
     let lost = |stiffness: f64| {
         let mut scenario = force_loop(0.2, 0.0);
         let springs = &mut scenario.machine.springs;

@@ -133,8 +133,8 @@ fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     assert!((amplitude / expected - 1.0).abs() < 1e-6, "{amplitude} {expected}");
 }
 
-/// The linear machine stepped by samples equals the simulated one to rounding. A few hundred products of
-/// exponentials give 1e-10 of the step.
+/// The linear machine stepped by samples equals the simulated one to machine precision. A few hundred
+/// products of exponentials give 1e-10 of the step.
 const ROUNDING: f64 = 1e-9;
 
 #[test]

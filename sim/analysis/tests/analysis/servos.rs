@@ -152,7 +152,7 @@ fn regress_a_sampled_servo_answers_its_target_and_not_a_force() {
     }
 }
 
-/// Far below its bandwidth a body follows its target. A hundred samples of delay are no states.
+/// Far below its bandwidth a body follows its target. A hundred samples of delay are not states.
 #[test]
 fn regress_a_servo_with_a_target_a_second_late_follows_it() {
     let kind = ActuatorKind::PositionServo(PositionServo { delay_s: 1.0, ..servo(Some(2e-3)) });

@@ -137,7 +137,7 @@ impl Record for ReferenceSpec {
     const FORMS: &'static [Form<Self>] = &[
         form!("constant", "one value throughout the run", ReferenceSpec: ReferenceSpec::Constant(_),
             ReferenceSpec::Constant(0.0), &[VALUE] as &[Field<ReferenceSpec>]),
-        form!("steps", "each value from its time on; zero before the first",
+        form!("steps", "each value holds from its time until the next; zero before the first",
             ReferenceSpec: ReferenceSpec::Steps(_), ReferenceSpec::Steps(Vec::new()),
             &[CORNERS] as &[Field<ReferenceSpec>]),
         form!("ramp", "straight lines between points; the first and last values hold outside",

@@ -5,12 +5,12 @@
 pub enum ReferenceSpec {
     /// One value for ever.
     Constant(f64),
-    /// Each value from its time (s) on; zero before the first.
+    /// Each value holds from its time (s) until the next; zero before the first.
     Steps(Vec<(f64, f64)>),
     /// Straight lines between the points `(time in s, value)`; the first and last values hold outside. A ramp
     /// is two points.
     PiecewiseLinear(Vec<(f64, f64)>),
-    /// A sine whose frequency is swept over `duration_s` from zero on; outside only `offset`.
+    /// A sine whose frequency is swept over `duration_s` from zero onwards; outside only `offset`.
     Chirp {
         /// Course of the frequency.
         sweep: ChirpSweep,

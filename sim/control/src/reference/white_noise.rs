@@ -38,7 +38,8 @@ pub(super) struct WhiteNoise {
     rate_hz: f64,
     rms: f64,
     stream: Stream,
-    /// The draws from `t = 0` on, each block drawn when it is first needed. They depend on their index only.
+    /// The draws from `t = 0` onwards, each block drawn when it is first needed. They depend on their index
+    /// only.
     drawn: Arc<[OnceLock<Block>]>,
 }
 

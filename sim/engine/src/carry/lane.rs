@@ -20,7 +20,7 @@ use crate::solve::flows::Flows;
 use crate::solve::taylor::Series;
 
 /// Largest span of one polynomial, relative to its limit, while the ledger is kept. Powers oscillate twice as
-/// fast as the motion, and eight nodes then integrate them to rounding.
+/// fast as the motion, and eight nodes then integrate them to machine precision.
 const LEDGER_SHARE: f64 = 1.0 / 3.0;
 
 /// A span that a lane travels on its own, and its progress.

@@ -53,8 +53,8 @@ struct Point {
     slope: f64,
 }
 
-/// Where the tangents at both ends of a span of `h` meet, relative to `level`. They bound a force that bends
-/// one way only. Positive if above.
+/// Height at which the tangents at both ends of a span of `h` meet, relative to `level`. They bound a force
+/// that bends one way only. Positive if above.
 #[inline(always)]
 pub(super) fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
     (start - level) * (rise - fall) + rise * (end - start - fall * h)

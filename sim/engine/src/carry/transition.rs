@@ -41,7 +41,7 @@ pub(crate) struct Transition<L: Lane> {
     states: usize,
     /// Lines that there is room for.
     lines: usize,
-    /// Where the signals begin, and those noted.
+    /// Start of the signals, and of those noted.
     signals_from: usize,
     noted_from: usize,
     /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are

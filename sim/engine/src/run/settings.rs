@@ -9,7 +9,7 @@ use feeler_plant::description::SignalName;
 /// Stepping of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Integrator {
-    /// Matrix exponentials between located events: exact to rounding at any step.
+    /// Matrix exponentials between located events; as precise at any step.
     #[default]
     Exact,
     /// Classical fourth-order Runge-Kutta with the fixed step; events occur at step ends.
@@ -68,7 +68,7 @@ impl Default for RunSettings {
 }
 
 const INTEGRATORS: &[Word] = &[
-    word(Integrator::ALL[0].1, "matrix exponentials between located events: exact to rounding at any step"),
+    word(Integrator::ALL[0].1, "matrix exponentials between located events; as precise at any step"),
     word(Integrator::ALL[1].1, "classical fourth-order Runge-Kutta at the fixed step"),
     word(Integrator::ALL[2].1, "semi-implicit Euler at the fixed step"),
 ];
@@ -81,7 +81,7 @@ const ENGINES: &[Word] = &[
 ];
 
 impl RunSettings {
-    /// What moves the bodies.
+    /// The engine that moves the bodies.
     pub const ENGINE: Field<Self> = Field {
         key: Key {
             name: "engine",

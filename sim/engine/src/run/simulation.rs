@@ -145,7 +145,7 @@ impl<L: Lane> Simulation<L> {
     ///
     /// At an event its lane stands right behind it. The others stand within the same interval between
     /// instants ([`Self::lane_time_s`] gives the time); the next steps finish that interval. The ledger
-    /// charges controllers at the ends of intervals. With fixed steps every lane stands at the end of the
+    /// charges controllers at the ends of intervals. With fixed steps every lane is at the end of the
     /// interval.
     ///
     /// A 10 kg axis, 5 mm off a wall, is pushed towards it with 40 N. How fast does it hit?

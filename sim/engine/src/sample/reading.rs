@@ -12,7 +12,7 @@ use crate::sample::taps::Tap;
 #[derive(Clone, Debug)]
 pub(crate) struct Reading<L> {
     tapped: Tapped,
-    /// Where the sensor is delayed.
+    /// If the sensor is delayed.
     tap: Option<Tap<L>>,
     draws: Draws,
 }

@@ -1,5 +1,5 @@
 //! Modes without a matrix exponential: Gragg-Bulirsch-Stoer extrapolation of the modified midpoint rule, to
-//! rounding.
+//! machine precision.
 //!
 //! Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Steps adapt until two
 //! columns of the extrapolation table agree to [`TOLERANCE`]. The result is as accurate as that of the linear

@@ -77,7 +77,7 @@ impl Polynomial {
                 slopes[j] = slopes[j] * powers.fourth + (STRANDS * (i + 1) + j) as f64 * c;
             }
         }
-        // The slope of the term of power zero is none, so its strand begins with the third power.
+        // The term of power zero has no slope, so its strand begins with the third power.
         for (j, c) in first[0].iter().enumerate() {
             values[j] = values[j] * powers.fourth + c;
             if j > 0 {
@@ -245,8 +245,8 @@ impl Polynomial {
         None
     }
 
-    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton from the secant's zero,
-    /// kept inside the bracket.
+    /// The zero between `a` (positive) and `b` (not positive), to machine precision: Newton from the secant's
+    /// zero, kept inside the bracket.
     fn refine(&self, a: f64, b: f64) -> f64 {
         let (mut a, mut b) = (a, b);
         let (at_a, at_b) = (self.at(a), self.at(b));
@@ -318,7 +318,8 @@ mod tests {
             .map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4])
             .collect();
         let (s, value) = polynomial(&sine).largest(2.0);
-        // At a peak the value gives the instant only to the root of rounding; its slope gives it to rounding.
+        // At a peak the value gives the instant only to the root of rounding; its slope gives it to machine
+        // precision.
         assert!(
             (s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON,
             "{s} {value}"

@@ -103,7 +103,7 @@ fn truth_a_swing_decays_by_the_damping_of_each_direction() {
     let (trace, simulation) = run(&guided("directional-damping", &values, [0.2, 0.0], stiffness, run_s, 100));
     close(last(&trace, "tip.position"), 0.2 * (back.1 * forth.1).powf(swings), EXACT);
     closes_the_ledger(&simulation);
-    assert!(trace.events.is_empty(), "a change of direction is no event");
+    assert!(trace.events.is_empty(), "a change of direction is not an event");
 }
 
 #[test]

@@ -10,7 +10,8 @@ use crate::common::{body, close, command, drive, effect, free_mass, run, scenari
 
 /// Sums of a few exponentials and sines of numbers of size one to a hundred, each rounded a few times a step.
 const EXACT: f64 = 1e-11;
-/// Loss of the ledger relative to the energy exchanged: its quadrature is exact to rounding (DESIGN.md).
+/// Loss of the ledger relative to the energy exchanged: its quadrature is exact to machine precision
+/// (DESIGN.md).
 const LEDGER: f64 = 1e-9;
 /// Mass that is driven, kg.
 const MASS_KG: f64 = 2.0;
@@ -100,7 +101,8 @@ fn truth_inputs_of_a_servo_are_forces_of_its_loop() {
     }
 }
 
-/// A force that is fed forward is no error: the integral part counters it, and the servo rests at its target.
+/// A force that is fed forward is not an error: the integral part counters it, and the servo rests at its
+/// target.
 #[test]
 fn truth_an_integral_part_does_not_integrate_the_force_that_is_fed_forward() {
     for period_s in [None, Some(0.004)] {

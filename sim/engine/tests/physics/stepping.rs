@@ -9,7 +9,7 @@ use feeler_plant::description::{Contact, ContactLaw, GROUND};
 
 use crate::common::{axis, command, contact, drive, effect, free_mass, reference_machine, run, scenario};
 
-/// Tolerance of an instant that closed forms and event location both give to rounding, s.
+/// Tolerance of an instant that closed forms and event location both give to machine precision, s.
 const INSTANT_S: f64 = 1e-12;
 
 /// Relative to the energy exchanged: closure of the ledger over some impacts.

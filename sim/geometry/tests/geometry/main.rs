@@ -1,4 +1,4 @@
-//! Where shapes touch, along an axis and in space.
+//! Points of contact between shapes, along an axis and in space.
 
 mod pair;
 mod touching;

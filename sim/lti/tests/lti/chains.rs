@@ -91,7 +91,7 @@ fn truth_zeros_of_a_long_chain_are_those_of_its_springs() {
 }
 
 /// Within a millisecond a force passes some bodies of a long chain and is lost in rounding behind them. So
-/// the zeros of the sampled chain are no numbers. It still has poles, and a slow force bends the spring to
+/// the zeros of the sampled chain are not numbers. It still has poles, and a slow force bends the spring to
 /// ground.
 #[test]
 fn regress_a_sampled_chain_of_a_hundred_bodies_has_a_loop() {

@@ -111,7 +111,7 @@ impl Answer<'_> {
         }
     }
 
-    /// How closely the force follows from `from_s` on; `None` without rows there.
+    /// How closely the force follows from `from_s` onwards; `None` without rows there.
     pub(in crate::run) fn tracking(&self, from_s: f64) -> Option<Tracking> {
         let first = self.t_s.partition_point(|&t| t < from_s);
         let errors = || {

@@ -36,14 +36,14 @@ impl<'a> Command<'a> {
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
     }
 
-    /// A band about its motion over the rows from `first` on, N.
+    /// A band about its motion over the rows from `first` onwards, N.
     pub(in crate::run) fn band_n(&self, first: usize) -> f64 {
         SETTLING_BAND
             * self.values[first..].iter().fold(0.0_f64, |most, value| most.max((self.gain * value).abs()))
     }
 
-    /// Whether it winds up over the rows from `first` on, while `force_n` stays within a band of half-width
-    /// `band_n`.
+    /// Whether it winds up over the rows from `first` onwards, while `force_n` stays within a band of
+    /// half-width `band_n`.
     pub(in crate::run) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
         let moves = |of: &dyn Fn(usize) -> f64| {
             let rows = self.values.len() - first;

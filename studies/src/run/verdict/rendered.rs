@@ -47,7 +47,7 @@ impl Evidence<'_> {
         departs.then(|| (d3 / d1).ln() / (2.0 / 3.0 * tail.length_s())).filter(|rate| rate.is_finite())
     }
 
-    /// Whether a command moves on from `first` on while its motion rests within a band.
+    /// Whether a command moves on from `first` onwards while its motion rests within a band.
     pub(super) fn winds(&self, first: usize, band_n: f64) -> bool {
         if !self.is_rendered {
             return self.commands.iter().any(|command| command.winds(self.force_n, first, band_n));

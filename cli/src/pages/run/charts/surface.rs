@@ -6,8 +6,8 @@ use super::{TIME, View, prefix};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, by_extremes};
 
 impl View<'_> {
-    /// Where the surface is, where the tool is, and along which path they touch; nothing if the gap of the
-    /// main contact does not move.
+    /// The surface, the tool, and the path along which they touch; nothing if the gap of the main contact
+    /// does not move.
     pub(in crate::pages::run) fn surface(&self, page: &mut Page) {
         let charts = self.surface_charts();
         if charts.is_empty() {

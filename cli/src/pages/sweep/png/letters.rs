@@ -43,7 +43,7 @@ impl Letters {
 struct Pen {
     path: PathBuilder,
     scale: f32,
-    /// Where the present letter begins.
+    /// Start of the present letter.
     x: f32,
 }
 

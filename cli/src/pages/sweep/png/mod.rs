@@ -44,7 +44,7 @@ struct Canvas<'a> {
     clips: BTreeMap<&'a str, Mask>,
 }
 
-/// Where and within which clip an element is drawn.
+/// Position and clip of an element that is drawn.
 #[derive(Clone)]
 struct Place<'a> {
     transform: Transform,

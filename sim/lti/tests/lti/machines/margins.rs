@@ -7,7 +7,7 @@ use nalgebra::dmatrix;
 
 use super::paper_models::ROWS;
 
-/// Crossings are bisected to rounding; the remaining error is that of the response.
+/// Crossings are bisected to machine precision; the remaining error is that of the response.
 const CROSSING: f64 = 1e-10;
 
 fn integrator(gain: f64) -> StateSpace {

@@ -83,7 +83,7 @@ pub(crate) fn equilibrium(
             conditions.push((equations.contact_force[0].clone(), preload_n));
             start_in_contact(motion, equations, preload_n, &mut xi);
         }
-        // Where the machine rests matters, and without preload the contact just touches.
+        // The place of rest matters, and without preload the contact just touches.
         Holding::Preload(_) if engaged && motion.assembly().depends_on_position() => {
             conditions.push((equations.compression[0][0].clone(), 0.0));
         }

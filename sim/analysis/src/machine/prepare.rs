@@ -124,8 +124,8 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
     frozen
 }
 
-/// Moves the tip of each unilateral contact that is taken as attached to where it touches, the last first: so
-/// a tip still touches if its workpiece moves to another contact.
+/// Moves the tip of each unilateral contact that is taken as attached to where it touches. The last comes
+/// first, so a tip still touches if its workpiece moves to another contact.
 fn close_gaps(frozen: &mut Assembly, described: &Assembly) {
     for (i, contact) in described.contacts.iter().enumerate().rev() {
         let is_attached = frozen.contacts[i].engagement == Engagement::Clamped;

@@ -34,8 +34,8 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     assert!((held / preload_n - 1.0).abs() < EQUILIBRIUM, "the drive holds {held} N");
 }
 
-/// A force over position that begins behind a gap: its slope counts where the tip touches, not where the bodies
-/// stand at the start. So a wall and a table that are shifted together leave the small motions as they are.
+/// A force over position that begins behind a gap: its slope counts at the touch of the tip, not at the start
+/// of the bodies. So a wall and a table that are shifted together leave the small motions as they are.
 #[test]
 fn truth_a_wall_and_a_table_that_are_shifted_together_change_no_small_motion() {
     let table = find("force-table").unwrap();

@@ -46,7 +46,8 @@ def serving(*words):
 
 
 # What a map tells of itself.
-COARSE, FILLED, DONE = (f"return document.querySelector('#map').dataset.{told}" for told in ("coarse", "filled", "done"))
+TOLD = "return document.querySelector('#map').dataset."
+COARSE, FILLED, DONE = TOLD + "coarse", TOLD + "filled", TOLD + "done"
 READY = (
     "return document.querySelector('footer').dataset.latency && document.querySelector('#lead').textContent"
 )

@@ -79,39 +79,3 @@ pub fn outcomes(scenarios: Vec<Scenario>) -> Vec<Option<Outcome>> {
     let mut outcome = |_: &Candidate| measured.next().and_then(Result::ok).map(|found| found.summary.outcome);
     prepared.iter().map(|candidate| candidate.as_ref().and_then(&mut outcome)).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use feeler_files::{Document, Setting};
-
-    fn scenario(kp: f64) -> Scenario {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter/sustained.toml");
-        let document = Document::load(std::path::Path::new(path)).unwrap();
-        document.with([("controllers.force.kp", Setting::Number(kp))]).unwrap().scenario
-    }
-
-    #[test]
-    fn truth_a_beginning_has_every_change_of_a_reference() {
-        let of = |reference| {
-            let mut scenario = scenario(0.3);
-            scenario.run.duration_s = 2.0;
-            scenario.controllers[0].spec.reference = reference;
-            beginning(&scenario).run.duration_s
-        };
-        assert_eq!(of(ReferenceSpec::Constant(20.0)), 2.0 * BEGINNING);
-        assert_eq!(of(ReferenceSpec::Steps(vec![(0.0, 20.0), (1.0, 25.0)])), 1.0 + BEGINNING);
-        assert_eq!(of(ReferenceSpec::Steps(vec![(0.0, 20.0), (3.0, 25.0)])), 2.0);
-        let noise = ReferenceSpec::WhiteNoise { low_hz: 1.0, high_hz: 40.0, rms: 1.0, offset: 20.0 };
-        assert_eq!(of(noise), 2.0);
-    }
-
-    /// The limit of the gain is 0.903, and the gains are clear of it.
-    #[test]
-    fn truth_beginnings_suggest_what_whole_runs_tell() {
-        let gains = [0.2, 0.4, 0.6, 1.1, 1.4, 1.8];
-        let whole = outcomes(gains.map(scenario).to_vec());
-        assert_eq!(outcomes(gains.map(|kp| beginning(&scenario(kp))).to_vec()), whole);
-        assert!(whole.contains(&Some(Outcome::Chatter)) && whole[0].is_some_and(Outcome::is_stable));
-    }
-}

@@ -38,8 +38,7 @@
     };
     // A column with few different values has these once, and which of them each place has.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
-    // As many digits as tell a place from its neighbour, and its middle to 1e-4 of the way; twelve say all but
-    // rounding.
+    // As many digits as tell a place to 1e-4 of the way to its neighbour; twelve say all but rounding.
     const FINEST = 1e-4, MOST_DIGITS = 12;
     const written = (value, room) => {
       if (typeof value !== "number") return String(value);

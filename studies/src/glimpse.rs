@@ -51,8 +51,8 @@ pub fn theory(scenario: &Scenario, loci: Loci) -> Result<(Report, Curves), Analy
     Ok((report, curves))
 }
 
-/// The same scenario with a shorter run. If the beginning does not decide the outcome, [`outcomes`] extends it,
-/// up to twice the whole.
+/// The same scenario with a shorter run. If the beginning does not decide the outcome, [`outcomes`] extends
+/// it, up to twice the whole.
 #[must_use]
 pub fn beginning(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();

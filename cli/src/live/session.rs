@@ -90,7 +90,8 @@ impl Session {
     }
 
     /// The results of the scenario with some numbers set: the part asked for, `run` or `theory`, else both.
-    /// Theory may be asked for `without_loci`, which take up to a third of its time. A run `in_motion` is cut short if it would take too long.
+    /// Theory may be asked for `without_loci`, which take up to a third of its time. A run `in_motion` is cut
+    /// short if it would take too long.
     pub(crate) fn state(&self, asked: &Value) -> Value {
         let mut document = match self.document(asked) {
             Ok(document) => document,

@@ -45,6 +45,9 @@ def serving(*words):
         command.wait()
 
 
+# What a map tells of itself.
+TOLD = "return document.querySelector('#map').dataset."
+COARSE, FILLED, DONE = TOLD + "coarse", TOLD + "filled", TOLD + "done"
 READY = (
     "return document.querySelector('footer').dataset.latency && document.querySelector('#lead').textContent"
 )
@@ -70,7 +73,8 @@ def dragged(browser, steps):
 def timed(browser, problems):
     """How fast pages of shipped scenarios follow a slider; with FEELER_LONG of every fifth of all."""
     names = [f"scenarios/{name}.toml" for name in LIVE + SLOW]
-    if os.environ.get("FEELER_LONG"):
+    is_long = bool(os.environ.get("FEELER_LONG"))
+    if is_long:
         names += [file for file in shipped()[::EVERY] if file not in names]
     late = []
     for name in names:
@@ -78,11 +82,13 @@ def timed(browser, problems):
             browser.ask("POST", "/url", {"url": address})
             before = browser.wait(READY, "the first state")
             # The map fills in while nothing moves.
-            map_filled = "return document.querySelector('#map').dataset.filled"
-            filled = float(browser.wait(map_filled, "the map", 60))
-            coarse = float(browser.run("return document.querySelector('#map').dataset.coarse"))
+            coarse = float(browser.wait(COARSE, "the coarse map", DONE))
+            whole = ""
+            if is_long:
+                filled = float(browser.wait(FILLED, "the map", DONE))
+                whole = f", whole in {filled:.0f} ms"
             median = dragged(browser, SLIDER_STEPS // 2)
-            print(f"live {name}: {median}; the map is coarse in {coarse:.0f} ms, whole in {filled:.0f} ms")
+            print(f"live {name}: {median}; the map is coarse in {coarse:.0f} ms{whole}")
             late += [name] if float(median.split()[0]) > WANTED_MS else []
             lead = browser.run("return document.querySelector('#lead').textContent")
             if "In motion" in lead:
@@ -130,7 +136,7 @@ def live(browser, axe_text, shots, problems, out):
         browser.ask("POST", "/url", {"url": address})
         before = browser.wait(READY, "the first state")
         # The map fills in while nothing moves.
-        filled = float(browser.wait("return document.querySelector('#map').dataset.filled", "the map"))
+        filled = float(browser.wait(FILLED, "the map", DONE))
         latency = dragged(browser, SLIDER_STEPS)
         after = browser.run("return document.querySelector('#lead').textContent")
         if after == before or "#" not in browser.run("return location.href"):
@@ -159,7 +165,7 @@ def live(browser, axe_text, shots, problems, out):
             "[...document.querySelectorAll('.acts button')]"
             ".find((b) => b.textContent === 'Write to file').click()"
         )
-        time.sleep(1.5)
+        browser.wait("return document.querySelector('#told').textContent", "what is written")
         written = file.read_text()
         comments = lambda t: re.findall(r"#.*", t)
         points = lambda t: re.search(r"(?m)^reference = \[\[0\.0, 20\.0\], \[1\.0, (.+)\]\]", t)
@@ -176,16 +182,14 @@ def live(browser, axe_text, shots, problems, out):
         browser.wait(
             f"return document.querySelector('#lead').textContent !== {json.dumps(said)}",
             "the edited file",
-            10,
         )
         file.write_text(written.replace("[bodies.tip]", "[bodies.tipp]"))
         browser.wait(
-            "return document.querySelector('#problem').textContent", "the mistake of the edited file", 10
+            "return document.querySelector('#problem').textContent", "the mistake of the edited file"
         )
         command.terminate()
         command.wait()
         browser.wait(
             "return document.querySelector('#problem').textContent.includes('ended')",
             "the end of the command",
-            10,
         )

@@ -32,7 +32,7 @@ def main(address, picture, width, height, selector="body", heading=""):
         browser.look(int(width), height=4000)
         browser.command("Emulation.setScrollbarsHidden", hidden=True)
         browser.open(address)
-        browser.wait(READY, "the whole page", 60)
+        browser.wait(READY, "the whole page")
         time.sleep(0.5)
         left, top = browser.run(TOP, selector, heading)
         browser.shot(Path(picture), clip=(left, top, int(width) - left, int(height)))

@@ -8,6 +8,9 @@ import subprocess
 import time
 import urllib.request
 
+# For so long nothing stands still on any computer, unless it hangs.
+STANDSTILL_S = 120
+
 
 class Browser:
     """Chromium by the WebDriver protocol, which is plain HTTP."""
@@ -58,14 +61,17 @@ class Browser:
     def run(self, script, *arguments):
         return self.ask("POST", "/execute/sync", {"script": script, "args": list(arguments)})
 
-    def wait(self, script, what, seconds=20):
-        end = time.time() + seconds
-        while time.time() < end:
-            found = self.run(script)
-            if found:
-                return found
+    def wait(self, script, what, progress="return 0"):
+        """What a script finds at last. However slow the computer, only a standstill is a failure."""
+        before, end = "", 0
+        while not (found := self.run(script)):
+            now = self.run(progress)
+            if now != before:
+                before, end = now, time.time() + STANDSTILL_S
+            if time.time() > end:
+                raise AssertionError(f"{what} does not come: nothing has moved for {STANDSTILL_S} s")
             time.sleep(0.05)
-        raise AssertionError(f"{what} did not come within {seconds} s")
+        return found
 
     def command(self, name, **parameters):
         return self.ask("POST", "/goog/cdp/execute", {"cmd": name, "params": parameters})

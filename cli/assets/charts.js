@@ -11,9 +11,16 @@ const feeler = (() => {
   // If a difference is smaller than this share of the values, it is rounding.
   const ROUNDING = 1e-10;
   const root = document.documentElement;
-  const colour = (name) => getComputedStyle(root).getPropertyValue(name).trim();
-  const dark = () => matchMedia("(prefers-color-scheme: dark)").matches && !root.classList.contains("print");
-  const palette = (i) => { const colours = dark() ? ON_DARK : ON_LIGHT; return colours[i % colours.length]; };
+  const scheme = matchMedia("(prefers-color-scheme: dark)");
+  const dark = () => scheme.matches && !root.classList.contains("print");
+  // Asking for computed styles in the midst of drawing lays the page out anew each time.
+  const colours = new Map();
+  const colour = (name) => {
+    const key = `${name} ${dark()}`;
+    if (!colours.has(key)) colours.set(key, getComputedStyle(root).getPropertyValue(name).trim());
+    return colours.get(key);
+  };
+  const palette = (i) => { const inks = dark() ? ON_DARK : ON_LIGHT; return inks[i % inks.length]; };
   const text = () => colour("--text"), soft = () => colour("--soft"), grid = () => colour("--line");
   const short = (value) => value == null ? "" : Number(value.toPrecision(5)).toString();
 

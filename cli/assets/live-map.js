@@ -4,7 +4,7 @@ feeler.mapOfTwo = (live) => {
   const { data, knobs, make, node, short, share, value, settings, post, set, moved, ask, isBusy } = live;
   const COLUMNS = 20, ROWS = 14, WIDTH = 640, HEIGHT = 380, LEFT = 100, BOTTOM = 58, TOP = 8, RIGHT = 12;
   const holder = document.getElementById("map");
-  let keys = [], cells = [], timer, run = 0, shown = "";
+  let keys = [], timer, run = 0, shown = "";
   const choose = (which) => {
     const select = make("select", {});
     select.setAttribute("aria-label", `${which} axis of the map`);
@@ -56,30 +56,32 @@ feeler.mapOfTwo = (live) => {
     const [a, b] = keys.map((key) => knobs.get(key));
     if (!a || !b || a === b) return;
     svg.replaceChildren();
-    cells = [];
-    delete holder.dataset.coarse;
+    for (const told of ["coarse", "filled", "done"]) delete holder.dataset[told];
     axes(a, b);
     here();
-    const all = [];
-    // Coarsely over the whole first.
-    for (const [odd, step] of [[0, 0], [1, 1], [0, 1], [1, 0]]) {
-      for (let j = 0; j < ROWS; j++) for (let i = 0; i < COLUMNS; i++) if (i % 2 === odd &&
-          j % 2 === step) all.push([i, j]);
-    }
-    const seen = new Set();
-    for (let from = 0; from < all.length; from += data.chunk) {
+    // Coarsely over the whole first: a quarter of the points, as the beginnings of their runs suggest.
+    const cellsOf = (odd, step) => {
+      const found = [];
+      for (let j = step; j < ROWS; j += 2) for (let i = odd; i < COLUMNS; i += 2) found.push([i, j]);
+      return found;
+    };
+    const guesses = cellsOf(0, 0);
+    const all = [...guesses, ...guesses, ...cellsOf(1, 1), ...cellsOf(0, 1), ...cellsOf(1, 0)];
+    const drawn = new Map();
+    for (let from = 0; from < all.length;) {
       // A slider that moves goes first.
       while (isBusy()) await new Promise((done) => setTimeout(done, 50));
-      const part = all.slice(from, from + data.chunk);
+      const guess = from < guesses.length;
+      const part = all.slice(from, Math.min(from + data.chunk, guess ? guesses.length : all.length));
       const points = part.map(([i, j]) => [at(a.range, i, COLUMNS), at(b.range, j, ROWS)]);
-      const answer = await post("map", { settings: settings(), keys: { x: a.key, y: b.key }, points });
+      const answer = await post("map", { settings: settings(), keys: { x: a.key, y: b.key }, points,
+          guess });
       if (mine !== run || !answer.outcomes) return;
       const group = document.createDocumentFragment();
       part.forEach(([i, j], k) => {
-        // The first quarter of the points covers the others until they are known.
+        // A coarse point covers its neighbours until they are known.
         const size = i % 2 || j % 2 ? 1 : 2;
         const name = answer.outcomes[k], [px, py] = place(i, j + size - 1);
-        seen.add(name);
         const cell = node("rect", { x: px, y: py, width: size * width / COLUMNS + 0.5,
             height: size * height / ROWS + 0.5, class: "place",
             fill: data.outcomes[name]?.colour ?? "#000000" });
@@ -88,13 +90,16 @@ feeler.mapOfTwo = (live) => {
         cell.append(node("title", {}, label));
         cell.onpointerenter = () => { read.textContent = label; };
         cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); ask(); };
+        drawn.get(`${i} ${j}`)?.cell.remove();
+        drawn.set(`${i} ${j}`, { cell, name });
         group.append(cell);
-        cells.push(cell);
       });
+      from += part.length;
+      holder.dataset.done = from;
       svg.append(group);
       here();
-      if (cells.length >= all.length / 4) holder.dataset.coarse ??= short(performance.now() - began, 3);
-      legend.replaceChildren(...[...seen].map((name) => {
+      if (from >= guesses.length) holder.dataset.coarse ??= short(performance.now() - began, 3);
+      legend.replaceChildren(...[...new Set([...drawn.values()].map((one) => one.name))].map((name) => {
         const swatch = make("i", {});
         swatch.style.background = data.outcomes[name]?.colour ?? "#000000";
         return make("li", {}, swatch, data.outcomes[name]?.label ?? "cannot run");

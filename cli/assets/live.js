@@ -186,7 +186,7 @@
       if (isIntersecting) { away.delete(name); drawLate(name); } else away.add(name);
     }
   }, { rootMargin: "100px" });
-  Object.values(PARTS).flat().forEach((name) => sight.observe($(`of-${name}`)));
+  [...Object.values(PARTS).flat(), "map"].forEach((name) => sight.observe($(`of-${name}`)));
   const render = (part) => {
     const all = Object.keys(PARTS).map((name) => answers[name] ?? {}), next = answers[part];
     $("problem").textContent = [...new Set(all.map((one) => one.problem))].filter(Boolean).join("\n");
@@ -195,6 +195,8 @@
     if (part === "theory") $("stable").textContent = next.stable;
     $(`tiles-${part}`).innerHTML = next.tiles;
     for (const name of PARTS[part]) {
+      // What is still to come stays as it was.
+      if (next.partial && name === "locus" && !next.planes.locus) continue;
       late.set(name, () => {
         const [now, held] = [answers[part], pinned?.[part]];
         const isPlane = $(name).classList.contains("plane");
@@ -203,7 +205,7 @@
       });
       if (!away.has(name)) drawLate(name);
     }
-    if (part === "run") map.here();
+    if (part === "run") { late.set("map", map.here); if (!away.has("map")) drawLate("map"); }
   };
   const renderAll = () => { Object.keys(answers).forEach(render); settle(); };
 
@@ -219,7 +221,9 @@
     if (one.pending) return;
     const send = () => {
       one.wished = false;
-      one.pending = post("state", { settings: settings(), part, in_motion: true });
+      // Root loci take up to a third of the time of theory, and wait if nobody sees them.
+      one.pending = post("state", { settings: settings(), part, in_motion: true,
+          without_loci: away.has("locus") });
       return one.since;
     };
     let began = send();
@@ -250,12 +254,12 @@
     await new Promise((done) => setTimeout(done, REST_MS));
     if (isOver()) return;
     remember();
-    // The whole of a run that takes too long for a slider in motion.
-    if (answers.run?.partial) {
-      const whole = await post("state", { settings: settings(), part: "run" });
+    // The whole of what takes too long for a slider in motion.
+    for (const part of Object.keys(PARTS).filter((name) => answers[name]?.partial)) {
+      const whole = await post("state", { settings: settings(), part });
       if (isOver()) return;
-      answers.run = whole.charts ? whole : { ...answers.run, problem: whole.problem, partial: false };
-      render("run");
+      answers[part] = whole.charts ? whole : { ...answers[part], problem: whole.problem, partial: false };
+      render(part);
     }
     map.stale();
     replay();

@@ -38,18 +38,32 @@
     };
     // A column with few different values has these once, and which of them each place has.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
-    // Twelve digits say all but rounding.
-    const written = (value) => typeof value === "number" ? String(Number(value.toPrecision(12))) :
-        String(value);
-    const set = (key, value) => ` --set '${key}=${written(value).replaceAll("'", "'\\''")}'`;
+    // As many digits as tell a place to 1e-4 of the way to its neighbour; twelve say all but rounding.
+    const FINEST = 1e-4, MOST_DIGITS = 12;
+    const written = (value, room) => {
+      if (typeof value !== "number") return String(value);
+      for (let digits = 1; digits < MOST_DIGITS; digits++) {
+        const short = Number(value.toPrecision(digits));
+        if (Math.abs(short - value) <= room) return String(short);
+      }
+      return String(Number(value.toPrecision(MOST_DIGITS)));
+    };
     const settings = map.columns.slice(0, map.settings);
+    const rooms = settings.map(([, values]) => {
+      const all = [...new Set(Array.isArray(values) ? values : values.of)].filter(Number.isFinite);
+      all.sort((a, b) => a - b);
+      const steps = all.slice(1).map((value, i) => value - all[i]);
+      return steps.length ? FINEST * steps.reduce((least, step) => Math.min(least, step)) : 0;
+    });
+    const set = (i, value) => ` --set '${settings[i][0]}=${written(value, rooms[i]).replaceAll("'",
+        "'\\''")}'`;
     // On the axes of a thinned map a variant that is not drawn has values of its own.
     const valueOf = (column, row) => {
       const axis = typeof row === "number" ? -1 : map.fine.keys.indexOf(column[0]);
       return axis >= 0 ? row.values[axis] : of(column, typeof row === "number" ? row : 0);
     };
     const command = (row) => map.commands ? map.commands[row] :
-        map.command + settings.map((column) => set(column[0], valueOf(column, row))).join("");
+        map.command + settings.map((column, i) => set(i, valueOf(column, row))).join("");
     const tell = (row) => {
       if (row === shown) return;
       shown = row;

@@ -36,8 +36,8 @@ pub(crate) use tune::Tune;
     max_term_width = 100,
     help_template = groups::template(&Command::augment_subcommands(clap::Command::new("feeler"))),
     after_help = "Examples:\n  \
-        feeler new chatter --out chatter.toml          a scenario to start from\n  \
-        feeler run chatter.toml                        run it: summary, trace, report.html\n  \
+        feeler new chatter --out chatter.toml    a scenario to start from\n  \
+        feeler run chatter.toml                  run it: summary, trace, report.html\n  \
         feeler run chatter.toml --set controllers.force.kp=0.4\n\n\
         Exit codes: 0 done, 1 a check failed, 2 bad input, 3 internal error."
 )]

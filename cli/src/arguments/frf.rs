@@ -10,10 +10,10 @@ use feeler_studies::frf::{self, FrfRequest, NoiseEstimator};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler frf scenario.toml --clamped                          white noise, as in the paper\n  \
-    feeler frf scenario.toml --excitation multisine             separates noise and distortion\n  \
+    feeler frf scenario.toml --clamped                 white noise, as in the paper\n  \
+    feeler frf scenario.toml --excitation multisine    separates noise and distortion\n  \
     feeler frf scenario.toml --estimator hv --segment 4 --out out/frf\n  \
-    feeler frf measured/ --experiment clamped-1.csv --output force_n     records of a dataset\n\n\
+    feeler frf measured/ --experiment clamped-1.csv    a record of a dataset\n\n\
     For a dataset, --from, --to, --estimator, --segment, --period and --confidence apply. Options that make \
     an excitation apply to a machine only. The linear response includes the hold and the sampling of the \
     experiment.")]
@@ -32,7 +32,8 @@ pub(crate) struct Frf {
     /// and noise included]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Excitation, or that of a dataset [default: white-noise; for a dataset, recognised from its command]
+    /// Excitation, or that of a dataset [default: the multisine that the scenario itself plays, else
+    /// white-noise; for a dataset, recognised from its command]
     #[arg(long, value_enum)]
     pub(crate) excitation: Option<ExcitationKind>,
     /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; for a dataset, the one
@@ -46,7 +47,8 @@ pub(crate) struct Frf {
     /// power]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) to: Option<f64>,
-    /// Root mean square of the excitation, SI [default: a tenth of the drive's limit, else 1 N or 0.01 m/s]
+    /// Root mean square of the excitation, SI [default: that of the scenario's own multisine, else a tenth of
+    /// the drive's limit, else 1 N or 0.01 m/s]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) rms: Option<f64>,
     /// Mean of the command, SI [default: 0]

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_engine::Scenario;
 use feeler_files::{Document, Draft};
-use feeler_studies::glimpse::{Glimpse, theory};
+use feeler_studies::glimpse::{Glimpse, Loci, theory};
 use feeler_studies::run::{self as runs, about_parquet};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
 
 /// The run with the rows of `feeler run`, so that both print the same times, and linear theory.
 fn as_run(scenario: &Scenario) -> Glimpse {
-    let (run, theory) = rayon::join(|| runs::run(scenario, &mut |_| {}), || theory(scenario));
+    let (run, theory) = rayon::join(|| runs::run(scenario, &mut |_| {}), || theory(scenario, Loci::Drawn));
     Glimpse { run, theory }
 }
 

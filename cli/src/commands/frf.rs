@@ -5,7 +5,7 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::measured_response;
 use feeler_files::{DatasetFile, Draft};
 use feeler_problem::Remedy;
-use feeler_studies::frf::{FrfError, Response, csv, json, row, simulate};
+use feeler_studies::frf::{ExcitationKind as Simulated, FrfError, Response, csv, json, row, simulate};
 
 use crate::arguments::{ExcitationKind, Frf};
 use crate::numbers::plain;
@@ -78,13 +78,12 @@ fn text(response: &Response) -> String {
         "linear (dB)",
         "linear (deg)",
     ];
-    let mut parts = vec![words::headline(response), format!("{}\n{}", words::path(response), response.how)];
-    parts.extend(
-        (!response.notes.is_empty())
-            .then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")),
-    );
+    let about = format!("{}\n\n{}\n{}", words::headline(response), words::path(response), response.how);
+    let mut parts = vec![terminal::wrapped(&about)];
+    let notes: Vec<String> = response.notes.iter().map(|note| format!("note: {note}")).collect();
+    parts.extend((!notes.is_empty()).then(|| terminal::wrapped(&notes.join("\n"))));
     parts.push(table(&header, &[0, 1, 2, 3, 4, 5, 6, 7], rows));
-    parts.push(words::sentences(response).join("\n"));
+    parts.push(terminal::wrapped(&words::sentences(response).join("\n")));
     parts.join("\n\n")
 }
 
@@ -95,9 +94,10 @@ fn simulated(arguments: &Frf) -> crate::Result<Response> {
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
         "name a dataset's folder, or leave --experiment out",
     )?;
-    refuse_others(arguments)?;
     let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
-    simulate(&document.scenario, &arguments.request()).map_err(|error| refused(arguments, &error))
+    let request = arguments.request().excited_as(&document.scenario);
+    refuse_others(arguments, request.excitation.unwrap_or(Simulated::WhiteNoise))?;
+    simulate(&document.scenario, &request).map_err(|error| refused(arguments, &error))
 }
 
 /// The response from the records of a dataset.
@@ -109,9 +109,14 @@ fn measured(arguments: &Frf) -> crate::Result<Response> {
 }
 
 /// Rejects options of another excitation.
-fn refuse_others(arguments: &Frf) -> crate::Result<()> {
+fn refuse_others(arguments: &Frf, excitation: Simulated) -> crate::Result<()> {
     use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
-    let kind = arguments.excitation.unwrap_or(WhiteNoise);
+    let kind = match excitation {
+        Simulated::WhiteNoise => WhiteNoise,
+        Simulated::Multisine => Multisine,
+        Simulated::Chirp => Chirp,
+        Simulated::SteppedSine => SteppedSine,
+    };
     let given: [(&str, bool, &[ExcitationKind]); 6] = [
         ("--estimator", arguments.estimator.is_some(), &[WhiteNoise]),
         ("--duration", arguments.duration.is_some(), &[WhiteNoise, Chirp]),

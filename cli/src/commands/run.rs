@@ -73,10 +73,15 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let reason = words::reason(&document.scenario, summary, &doubts)
         .map_or_else(String::new, |reason| format!("\n{reason}"));
     let energies = word_on_energies(arguments, summary);
+    let said = format!("{}: {}{reason}", summary.name, words::outcome(summary, units));
+    let asides: String = [cost.as_str(), energies]
+        .iter()
+        .filter(|aside| !aside.is_empty())
+        .map(|aside| terminal::wrapped(aside.trim_end()) + "\n")
+        .collect();
     terminal::print(&format!(
-        "{}: {}{reason}\n\n{}\n{cost}{energies}\nwrote\n{files}\n\nnext: {}",
-        summary.name,
-        words::outcome(summary, units),
+        "{}\n\n{}\n{asides}\nwrote\n{files}\n\nnext: {}",
+        terminal::wrapped(&said),
         figures(summary, units),
         next(arguments, summary.outcome)
     ))

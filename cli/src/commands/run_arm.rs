@@ -41,7 +41,8 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
         words::outcome(&result.summary.figures, units),
         pages::arm_run::limits(&result.summary)
     );
-    terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
+    let said = terminal::wrapped(&format!("{}: {said}", file.name));
+    terminal::print(&format!("{said}\n\n{}\n\nwrote\n{files}", figures(&result, units)))
 }
 
 fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> crate::Result<Vec<PathBuf>> {

@@ -8,7 +8,7 @@ use feeler_diagnosis::replay::replay_record;
 use feeler_engine::Scenario;
 use feeler_files::{Document, Draft, Edit, FormatError, Setting};
 use feeler_plant::description::Machine;
-use feeler_studies::glimpse::{Glimpse, outcomes, theory};
+use feeler_studies::glimpse::{Glimpse, Loci, beginning, outcomes, theory};
 use feeler_studies::run::{Outcome, RunResult, run_once};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -90,13 +90,14 @@ impl Session {
     }
 
     /// The results of the scenario with some numbers set: the part asked for, `run` or `theory`, else both.
-    /// A run `in_motion` is cut short if it would take too long.
+    /// Theory may be asked for `without_loci`, which take up to a third of its time. A run `in_motion` is cut
+    /// short if it would take too long.
     pub(crate) fn state(&self, asked: &Value) -> Value {
         let mut document = match self.document(asked) {
             Ok(document) => document,
             Err(error) => return json!({ "problem": plainly(&error) }),
         };
-        let mut cut_from_s = None;
+        let (mut cut_from_s, mut has_all) = (None, true);
         let (run, theory) = match asked["part"].as_str() {
             Some("run") => {
                 let duration_s = &mut document.scenario.run.duration_s;
@@ -113,13 +114,17 @@ impl Session {
                 }
                 (Some(run), None)
             }
-            Some("theory") => (None, Some(theory(&document.scenario))),
+            Some("theory") => {
+                has_all = !asked["without_loci"].as_bool().unwrap_or(false);
+                let loci = if has_all { Loci::Drawn } else { Loci::Omitted };
+                (None, Some(theory(&document.scenario, loci)))
+            }
             _ => {
                 let Glimpse { run, theory } = Glimpse::of(&document.scenario);
                 (Some(run), Some(theory))
             }
         };
-        Shown { document: &document, run, theory, cut_from_s }.to_json()
+        Shown { document: &document, run, theory, cut_from_s, has_all }.to_json()
     }
 
     /// The time that a run may simulate within [`MOST_RUN_S`], at the pace of the latest run.
@@ -132,19 +137,22 @@ impl Session {
         }
     }
 
-    /// The outcomes of the scenario at some points of two numbers.
+    /// The outcomes of the scenario at some points of two numbers; `guess` asks for those that the beginnings
+    /// of the runs suggest, at a fraction of the time.
     pub(crate) fn map(&self, asked: &Value) -> Value {
         let document = match self.document(asked) {
             Ok(document) => document,
             Err(error) => return json!({ "problem": plainly(&error) }),
         };
+        let is_guess = asked["guess"].as_bool().unwrap_or(false);
         let key = |of: &str| asked["keys"][of].as_str().unwrap_or_default().to_owned();
         let keys = [key("x"), key("y")];
         let points = asked["points"].as_array().map_or(&[][..], Vec::as_slice);
         let at = |point: &Value| -> Option<Scenario> {
             let values = [point[0].as_f64()?, point[1].as_f64()?];
             let settings = keys.iter().map(String::as_str).zip(values.map(Setting::Number));
-            document.with(settings).ok().map(|document| document.scenario)
+            let scenario = document.with(settings).ok()?.scenario;
+            Some(if is_guess { beginning(&scenario) } else { scenario })
         };
         let points: Vec<&Value> = points.iter().take(MOST_POINTS).collect();
         let found: Vec<Option<&str>> = points

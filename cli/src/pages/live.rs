@@ -93,6 +93,8 @@ pub(crate) struct Shown<'a> {
     pub(crate) theory: Option<Result<(Report, Curves), AnalysisError>>,
     /// The duration of the whole run, s, if only its beginning was simulated.
     pub(crate) cut_from_s: Option<f64>,
+    /// Whether no figure was left out.
+    pub(crate) has_all: bool,
 }
 
 impl Shown<'_> {
@@ -137,7 +139,7 @@ impl Shown<'_> {
         json!({
             "outcome": outcome, "lead": said.join(" "), "stable": stable, "problem": problems.join("\n"),
             "tiles": tiles_html(&figures), "charts": charts, "planes": planes,
-            "partial": self.cut_from_s.is_some(),
+            "partial": self.cut_from_s.is_some() || !self.has_all,
         })
     }
 }

@@ -1,7 +1,9 @@
 //! Options of a frequency response.
 
+use feeler_control::{Law, ReferenceSpec};
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_lti::spectral::Estimator;
-use feeler_plant::description::Engagement;
+use feeler_plant::description::{Engagement, Quantity, SignalName};
 
 use super::error::require;
 use crate::refusal::Refusal;
@@ -106,6 +108,35 @@ impl NoiseEstimator {
 }
 
 impl FrfRequest {
+    /// With the multisine that the file itself plays into the input, unless another excitation is asked for.
+    #[must_use]
+    pub fn excited_as(self, scenario: &Scenario) -> Self {
+        let has_own = self.excitation.is_some()
+            || self.estimator.is_some()
+            || self.duration_s.or(self.segment_s).is_some()
+            || self.points.is_some();
+        let is_input = |used: &&ControllerUse| {
+            let command = SignalName::new(&used.drives, Quantity::Command).to_string();
+            self.input.as_ref().is_none_or(|input| [&used.drives, &command].contains(&input))
+        };
+        let spec = scenario.controllers.values().find(is_input).map(|used| &used.spec);
+        let played = spec.filter(|spec| !has_own && matches!(spec.law, Law::OpenLoop));
+        let Some(&ReferenceSpec::Multisine { low_hz, high_hz, period_s, rms, offset, .. }) =
+            played.map(|spec| &spec.reference)
+        else {
+            return self;
+        };
+        Self {
+            excitation: Some(ExcitationKind::Multisine),
+            from_hz: self.from_hz.or(Some(low_hz)),
+            to_hz: self.to_hz.or(Some(high_hz)),
+            rms: self.rms.or(Some(rms)),
+            offset: self.offset.or(Some(offset)),
+            period_s: self.period_s.or(Some(period_s)),
+            ..self
+        }
+    }
+
     /// The band that is evaluated, Hz, for samples that come every `hold_s`.
     ///
     /// # Errors

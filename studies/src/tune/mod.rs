@@ -22,6 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
+use feeler_plant::description::Axis;
 use indexmap::IndexMap;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -258,7 +259,7 @@ impl Tuning<'_> {
                 }
             }
         }
-        Err(nothing_settles(first_trouble))
+        Err(nothing_settles(first_trouble, self.machines[0].machine.axis))
     }
 
     fn at(&self, point: &[f64]) -> ControllerSpec {
@@ -379,14 +380,14 @@ fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError {
 }
 
 /// Gains meet the limits of theory, and no run does.
-fn nothing_settles(trouble: Option<Trouble>) -> TuneError {
+fn nothing_settles(trouble: Option<Trouble>, axis: Axis) -> TuneError {
     match trouble {
         Some(Trouble::Misses(limit, value)) => refused(
             format!(
                 "no gains meet --spec in simulation: the {} is {}, and {} is allowed",
                 limit.of.name(),
-                value.map_or("none".into(), |value| limit.of.with_unit(value)),
-                limit.of.with_unit(limit.bound)
+                value.map_or("none".into(), |value| limit.of.with_unit(value, axis)),
+                limit.of.with_unit(limit.bound, axis)
             ),
             "raise this limit, or slow the approach: the impact counts too",
         ),

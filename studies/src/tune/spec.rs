@@ -1,5 +1,6 @@
 //! The specification of a tuned controller, as a user writes it: clauses with commas between them.
 
+use feeler_plant::description::Axis;
 use serde::{Serialize, Serializer};
 
 use crate::Refusal;
@@ -18,7 +19,7 @@ pub enum TuneMeasure {
     StepOvershoot,
     /// How far the simulated force passes its reference, impact included, as a share of it.
     Overshoot,
-    /// Largest simulated force of any contact, N.
+    /// Largest simulated force of any contact, N; a moment of a rotational axis, N m.
     PeakForce,
     /// Simulated settling time, s.
     SettlingTime,
@@ -28,7 +29,7 @@ pub enum TuneMeasure {
 type Unit = (&'static str, fn(f64) -> f64);
 
 const PERCENT: &[Unit] = &[("%", |x| x / 100.0), ("", |x| x)];
-const FORCE: &[Unit] = &[("N", |x| x), ("kN", |x| 1e3 * x), ("", |x| x)];
+const FORCE: &[Unit] = &[("N", |x| x), ("kN", |x| 1e3 * x), ("N m", |x| x), ("", |x| x)];
 const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("", |x| x)];
 const ANGLE: &[Unit] = &[("deg", |x| x), ("rad", f64::to_degrees), ("", |x| x)];
 const RATIO: &[Unit] = &[("dB", |x| 10.0_f64.powf(x / 20.0)), ("", |x| x)];
@@ -62,11 +63,12 @@ impl TuneMeasure {
     }
 
     /// A value with its unit.
-    pub(super) fn with_unit(self, value: f64) -> String {
+    pub(super) fn with_unit(self, value: f64, axis: Axis) -> String {
         match self {
             Self::PhaseMargin => format!("{} deg", plain(value)),
             Self::GainMargin | Self::Sensitivity => format!("{:.1} dB", 20.0 * value.log10()),
             Self::StepOvershoot | Self::Overshoot => format!("{} %", percent(value)),
+            Self::PeakForce if axis == Axis::Rotational => with_unit(value, "N m"),
             Self::PeakForce => with_unit(value, "N"),
             Self::SettlingTime => with_unit(value, "s"),
         }

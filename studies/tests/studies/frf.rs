@@ -4,6 +4,23 @@ use feeler_files::{Draft, template};
 use feeler_problem::Remedy;
 use feeler_studies::frf::{ExcitationKind, FrfRequest, simulate};
 
+use crate::common::file;
+
+/// An experiment that the file describes is the default; any other that is asked for stays.
+#[test]
+fn truth_a_machine_is_excited_as_its_file_says() {
+    let request = |name: &str, request: FrfRequest| request.excited_as(&file(name, &[]).scenario);
+    let played = request("paper/flexible-multisine.toml", FrfRequest::default());
+    assert_eq!(played.excitation, Some(ExcitationKind::Multisine));
+    assert_eq!(
+        [played.from_hz, played.to_hz, played.rms, played.period_s],
+        [2.0, 400.0, 20.0, 1.0].map(Some)
+    );
+    let noise = FrfRequest { excitation: Some(ExcitationKind::WhiteNoise), ..FrfRequest::default() };
+    assert_eq!(request("paper/flexible-multisine.toml", noise.clone()), noise);
+    assert_eq!(request("chatter/sustained.toml", FrfRequest::default()), FrfRequest::default());
+}
+
 /// A target is held for a whole number of the servo's samples, of 2 ms, or it has no response.
 #[test]
 fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {

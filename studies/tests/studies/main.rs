@@ -6,6 +6,7 @@ mod common;
 mod controller_code;
 mod events;
 mod frf;
+mod glimpse;
 mod limit_cycles;
 mod outcomes;
 mod peaks;

@@ -150,12 +150,15 @@ impl InLoop<'_> {
         let (controller, key) = (self.controller, self.key);
         let fineness = if request.brief { Fineness::BRIEF } else { Fineness::WHOLE };
         let present = gain(&self.whole.controllers()[controller].spec, key)?;
-        let sampled = SampledLoop::new(self.whole)?;
         let broken = self.broken.as_ref();
         let step =
             broken.map(|_| StepResponse::new(self.whole, controller, step_s(report))).transpose()?.flatten();
+        if request.without_loci {
+            return Ok((step, None, None));
+        }
         // A long delay has hundreds of branches, one for each sample, which would show nothing.
         let late = broken.is_some_and(|open| open.samples > 0);
+        let sampled = SampledLoop::new(self.whole)?;
         let locus_sampled = (!late).then(|| {
             let zeros = || broken.and_then(|open| open.system.zeros().ok()).unwrap_or_default();
             let closed = |k: f64| sampled.closed_loop_with(controller, key, k);

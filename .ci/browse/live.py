@@ -45,7 +45,7 @@ def serving(*words):
         command.wait()
 
 
-# What a map tells of itself.
+# The state of a map.
 TOLD = "return document.querySelector('#map').dataset."
 COARSE, FILLED, DONE = TOLD + "coarse", TOLD + "filled", TOLD + "done"
 READY = (

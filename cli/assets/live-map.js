@@ -56,7 +56,7 @@ feeler.mapOfTwo = (live) => {
     const [a, b] = keys.map((key) => knobs.get(key));
     if (!a || !b || a === b) return;
     svg.replaceChildren();
-    for (const told of ["coarse", "filled", "done"]) delete holder.dataset[told];
+    for (const key of ["coarse", "filled", "done"]) delete holder.dataset[key];
     axes(a, b);
     here();
     // Coarsely over the whole first: a quarter of the points, as the beginnings of their runs suggest.

@@ -195,7 +195,7 @@
     if (part === "theory") $("stable").textContent = next.stable;
     $(`tiles-${part}`).innerHTML = next.tiles;
     for (const name of PARTS[part]) {
-      // What is still to come stays as it was.
+      // Parts that are still to come stay as they were.
       if (next.partial && name === "locus" && !next.planes.locus) continue;
       late.set(name, () => {
         const [now, held] = [answers[part], pinned?.[part]];

@@ -10,7 +10,7 @@ use feeler_files::{Commands, DatasetFile, Document, driven_to_toml, machine_to_t
 
 use crate::arguments::Diagnose;
 use crate::numbers::{fine_percent, percent};
-use crate::pages::diagnosis::{self, words};
+use crate::pages::diagnosis::{self, WITH_EFFECTS, words};
 use crate::terminal::failure::{BadInput, Failure};
 use crate::terminal::progress::Steps;
 use crate::terminal::table;
@@ -68,7 +68,7 @@ fn summary(answer: &Examination) -> String {
     let row = |name: &str, value: f64| vec![name.to_owned(), fine_percent(value), "%".into()];
     let mut gaps = vec![row("gap, machine as given", gap.before), row("after calibration", gap.refit)];
     if words::is_found(diagnosis) {
-        gaps.push(row(words::WITH_EFFECTS, gap.after));
+        gaps.push(row(WITH_EFFECTS, gap.after));
     }
     gaps.push(row("noise floor", gap.floor));
     let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis, answer.checks()));

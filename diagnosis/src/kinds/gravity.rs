@@ -11,8 +11,15 @@ use super::{Balance, Element, Force, Form, Glance, Known};
 /// Trial values of the largest torque, as shares of the largest command.
 const SHARES: [f64; 3] = [0.05, 0.25, 0.7];
 
+/// Angles at which a weight may act as a constant load, in a whole turn.
+const ANGLES: u32 = 8;
+
 impl Known for Gravity {
     const ONLY_TURNING: bool = true;
+    const RESEMBLES: &'static [(Kind, fn(Self) -> Vec<Vec<f64>>)] = &[(Kind::ConstantLoad, |own| {
+        let at = |i: u32| TAU * f64::from(i) / f64::from(ANGLES) + own.phase;
+        (0..ANGLES).map(|i| vec![-own.amplitude * at(i).sin()]).collect()
+    })];
     const BALANCE: Option<Balance<Self>> = Some(Balance {
         form: Form::Forces(&[
             Force::signed(|at| (TAU * at.position / at.shape).sin()),

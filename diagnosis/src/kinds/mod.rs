@@ -32,6 +32,8 @@ pub(crate) trait Known: Parameters + 'static {
     const OFF_ROWS: f64 = 0.0;
     /// Laws that it contains.
     const CONTAINS: &'static [Inner<Self>] = &[];
+    /// Kinds that it resembles over a short motion, with values of theirs at which their fits may begin.
+    const RESEMBLES: &'static [(Kind, fn(Self) -> Vec<Vec<f64>>)] = &[];
     /// Whether it has no effect on a machine without contacts.
     const NEEDS_CONTACT: bool = false;
     /// Whether only a rotational axis can have it.
@@ -158,7 +160,9 @@ impl Dossier {
             balance: shown::<K>(),
             embed: |inner, values| Some((contained::<K>(inner)?.embed)(values).values()),
             nearest: |inner, values| {
-                contained::<K>(inner).map_or_else(Vec::new, |inner| (inner.nearest)(K::of(values)))
+                let resembled = K::RESEMBLES.iter().find(|(kind, _)| *kind == inner).map(|(_, of)| *of);
+                let nearest = contained::<K>(inner).map(|inner| inner.nearest).or(resembled);
+                nearest.map_or_else(Vec::new, |nearest| nearest(K::of(values)))
             },
             contains: |inner| contained::<K>(inner).is_some(),
             apart: K::APART,
@@ -191,7 +195,7 @@ pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>
 }
 
 /// Parameters of the law `inner` nearest to the law `outer` with parameters `values`. Several if there are
-/// several candidates, and empty if it does not contain it.
+/// several candidates, and empty if it neither contains nor resembles it.
 pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
     (dossier(outer).nearest)(inner, values)
 }

@@ -2,9 +2,11 @@
 
 use feeler_diagnosis::adequacy::{Adequacy, Horizon};
 
-use super::words;
 use crate::numbers::{fine_percent, percent};
 use crate::pages::parts::Page;
+
+/// The state of the machine with the accepted effects.
+pub(crate) const WITH_EFFECTS: &str = "with the effects found";
 
 /// The absolute remaining error: over the shortest horizon and over the whole record.
 pub(super) fn left(adequacy: &Adequacy) -> String {
@@ -48,7 +50,7 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy, is_found: bool) {
         })
         .collect();
     let mut header = vec!["over", "machine as given", "after calibration"];
-    header.extend(is_found.then_some(words::WITH_EFFECTS));
+    header.extend(is_found.then_some(WITH_EFFECTS));
     header.push("noise floor");
     page.table(&header, &[1, 2, 3, 4][..header.len() - 1], &rows);
     if adequacy.residual.is_empty() || adequacy.drive_force_n == 0.0 {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use feeler_diagnosis::report::GapCell;
 
-use super::words;
+use super::adequacy::WITH_EFFECTS;
 use crate::numbers::plain;
 use crate::pages::parts::escape;
 
@@ -68,7 +68,7 @@ pub(super) fn by_phase(cells: &[GapCell], of: Of, label: &str) -> String {
 /// Levels of the command, before and, if effects were found, after, over all phases and bands.
 pub(super) fn by_level(cells: &[GapCell], is_found: bool) -> String {
     let states: [(&'static str, Of); 2] =
-        [("calibrated machine", |cell| cell.refit), (words::WITH_EFFECTS, |cell| cell.after)];
+        [("calibrated machine", |cell| cell.refit), (WITH_EFFECTS, |cell| cell.after)];
     let mut columns = Vec::new();
     for (group, of) in states.into_iter().take(1 + usize::from(is_found)) {
         for level in LEVELS.iter().filter(|level| cells.iter().any(|cell| cell.amplitude == **level)) {

@@ -7,6 +7,7 @@ mod portrait;
 mod waterfall;
 pub(crate) mod words;
 
+pub(crate) use adequacy::WITH_EFFECTS;
 use feeler_diagnosis::Examination;
 use feeler_diagnosis::report::{Cause, Diagnosis};
 use feeler_files::machine_to_toml;
@@ -106,7 +107,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     ]);
     let is_found = words::is_found(diagnosis);
     if is_found {
-        tiles.push(tile(words::WITH_EFFECTS, share(gap.after), &beside(gap.after)));
+        tiles.push(tile(WITH_EFFECTS, share(gap.after), &beside(gap.after)));
     }
     tiles.push(tile("noise floor", share(gap.floor), floor));
     if is_found {
@@ -115,7 +116,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
         tiles.push(tile(
             "force that is missing",
             left,
-            &format!("rms, {}; {missing} after calibration alone", words::WITH_EFFECTS),
+            &format!("rms, {}; {missing} after calibration alone", WITH_EFFECTS),
         ));
     } else {
         tiles.push(tile("force that is missing", missing, "rms, after calibration"));
@@ -290,7 +291,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     );
     let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
     let found =
-        if words::is_found(diagnosis) { format!(", {after} {}", words::WITH_EFFECTS) } else { String::new() };
+        if words::is_found(diagnosis) { format!(", {after} {}", WITH_EFFECTS) } else { String::new() };
     page.paragraph(&format!("On the check experiments {before} rms is missing after calibration{found}."));
     page.paragraph(&format!(
         "Portraits of the force missing at the {} (dots: calibrated machine; line: mean):",

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use feeler_diagnosis::report::Diagnosis;
 
-use super::words;
+use super::adequacy::WITH_EFFECTS;
 use crate::numbers::{fine_percent, plain};
 use crate::pages::parts::escape;
 use crate::pages::parts::svg::{Scale, lines};
@@ -133,7 +133,7 @@ fn bars(diagnosis: &Diagnosis) -> Vec<Bar> {
         at = next;
     }
     if !accepted.is_empty() {
-        bars.push(level(words::WITH_EFFECTS, gap.after));
+        bars.push(level(WITH_EFFECTS, gap.after));
     }
     bars.push(level("noise floor", gap.floor));
     bars

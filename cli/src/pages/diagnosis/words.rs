@@ -113,9 +113,6 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
-/// The state of the machine with the accepted effects.
-pub(crate) const WITH_EFFECTS: &str = "with the effects found";
-
 /// Whether anything was accepted that could close a gap.
 pub(crate) fn is_found(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.iter().any(|effect| effect.accepted)

@@ -134,7 +134,7 @@ fn described(text: &mut String, run: &RunSummary) {
     }
 }
 
-/// No servo is logged more slowly.
+/// Lowest rate at which a servo is logged, Hz.
 const SLOW_HZ: f64 = 1.0;
 
 fn headline(run: &RunSummary, found: &TableSummary) -> String {

@@ -3,7 +3,7 @@
 use super::role::Role;
 use super::roles::{Amount, Guess};
 
-/// Share of the squares of the errors that a load explains at least where it makes them.
+/// A load counts as the cause of an error if it explains at least this share of the squared error.
 const LEAST_EXPLAINED: f64 = 0.25;
 
 /// Findings on a joint.
@@ -59,8 +59,8 @@ impl Held {
         }
     }
 
-    /// Load over error, by least squares of the error, which friction and motion spoil; `None` if the
-    /// load is no larger than this.
+    /// Load over error, by least squares: friction and motion disturb the error, not the load. `None` if the
+    /// rms load is at most `least`, or explains too little.
     pub(super) fn gain(&self, least: f64) -> Option<f64> {
         let gain = -self.load_load / self.load_error;
         let is_loaded = self.load_load > self.rows * least.powi(2) && self.load_load > 0.0;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::fit::bounded::minimise;
 
-/// Share of a term's own square that keeps terms which do the same apart.
+/// Ridge, as a share of a term's own square: it separates terms that act alike.
 const RIDGE: f64 = 1e-9;
 
 /// One term of a balance: a series times a coefficient between bounds.

@@ -56,3 +56,21 @@ impl Known for Gravity {
         seen.into_iter().chain(tried).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::nearest;
+    use super::*;
+
+    /// At any angle one of the loads is that of the weight, within its change over a sixteenth of a turn.
+    #[test]
+    fn truth_a_weight_over_a_short_motion_begins_as_the_load_that_it_is() {
+        let loads = nearest(Kind::Gravity, Kind::ConstantLoad, &[12.0, 0.7, TAU]);
+        for angle in [-2.0, 0.0, 0.4, 1.0, 3.0_f64] {
+            let load = -12.0 * (angle + 0.7).sin();
+            let off = loads.iter().map(|of| (of[0] - load).abs()).fold(f64::INFINITY, f64::min);
+            assert!(off <= 12.0 * TAU / 16.0, "{angle}: {off}");
+        }
+        assert!(nearest(Kind::Gravity, Kind::CoulombFriction, &[12.0, 0.7, TAU]).is_empty());
+    }
+}

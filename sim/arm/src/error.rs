@@ -61,8 +61,8 @@ pub enum ArmError {
     Drive { joint: String, what: &'static str, value: f64, rule: &'static str },
     #[error("the motion diverged at {t_s} s")]
     Diverged { t_s: f64 },
-    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are \
-             left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
+    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: the best pose \
+             misses it by {} m", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
         target_m: [f64; 3],
         /// Distance of the best pose.

@@ -30,7 +30,7 @@ pub enum ManipulatorError {
     NeverMeets,
     #[error(
         "the tip would touch after {} m along the normal, at [{}, {}, {}] m, where the arm does not reach \
-         ({} m are left)",
+         (the best pose misses it by {} m)",
         short(*.travel_m), short(.place_m[0]), short(.place_m[1]), short(.place_m[2]), short(*.left_m)
     )]
     OutOfReach {

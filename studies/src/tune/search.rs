@@ -217,7 +217,7 @@ fn neighbours(knobs: &[Knob], point: &[f64], step: f64) -> Vec<Point> {
     found
 }
 
-/// The first of a ranking that lie farther apart than a step, some of them.
+/// At most `count` points of a ranking, best first, no two within one and a half steps of each other.
 fn apart(ranked: &[Scored], step: f64, count: usize) -> Vec<Scored> {
     let mut chosen: Vec<Scored> = Vec::new();
     let near = |a: &Point, b: &Point| {

@@ -169,7 +169,7 @@ const LOST: &str = "lost in rounding beside the stiffness of its neighbours: its
      determined; join the stiffly held bodies rigidly";
 /// Text for every limit.
 const NOT_REACHED: &str =
-    "taken as never reached; whether a reference of the file's size reaches it is a separate result";
+    "taken as never reached; a separate check says whether the file's reference reaches it";
 
 fn of_drive(drive: &Drive, found: &mut Found) {
     let of = format!("actuators.{}", drive.name);

@@ -26,8 +26,8 @@ asymmetry = 0.5
     sections: "\
 ## Model
 Sliding forward, the guide resists with `level (1 + asymmetry)`, backward with `level (1 - asymmetry)`. At
-rest it holds up to the level of the direction in which it would start. Forward is where the second body of
-the spring moves towards + against the first.
+rest it holds up to the level of the direction in which it would start. Forward means that the second body of
+the spring moves in the positive direction relative to the first.
 
 ## Where it comes from
 Lip seals, worn or tilted guides, gears whose two flanks differ.

@@ -27,8 +27,9 @@ asymmetry = 0.8
     sections: "\
 ## Model
 The guide's own damping grows by `damping` to `c`. Sliding at speed `v` the guide resists with
-`c (1 + asymmetry) v` forward and `c (1 - asymmetry) v` backward. Forward is where the second body of the
-spring moves towards + against the first. The force is continuous at rest, and its slope is not.
+`c (1 + asymmetry) v` forward and `c (1 - asymmetry) v` backward. Forward means that the second body of the
+spring moves in the positive direction relative to the first. The force is continuous at rest, and its slope
+is not.
 
 ## Where it comes from
 Seals and wipers with a lip, check valves, dampers with a bypass.
@@ -47,8 +48,7 @@ Forward and backward are modes, each linear and exact. The change between them i
 has passed zero by 1e-12 m/s. In between the mean `c` acts, and so it does in linear theory.
 
 ## Source
-M. T. Mason and J. K. Salisbury, Robot Hands and the Mechanics of Manipulation, MIT Press (1985): gears that
-are driven backward; J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
+J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
 ",
     law: LawDrawing {
         axes: ["sliding speed", "force of the guide"],

@@ -44,10 +44,10 @@ level_9 = 0.0
     sections: "\
 ## Model
 Dry friction acts at the spring, with a level that depends on the position `x` of the second body against the
-first. Nine points lie evenly spaced from `from` to `to`. The levels there are `level_1` to `level_9`. Choose
-the range that was recorded. Between them it follows straight lines with rounded corners, as the force of
-`force-table` does. Beyond its ends it stays at the outermost level. It adds to other dry friction of the
-spring. The static level equals the sliding one: at rest the spring holds up to the level at the place.
+first. Nine points lie evenly spaced from `from` to `to`; choose the range that was recorded. The levels there
+are `level_1` to `level_9`. Between the points the level follows straight lines with rounded corners, as the
+force of `force-table` does. Beyond its ends it stays at the outermost level. It adds to other dry friction of
+the spring. The static level equals the sliding one: at rest the spring holds up to the level at the place.
 
 ## Where it comes from
 It is not a cause, but what is left when none is known: a tight spot, a rail out of line, worn or dry

@@ -44,11 +44,11 @@ force_9 = \"-4 N\"
     sections: "\
 ## Model
 A force acts on the second body of the spring, and its opposite on the first. It depends on the speed `v` of
-the second against the first. Nine points lie evenly spaced from `from` to `to`. The forces there are
-`force_1` to `force_9`. Choose the range that was recorded. Between them it follows straight lines with
-rounded corners, as that of `force-table` does. Beyond its ends the force levels out at the outermost value,
-so the range should include zero: otherwise the end value is a load at rest. A resistance is negative at
-positive speed and positive at negative speed, opposite to the drawing of `viscous-friction`. Forward and
+the second against the first. Nine points lie evenly spaced from `from` to `to`; choose the range that was
+recorded. The forces there are `force_1` to `force_9`. Between the points the force follows straight lines
+with rounded corners, as that of `force-table` does. Beyond its ends the force levels out at the outermost
+value, so the range should include zero: otherwise the end value is a load at rest. A resistance is negative
+at positive speed and positive at negative speed, opposite to the drawing of `viscous-friction`. Forward and
 backward have their own points, so a table may differ by direction.
 
 ## Where it comes from

@@ -171,15 +171,15 @@ impl Undecided {
     /// The reason as a clause about the run.
     pub fn words(self) -> &'static str {
         match self {
-            Self::TooShort => "it ends too soon after the first touch or the last step of the reference",
+            Self::TooShort => "the run ends too soon after the first touch or the last step of the reference",
             Self::StillDecaying => "the oscillation dies out but has not ended",
             Self::TooFewBounces => "the tool leaves the workpiece too rarely to judge",
-            Self::StillApproaching => "it ends while the tool still approaches the workpiece",
+            Self::StillApproaching => "the run ends while the tool still approaches the workpiece",
             Self::StillWinding => {
                 "the force rests, but the integrator winds up and will break the guide loose"
             }
             Self::StillGrowing => "the oscillation still grows slowly",
-            Self::EventStorm => "it stopped at an instant with too many events",
+            Self::EventStorm => "the run stopped at an instant with too many events",
         }
     }
 

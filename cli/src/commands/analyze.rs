@@ -136,11 +136,11 @@ fn text(report: &Report) -> String {
         let header = [
             "loop",
             "from",
-            "oscillates there (Hz)",
-            "nearest mode (Hz)",
+            "oscillation at from (Hz)",
+            "mode near from (Hz)",
             "to",
-            "oscillates there (Hz)",
-            "nearest mode (Hz)",
+            "oscillation at to (Hz)",
+            "mode near to (Hz)",
         ];
         let of = report
             .pair()
@@ -181,13 +181,19 @@ fn modes(report: &Report) -> String {
             plain(mode.frequency_hz),
             damping_ratio,
             class,
-            plain(mode.phase_change_deg),
-            plain(mode.phase_dip_deg),
+            plain(0.0 - mode.phase_change_deg),
+            plain(0.0 - mode.phase_dip_deg),
             cost,
         ]
     });
-    let header =
-        ["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)", "lost at crossover (deg)"];
+    let header = [
+        "mode (Hz)",
+        "damping ratio",
+        "class",
+        "lost beyond it (deg)",
+        "largest lag (deg)",
+        "lost at crossover (deg)",
+    ];
     table(&header, &[0, 1, 3, 4, 5], rows)
 }
 

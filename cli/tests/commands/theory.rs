@@ -33,7 +33,7 @@ fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
 fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
     let text = printed(&["analyze", "paper/flexible.toml"]);
     for part in [
-        "oscillates there (Hz)",
+        "oscillation at to (Hz)",
         "-1 ",
         "clockwise turns about -1",
         "|S|",

@@ -48,6 +48,8 @@ def serving(*words):
 # The state of a map.
 TOLD = "return document.querySelector('#map').dataset."
 COARSE, FILLED, DONE = TOLD + "coarse", TOLD + "filled", TOLD + "done"
+# The ranges of the curves, as their legends show them.
+RANGES = "return [...document.querySelectorAll('.u-legend')].map((one) => one.textContent).join()"
 READY = (
     "return document.querySelector('footer').dataset.latency && document.querySelector('#lead').textContent"
 )
@@ -81,6 +83,7 @@ def timed(browser, problems):
         with serving(name) as (_, address):
             browser.ask("POST", "/url", {"url": address})
             before = browser.wait(READY, "the first state")
+            ranges = browser.run(RANGES)
             # The map fills in while nothing moves.
             coarse = float(browser.wait(COARSE, "the coarse map", DONE))
             whole = ""
@@ -95,6 +98,8 @@ def timed(browser, problems):
                 problems.append(f"live {name}: the whole run does not follow the beginning")
             if name in names[: len(LIVE)] and lead == before:
                 problems.append(f"live {name}: a slider that was dragged moves nothing")
+            if name in names[: len(LIVE)] and browser.run(RANGES) == ranges:
+                problems.append(f"live {name}: legends keep the ranges of the first state")
     slow = ", ".join(late) or "none"
     print(f"{len(late)} of {len(names)} live pages take more than {WANTED_MS} ms: {slow}")
 

@@ -213,13 +213,16 @@ const feeler = (() => {
   };
 
   const curves = (chart) => chart.series.map((series, i) => {
+    // Of the data that are shown at present: a live page replaces them.
+    const spans = new WeakMap();
+    const spanOf = (values) => spans.get(values) ?? (spans.set(values, span(values)), spans.get(values));
     const paint = palette(series.colour ?? i);
     return {
       label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint, width: series.dashed ?
           1.5 : series.faint ? 1 : 1.4,
       alpha: series.faint ? 0.55 : 1,
       dash: series.dashed ? [7, 4] : undefined, value: (u, v, index) => v == null ?
-          (series.span ??= span(chart.kind === "path" ? u.data[index][1] : u.data[index])) : short(v),
+          spanOf(chart.kind === "path" ? u.data[index][1] : u.data[index]) : short(v),
       ...(series.dots ? { paths: () => null, points: { show: true, size: i === 0 ? 6 : 4, width: 1,
           fill: paint } } : { points: { show: false } }),
     };

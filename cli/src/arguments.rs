@@ -378,18 +378,15 @@ mod tests {
     fn truth_the_page_of_commands_is_their_help() {
         let mut command = Arguments::command().term_width(COLUMNS).disable_help_subcommand(true);
         command.build();
-        let mut text = String::from(
-            "# Commands\n\n```console\nfeeler run --help\n\
-             feeler run scenarios/chatter/sustained.toml --out out/sustained\n```\n\n\
-             ![Page that the second command writes](images/sustained.png)\n\n\
-             This page is the help of every command. Words: [glossary](glossary.md).\n",
-        );
-        sections(&mut command, "feeler", &mut text);
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/commands.md");
-        if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
-            std::fs::write(&path, &text).unwrap();
-        }
         let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        // The beginning is written by hand.
+        let beginning = committed.split("\n## ").next().unwrap_or_default();
+        let mut text = String::from(beginning);
+        sections(&mut command, "feeler", &mut text);
+        if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
+            return std::fs::write(&path, &text).unwrap();
+        }
         assert!(
             committed == text,
             "docs/commands.md is stale: FEELER_UPDATE_DOCS=1 cargo test -p feeler commands"

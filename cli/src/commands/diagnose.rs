@@ -48,7 +48,11 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     if arguments.changes {
         let _ = write!(said, "\n\n{}", change(&answer));
     }
-    let refused = not_applicable(answer.diagnosis.verdict, !answer.diagnosis.contradictions.is_empty());
+    let refused = not_applicable(
+        answer.diagnosis.verdict,
+        !answer.diagnosis.contradictions.is_empty(),
+        answer.diagnosis.adequacy.has_untried(),
+    );
     if let (true, None) = (arguments.apply, refused) {
         let _ = write!(said, "\n\n{}", apply(&arguments.dataset, &answer)?);
     }
@@ -146,11 +150,15 @@ fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
 }
 
 /// Why the machine file is better left as it is.
-fn not_applicable(verdict: Verdict, is_contradictory: bool) -> Option<[&'static str; 2]> {
+fn not_applicable(verdict: Verdict, is_contradictory: bool, has_untried: bool) -> Option<[&'static str; 2]> {
     match verdict {
         _ if is_contradictory => {
             Some(["these records contradict each other", "correct them first, then diagnose again"])
         }
+        Verdict::UnknownCause if has_untried => Some([
+            "the time ended before all causes were tried, and more than noise is left",
+            "diagnose again with a larger --budget; `--changes` prints what comes nearest so far",
+        ]),
         Verdict::UnknownCause => Some([
             "no value of the file removes the gap: the real cause is another",
             "inspect the place named above; `--changes` prints what comes nearest",
@@ -191,9 +199,13 @@ mod tests {
 
     #[test]
     fn truth_what_no_value_removes_is_not_applied() {
-        let is_applied = |verdict, is_contradictory| not_applicable(verdict, is_contradictory).is_none();
+        let is_applied =
+            |verdict, is_contradictory| not_applicable(verdict, is_contradictory, false).is_none();
         assert!(is_applied(Verdict::Explained, false) && is_applied(Verdict::NoGap, false));
         assert!(is_applied(Verdict::Ambiguous, false));
         assert!(!is_applied(Verdict::UnknownCause, false) && !is_applied(Verdict::Explained, true));
+        // Without the time to try all, nothing is known of the real cause.
+        let [cut, tried] = [true, false].map(|cut| not_applicable(Verdict::UnknownCause, false, cut));
+        assert!(cut.is_some_and(|[_, remedy]| remedy.contains("--budget")) && cut != tried);
     }
 }

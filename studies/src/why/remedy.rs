@@ -47,7 +47,7 @@ pub(super) fn remedies(
     let wanted_hz = bandwidth_hz(scenario);
     let written = Written::new(scenario);
     let (mut remedies, mut sizes) = (Vec::new(), Vec::new());
-    for way in ways(scenario, found, baseline) {
+    for way in ways(scenario, found, baseline).into_iter().filter(|way| way.changes(scenario)) {
         let enough = mildest(&written, way.sizes, &way.apply);
         if let (Some(of), Some((times, changed))) = (way.of, &enough) {
             sizes.push(Size { of, what: (way.what)(*times), times: *times, settings: changed.words() });
@@ -139,6 +139,14 @@ impl<'a> Way<'a> {
         apply: impl Fn(&mut Scenario, f64) + Sync + 'a,
     ) -> Self {
         Self { what: Box::new(what), apply: Box::new(apply), sizes, of }
+    }
+
+    /// Whether it changes more than the length of the run. Without a delay, for example, none can be shorter.
+    fn changes(&self, scenario: &Scenario) -> bool {
+        let mut changed = scenario.clone();
+        (self.apply)(&mut changed, self.sizes[self.sizes.len() - 1]);
+        changed.run.duration_s = scenario.run.duration_s;
+        changed != *scenario
     }
 }
 

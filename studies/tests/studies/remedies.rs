@@ -6,6 +6,8 @@ use feeler_analysis::{ControlLoop, View};
 use feeler_files::Document;
 use feeler_studies::why::{ChatterCause, Counterfactual, Explanation, explain};
 
+use crate::common::file;
+
 /// A mass before a stiff wall with hardly any damping: at 0.3 m/s it chatters, at 0.03 it settles.
 const APPROACH: &str = r#"
 [bodies.m]
@@ -165,4 +167,18 @@ fn truth_a_remedy_that_rests_later_brings_a_longer_run() {
         longer += usize::from(lengthens);
     }
     assert!(longer > 0, "{:?}", found.remedies);
+}
+
+/// Without a delay none is shorter, and without a sensor of motion nothing is damped: such a way would be a
+/// lower gain under another name.
+#[test]
+fn truth_every_remedy_changes_something_of_its_own() {
+    for name in ["why/hold.toml", "why/loss.toml", "why/noise.toml"] {
+        let found = explain(&file(name, &[]).scenario, &|_| {}).unwrap();
+        let settings: Vec<_> = found.remedies.iter().map(|remedy| &remedy.settings).collect();
+        assert!(!settings.is_empty(), "{name}");
+        for (i, own) in settings.iter().enumerate() {
+            assert!(!settings[..i].contains(own), "{name}: {own:?}");
+        }
+    }
 }

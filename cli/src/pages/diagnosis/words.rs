@@ -51,6 +51,12 @@ fn cause(diagnosis: &Diagnosis) -> String {
             let tried = if diagnosis.adequacy.has_untried() { "that was tried" } else { "of the library" };
             format!("no cause {tried} explains the gap, which points to the {place}.")
         }
+        Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
+            format!(
+                "{found} {comes} nearest so far, but {leaves} more than noise at the {place}: the time ended \
+                 before all causes were tried."
+            )
+        }
         Verdict::UnknownCause => {
             format!(
                 "{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is \
@@ -269,6 +275,9 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
                      not rely on its cause before an experiment separates them."
                 }
             }
+        }
+        Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
+            "Diagnose again with more time, for example --budget '10 min'. Until then do not rely on a cause."
         }
         Verdict::UnknownCause => {
             "Inspect the first place and the shape of the missing force there. No value in the machine file \

@@ -6,7 +6,7 @@ use feeler_plant::description::Axis;
 use feeler_plant::effects::{Gravity, Kind};
 
 use super::force_ripple::wave;
-use super::{Balance, Element, Force, Form, Glance, Known};
+use super::{Balance, Element, Force, Form, Glance, Known, Resembled};
 
 /// Trial values of the largest torque, as shares of the largest command.
 const SHARES: [f64; 3] = [0.05, 0.25, 0.7];
@@ -16,7 +16,7 @@ const ANGLES: u32 = 8;
 
 impl Known for Gravity {
     const ONLY_TURNING: bool = true;
-    const RESEMBLES: &'static [(Kind, fn(Self) -> Vec<Vec<f64>>)] = &[(Kind::ConstantLoad, |own| {
+    const RESEMBLES: &'static [Resembled<Self>] = &[(Kind::ConstantLoad, |own| {
         let at = |i: u32| TAU * f64::from(i) / f64::from(ANGLES) + own.phase;
         (0..ANGLES).map(|i| vec![-own.amplitude * at(i).sin()]).collect()
     })];

@@ -33,7 +33,7 @@ pub(crate) trait Known: Parameters + 'static {
     /// Laws that it contains.
     const CONTAINS: &'static [Inner<Self>] = &[];
     /// Kinds that it resembles over a short motion, with values of theirs at which their fits may begin.
-    const RESEMBLES: &'static [(Kind, fn(Self) -> Vec<Vec<f64>>)] = &[];
+    const RESEMBLES: &'static [Resembled<Self>] = &[];
     /// Whether it has no effect on a machine without contacts.
     const NEEDS_CONTACT: bool = false;
     /// Whether only a rotational axis can have it.
@@ -80,6 +80,9 @@ pub(crate) trait Known: Parameters + 'static {
         None
     }
 }
+
+/// A kind that another resembles, and values of it from those of the other.
+type Resembled<Other> = (Kind, fn(Other) -> Vec<Vec<f64>>);
 
 /// A law that another contains.
 pub(crate) struct Inner<Outer> {

@@ -116,7 +116,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
         tiles.push(tile(
             "force that is missing",
             left,
-            &format!("rms, {}; {missing} after calibration alone", WITH_EFFECTS),
+            &format!("rms, {WITH_EFFECTS}; {missing} after calibration alone"),
         ));
     } else {
         tiles.push(tile("force that is missing", missing, "rms, after calibration"));
@@ -290,8 +290,7 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         &rows,
     );
     let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
-    let found =
-        if words::is_found(diagnosis) { format!(", {after} {}", WITH_EFFECTS) } else { String::new() };
+    let found = if words::is_found(diagnosis) { format!(", {after} {WITH_EFFECTS}") } else { String::new() };
     page.paragraph(&format!("On the check experiments {before} rms is missing after calibration{found}."));
     page.paragraph(&format!(
         "Portraits of the force missing at the {} (dots: calibrated machine; line: mean):",

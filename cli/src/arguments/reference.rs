@@ -10,7 +10,8 @@ use feeler_plant::effects::{Kind, LIBRARY};
 #[derive(Args, Debug)]
 #[command(after_help = format!("Examples:\n  \
     feeler effects                     all of them\n  \
-    feeler effects {}    one, with its equation, its parameters and its source\n  \
+    feeler effects {0}    one, with its equation, its parameters and its source\n  \
+    feeler effects {0} --out law.svg\n  \
     feeler effects --json", Kind::CoulombFriction))]
 pub(crate) struct Effects {
     /// Explain this effect
@@ -20,8 +21,11 @@ pub(crate) struct Effects {
         hide_possible_values = true
     )]
     pub(crate) kind: Option<String>,
+    /// Draw its law as SVG, in place of its page
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "kind")]
+    pub(crate) out: Option<PathBuf>,
     /// Print as JSON
-    #[arg(long)]
+    #[arg(long, conflicts_with = "out")]
     pub(crate) json: bool,
 }
 

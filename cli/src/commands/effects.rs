@@ -1,6 +1,7 @@
 //! `feeler effects`.
 
 mod as_json;
+mod drawing;
 
 use feeler_plant::effects::{Definition, LIBRARY, Parameter, find};
 
@@ -11,6 +12,12 @@ use crate::terminal::table;
 
 pub(crate) fn run(arguments: &Effects) -> crate::Result<()> {
     let chosen = arguments.kind.as_deref().and_then(find);
+    if let (Some(effect), Some(path)) = (chosen, &arguments.out) {
+        path.parent().map_or(Ok(()), terminal::make_folder)?;
+        terminal::write(path, drawing::svg(&effect.law).as_bytes())?;
+        terminal::complain(&format!("wrote {}", path.display()));
+        return Ok(());
+    }
     let text = match (chosen, arguments.json) {
         (Some(effect), true) => terminal::json(&as_json::Effect::new(effect))?,
         (None, true) => {

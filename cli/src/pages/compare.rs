@@ -57,7 +57,7 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         of_run("bounces", &|summary, _| summary.bounces.to_string()),
         of_run("oscillates at", &|s, _| s.oscillation.map_or_else(none, |o| hz(o.frequency_hz))),
         of_theory("gain", &|f| f.gain.map(plain)),
-        of_theory("largest stable gain", &|f| f.largest_stable_gain.map(plain)),
+        of_theory("stability limit", &|f| f.largest_stable_gain.map(plain)),
         of_theory("phase margin", &|f| stable(f, f.phase_margin_deg.map(|deg| format!("{}°", plain(deg))))),
         of_theory("gain margin, of all gains", &|f| stable(f, f.gain_margin.map(plain))),
         of_theory("largest sensitivity", &|f| stable(f, f.largest_sensitivity.map(plain))),

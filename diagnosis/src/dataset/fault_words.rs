@@ -24,6 +24,7 @@ impl FaultKind {
             Self::NoCommand => "no column is the command of a drive".into(),
             Self::TooShort { rows: 0 } => "there are no rows below the header".into(),
             Self::TooShort { rows } => format!("only {rows} rows"),
+            Self::NotANumber { cells: 1 } => "no number here".into(),
             Self::NotANumber { cells } => format!("no number here ({cells} such cells in the column)"),
             Self::EmptyCells { cells: 1, .. } => "one cell is empty or NaN".into(),
             Self::EmptyCells { cells, longest } => {

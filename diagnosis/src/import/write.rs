@@ -249,8 +249,9 @@ impl Joint {
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
         for (pick, bad) in picks.iter().zip(&series.bad) {
             if let Some((first, cells)) = bad {
+                let alike = if *cells == 1 { String::new() } else { format!(" ({cells} such cells)") };
                 notes.push(format!(
-                    "run `{}`: `{}` holds no number in row {} ({cells} such cells): left empty",
+                    "run `{}`: `{}` holds no number in row {}{alike}: left empty",
                     run.name,
                     pick.name,
                     series.rows_before + first + 1

@@ -6,6 +6,7 @@ pub(super) const EFFECTS_INTRODUCTION: &str = "\
 ```console
 feeler effects
 feeler effects EXAMPLE
+feeler effects EXAMPLE --out out/law.svg
 feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 ```
 

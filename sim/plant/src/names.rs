@@ -17,7 +17,8 @@ pub fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item = &'a 
     match nearest(written, candidates.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None if candidates.is_empty() => "there is none".into(),
-        None => format!("there is {}", list(candidates)),
+        None if candidates.len() == 1 => format!("there is only {}", list(candidates)),
+        None => format!("there are {}", list(candidates)),
     }
 }
 
@@ -51,7 +52,8 @@ mod tests {
         ] {
             assert_eq!(nearest(written, names), near, "{written}");
         }
-        assert_eq!(did_you_mean("gripper", names), "there is `motor`, `tip`, `base`");
+        assert_eq!(did_you_mean("gripper", names), "there are `motor`, `tip`, `base`");
+        assert_eq!(did_you_mean("gripper", ["motor"]), "there is only `motor`");
         assert_eq!(did_you_mean("gripper", []), "there is none");
     }
 }

@@ -111,7 +111,7 @@ pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
             Tile::new("gain as set", plain(gain.present), "stable")
         };
         tiles.push(set);
-        tiles.push(Tile::new("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
+        tiles.push(Tile::new("stability limit, sampled", top(&gain.sampled), edge(&gain.sampled)));
         if let Some(continuous) = &gain.continuous {
             let tile = Tile::new("the same, continuous", top(continuous), edge(continuous));
             tiles.push(tile.toned(Tone::Quiet));
@@ -197,9 +197,9 @@ fn limits(page: &mut Page, report: &Report) {
     let bars: Vec<_> = (waterfall.stages.iter())
         .map(|stage| {
             let text = match (stage.bandwidth_hz, stage.largest_gain) {
-                (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
+                (Some(f), Some(gain)) => format!("{}, stability limit {}", with_unit(f, "Hz"), plain(gain)),
                 (None, Some(gain)) if gain <= 0.0 => "no gain is stable".to_owned(),
-                (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
+                (None, Some(gain)) => format!("no bandwidth, stability limit {}", plain(gain)),
                 (_, None) => "no limit: stable at every gain".to_owned(),
             };
             let size =
@@ -211,11 +211,13 @@ fn limits(page: &mut Page, report: &Report) {
         .collect();
     page.bars(&bars);
     page.paragraph(
-        "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by \
+        "At half of the stability limit of the row above, the bandwidth shows what an ingredient does by \
          itself. The rest of the difference follows from the gain that it allows.",
     );
     page.table(&waterfall::HEADER, &waterfall::NUMBERS, &waterfall::rows(waterfall));
-    page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
+    page.paragraph(
+        "How much higher the stability limit would be without one ingredient, all others present:",
+    );
     let rows: Vec<Vec<String>> = (waterfall.without.iter())
         .map(|(name, relief)| {
             let text = match relief {
@@ -228,7 +230,7 @@ fn limits(page: &mut Page, report: &Report) {
             vec![name.clone(), text]
         })
         .collect();
-    page.table(&["without", "largest gain"], &[1], &rows);
+    page.table(&["without", "stability limit"], &[1], &rows);
     if let Some(f) = waterfall.saturation_hz {
         page.paragraph(&format!(
             "The final reference of the file asks more of the drive than its limit allows {}, at half of the \
@@ -246,11 +248,11 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let achieved = achieved_name(report);
     let ranked = match report.ranked_by() {
         Some(RankedBy::LargestGain) => {
-            "the largest effect on the largest gain first, since the bandwidth lies on the flank of a mode's \
+            "the largest effect on the stability limit first, since the bandwidth lies on the flank of a mode's \
              peak"
         }
         Some(RankedBy::Saturation) => {
-            "the largest effect first, on the frequency at which the drive saturates and on the largest gain"
+            "the largest effect first, on the frequency at which the drive saturates and on the stability limit"
         }
         _ => "the largest effect on both together first; those that raise one and lower the other last",
     };
@@ -261,7 +263,7 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let bar = |name: String, share: f64| (name, share, format!("{} %", plain(two_digits(share))));
     let bars: Vec<_> = (report.sensitivities().iter().take(MOST_BARS))
         .flat_map(|s| {
-            let both = [(achieved, s.bandwidth_relative), ("largest gain", s.largest_gain_relative)];
+            let both = [(achieved, s.bandwidth_relative), ("stability limit", s.largest_gain_relative)];
             both.map(|(what, share)| bar(format!("{}: {what}", s.key), share))
         })
         .filter(|(_, share, _)| share.is_finite())
@@ -290,7 +292,7 @@ fn sensitivities(page: &mut Page, report: &Report) {
         "number",
         "value (SI)",
         &format!("{achieved} (%)"),
-        "largest gain (%)",
+        "stability limit (%)",
         &format!("{achieved} (Hz per unit)"),
         "",
     ];

@@ -7,7 +7,7 @@ use crate::numbers::{percent, plain, with_unit};
 /// Heads of the table's columns.
 pub(crate) const HEADER: [&str; 6] = [
     "with",
-    "largest gain",
+    "stability limit",
     "edge (Hz)",
     "bandwidth at half of it (Hz)",
     "at half of the gain above (Hz)",

@@ -1,9 +1,5 @@
 //! Written scenarios, schemas, the manual, and templates.
 
-mod drawing;
-
-use std::path::Path;
-
 use feeler_control::reference::{Between, ChirpSweep, Lines};
 use feeler_control::{
     AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, NotchSpec, PositionGains,
@@ -342,22 +338,6 @@ fn truth_templates_are_named_as_their_files_and_run() {
         assert_eq!(document.scenario.machine.name, template.name);
         assert!(!document.scenario.controllers.is_empty());
     }
-}
-
-/// With `FEELER_UPDATE_DOCS=1` the drawings are written instead.
-#[test]
-fn truth_every_effect_has_its_drawing() {
-    let images = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images/effects");
-    for (name, text) in drawing::effect_drawings() {
-        let path = images.join(&name);
-        if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
-            std::fs::write(&path, &text).unwrap();
-        }
-        let committed = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(committed == text, "{name} is stale; run this test with FEELER_UPDATE_DOCS=1");
-    }
-    let files = std::fs::read_dir(images).unwrap().count();
-    assert_eq!(files, LIBRARY.len(), "docs/images/effects holds a drawing of no effect");
 }
 
 #[test]

@@ -197,6 +197,23 @@ fn without_filters(assembly: &mut Assembly, controllers: &mut [LoopController]) 
 }
 
 impl ControlLoop {
+    fn has_delay(&self) -> bool {
+        let late = |delay: f64| delay > 0.0;
+        self.assembly().drives.iter().any(|drive| late(drive.delay))
+            || self.assembly().sensors.iter().any(|sensor| late(sensor.delay))
+            || self.controllers().iter().any(|c| late(c.spec.delay_s))
+    }
+
+    fn has_filters(&self) -> bool {
+        self.assembly().sensors.iter().any(|sensor| !sensor.filters.is_empty())
+            || self.controllers().iter().any(|c| {
+                let spec = &c.spec;
+                spec.reading_low_pass.is_some()
+                    || spec.reading_notch.is_some()
+                    || spec.velocity_filter_s > 0.0
+            })
+    }
+
     /// The waterfall of one gain. `modes` and `pairs` are those of the loop's own actuator and sensor.
     ///
     /// # Errors
@@ -232,8 +249,14 @@ impl ControlLoop {
             without_delay(assembly, controllers);
             without_filters(assembly, controllers);
         })?;
-        let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
-        loops.extend([("hold".into(), held), ("delay".into(), late), ("filters".into(), self.clone())]);
+        loops.push(("hold".into(), held));
+        if self.has_delay() {
+            let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
+            loops.push(("delay".into(), late));
+        }
+        if self.has_filters() {
+            loops.push(("filters".into(), self.clone()));
+        }
         let bands = workers.collect(loops.len(), |i| match &loops[i].1 {
             continuous if i < sampled_from => continuous.continuous_bands(key),
             sampled => sampled.sampled_bands(key),

@@ -1,13 +1,8 @@
-//! The law of each effect as a small drawing.
+//! The law of an effect as a small drawing.
 
 use std::fmt::Write as _;
 
-use feeler_plant::effects::{Curve, LIBRARY, LawDrawing};
-
-/// Drawings of all effects as SVG: name of the file in `docs/images/effects`, and its text.
-pub(crate) fn effect_drawings() -> Vec<(String, String)> {
-    LIBRARY.iter().map(|definition| (format!("{}.svg", definition.kind), drawing(&definition.law))).collect()
-}
+use feeler_plant::effects::{Curve, LawDrawing};
 
 /// Edges of the plot within 240 x 150 pixels; the rows above and below hold the texts of the axes.
 const LEFT: f64 = 10.0;
@@ -20,7 +15,8 @@ const WITH: &str = "stroke=\"#1f77d0\"";
 const LABEL: &str = "fill=\"#1f77d0\"";
 const WITHOUT: &str = "stroke=\"#c26a00\" stroke-dasharray=\"5 4\"";
 
-fn drawing(law: &LawDrawing) -> String {
+/// The drawing as SVG.
+pub(super) fn svg(law: &LawDrawing) -> String {
     let lines = |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
     let (with, without) = (lines(law.with), lines(law.without));
     let low = if with.iter().chain(&without).flatten().any(|point| point.1 < 0.0) { -1.0 } else { 0.0 };
@@ -54,4 +50,30 @@ fn drawing(law: &LawDrawing) -> String {
         let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"11\" {LABEL}>{label}</text>");
     }
     text + "</svg>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use feeler_plant::effects::LIBRARY;
+
+    use super::svg;
+
+    /// With `FEELER_UPDATE_DOCS=1` the drawings are written instead.
+    #[test]
+    fn truth_every_effect_has_its_drawing() {
+        let images = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/images/effects");
+        for definition in LIBRARY {
+            let (name, text) = (format!("{}.svg", definition.kind), svg(&definition.law));
+            let path = images.join(&name);
+            if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
+                std::fs::write(&path, &text).unwrap();
+            }
+            let committed = std::fs::read_to_string(&path).unwrap_or_default();
+            assert!(committed == text, "{name} is stale; run this test with FEELER_UPDATE_DOCS=1");
+        }
+        let files = std::fs::read_dir(images).unwrap().count();
+        assert_eq!(files, LIBRARY.len(), "docs/images/effects holds a drawing of no effect");
+    }
 }

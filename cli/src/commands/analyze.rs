@@ -272,7 +272,7 @@ fn margin_tables(margins: &MarginReport) -> Vec<String> {
     let entry = |name: &str, value: Option<f64>, unit: &str, at_hz: Option<f64>| {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
         let at = at_hz.map_or_else(String::new, |f| {
-            if f > 0.0 { plain(f) } else { "at rest: no resonance peak".to_owned() }
+            if f > 0.0 { plain(f) } else { "zero frequency: no resonance peak".to_owned() }
         });
         vec![name.to_owned(), number(value), unit.to_owned(), at]
     };

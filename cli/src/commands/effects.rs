@@ -47,7 +47,7 @@ fn explain(effect: &Definition) -> String {
     let row = |parameter: &Parameter| {
         vec![
             parameter.name.to_owned(),
-            parameter.dimension.to_string(),
+            unit(parameter),
             parameter.default.map_or_else(|| "required".to_owned(), plain),
             plain(parameter.typical),
             format!("{} to {}", bound(parameter.bounds.0), bound(parameter.bounds.1)),
@@ -64,6 +64,12 @@ fn explain(effect: &Definition) -> String {
         effect.sits_under(),
         effect.documentation().trim()
     )
+}
+
+/// That of a rotational axis, if it differs, in parentheses.
+fn unit(parameter: &Parameter) -> String {
+    let [straight, rotary] = [false, true].map(|rotational| parameter.dimension.si_unit(rotational));
+    if straight == rotary { straight.into() } else { format!("{straight} ({rotary})") }
 }
 
 fn bound(value: f64) -> String {

@@ -341,7 +341,7 @@ fn regress_a_row_of_the_account_says_why_it_differs_from_the_one_above() {
         "controllers.force.feed_forward=0",
     ];
     let text = printed(&jump);
-    let row = text.lines().find(|line| line.trim_start().starts_with("delay")).unwrap();
+    let row = text.lines().find(|line| line.trim_start().starts_with("hold")).unwrap();
     assert!(row.contains("integral action ends there: beyond,"), "{text}");
     assert!(
         text.contains("the first limit of the gain")

@@ -98,6 +98,9 @@ impl<'a> Element<'a> {
 /// known to no better than half a row.
 pub(crate) const LATE_ROWS: f64 = 1.0;
 
+/// Share of the fastest motion below which a guide practically sticks.
+const AS_GOOD_AS_STUCK: f64 = 0.01;
+
 /// The range that the records cover.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
@@ -129,6 +132,12 @@ impl Seen {
     /// Whether a command that is late by so much acts when others may act as well.
     pub(crate) fn is_in_time(&self, late_s: f64) -> bool {
         late_s < self.instant_s
+    }
+
+    /// Whether a guide is practically stuck below this speed. A level of friction that has fallen by then may
+    /// as well be a guide that gives way before it slides.
+    pub(crate) fn is_stuck_below(&self, speed_m_per_s: f64) -> bool {
+        speed_m_per_s < AS_GOOD_AS_STUCK * self.speed_m_per_s
     }
 
     /// Whether a motion of this size is lost in the steps of the encoders.

@@ -12,10 +12,6 @@ const SPEED_M_PER_S: f64 = 0.01;
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 
-/// Share of the fastest motion below which a guide practically sticks. A peak that is gone by then may as
-/// well be a guide that gives way before it slides.
-const AS_GOOD_AS_STUCK: f64 = 0.01;
-
 impl Known for StribeckFriction {
     const BALANCE: Option<Balance<Self>> = Some(Balance {
         form: Form::Forces(&[
@@ -46,7 +42,7 @@ impl Known for StribeckFriction {
         let is_believed = |law: &EffectUse| {
             law.definition.kind == Kind::CoulombFriction && element.is_within(law, &[self.coulomb])
         };
-        self.velocity < AS_GOOD_AS_STUCK * seen.speed_m_per_s && element.laws().iter().any(is_believed)
+        seen.is_stuck_below(self.velocity) && element.laws().iter().any(is_believed)
     }
 
     fn fractions_off() -> Option<Self> {

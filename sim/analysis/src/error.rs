@@ -29,6 +29,9 @@ pub enum AnalysisError {
     NoEquilibrium { residual_m_per_s2: f64 },
     #[error("there is no controller `{name}`")]
     NoController { name: String, known: Vec<String> },
+    /// Its loop is a part of the machine: it is broken at the samples of a servo only.
+    #[error("the servo `{name}` has no period, so its loop cannot be broken")]
+    ContinuousServo { name: String },
     /// A controller closes a loop around the loop of a sampled servo, or drives an input besides its target.
     #[error("`{name}` acts through the sampled servo `{servo}`, which linear theory does not follow")]
     Cascade { name: String, servo: String },
@@ -89,6 +92,9 @@ impl Remedy for AnalysisError {
                 "add a controller: the file has none".into()
             }
             Self::NoController { known, .. } => format!("name the controller {}", known.join(" or ")).into(),
+            Self::ContinuousServo { name } => {
+                format!("state `actuators.{name}.period`, or sweep its gain").into()
+            }
             Self::Cascade { servo, .. } => {
                 format!("leave out `actuators.{servo}.period`: its loop is then continuous").into()
             }
@@ -132,6 +138,7 @@ mod tests {
             AnalysisError::NotAnInput { name: name() },
             AnalysisError::NoEquilibrium { residual_m_per_s2: 1.0 },
             AnalysisError::NoController { name: name(), known: Vec::new() },
+            AnalysisError::ContinuousServo { name: name() },
             AnalysisError::NoController { name: name(), known: vec!["press".into()] },
             AnalysisError::NoGain { law: "position", key: "kx".into(), known: "kp, kd".into() },
             AnalysisError::Cascade { name: name(), servo: "joint".into() },

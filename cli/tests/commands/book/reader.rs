@@ -33,9 +33,13 @@ const TEXT: [(&str, &str); 3] = [
 /// Files on which a snippet may lie, besides those that its page writes.
 const BASES: [&str; 3] = ["servo.toml", "scenarios/effects/ideal.toml", "scenarios/surface/waves.toml"];
 
-/// Whether commands that take minutes run, and not only their arguments are checked.
+/// Pages whose long commands run, and not only their arguments are checked: `1` for all, or a part of a path.
+pub(crate) fn long_pages() -> Option<String> {
+    std::env::var("FEELER_BOOK_LONG").ok()
+}
+
 fn is_long() -> bool {
-    std::env::var_os("FEELER_BOOK_LONG").is_some()
+    long_pages().is_some()
 }
 
 /// A folder in which the commands of one page run, one after the other. It holds what they need of the

@@ -203,6 +203,9 @@ impl ControlLoop {
     }
 
     fn no_controller(&self, name: &str) -> AnalysisError {
+        if self.assembly.drives.iter().any(|drive| drive.name == name && drive.servo.is_some()) {
+            return AnalysisError::ContinuousServo { name: name.into() };
+        }
         let known = self.controllers.iter().map(|controller| controller.name.clone()).collect();
         AnalysisError::NoController { name: name.into(), known }
     }

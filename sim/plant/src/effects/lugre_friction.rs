@@ -53,8 +53,8 @@ friction. The law is passive only if the guide's own damping exceeds `damping (s
 tell it from `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
 
 ## How it is recognised
-Move the axis by micrometres about one point, with an encoder that resolves a tenth of `static / stiffness`:
-force against position is a loop with elastic flanks. Coarser records see only its sliding level.
+Move the axis by micrometres about one point, with an encoder that resolves a tenth of `static / stiffness`.
+Force against position is then a loop with elastic flanks. Coarser records see only its sliding level.
 
 ## Numerical treatment
 The bending of the bristles is one more state. Forward and backward are modes, and an extrapolation method

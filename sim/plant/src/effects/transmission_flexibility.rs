@@ -32,7 +32,7 @@ Two bodies with the force `stiffness e + damping de/dt` between them, `e` their 
 (rigid or not) these replace its own stiffness and damping. The second body then weighs `tip_mass`, and the
 first the rest of what the two weighed together. Under a body, the body is split: its contacts move to a new
 one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal machine is the limit of great
-stiffness. Weight hangs on the load's side: where a rigid spring gives way or a body is split, the `gravity`
+stiffness. Weight hangs on the load's side. Where a rigid spring gives way or a body is split, the `gravity`
 of a guide of the first body moves to the second. A body's own key `gravity` stays with that body. Friction
 under the spring, such as `lugre-friction`, gives it a hysteresis.
 

@@ -101,7 +101,9 @@ fn reference_markdown() -> String {
 
 /// The pages of all effects as Markdown; `docs/effects.md` is this text.
 fn effects_markdown() -> String {
-    let mut text = EFFECTS_INTRODUCTION.replace("EXAMPLE", &effects::Kind::CoulombFriction.to_string());
+    let mut text = EFFECTS_INTRODUCTION
+        .replace("EXAMPLE", &effects::Kind::CoulombFriction.to_string())
+        .replace("BY-SYMPTOM", effects::BY_SYMPTOM.trim_end());
     for definition in LIBRARY {
         let (first, rest) = definition.summary.split_at(1);
         let _ = write!(text, "\n## `{}`\n\n{}{rest}. ", definition.kind, first.to_uppercase());
@@ -124,11 +126,12 @@ fn parameters(text: &mut String, definition: &Definition) {
     for parameter in definition.parameters {
         let (low, high) = parameter.bounds;
         let low = if low > 0.0 && low <= ABOVE_ZERO { "above 0".to_owned() } else { short(low) };
+        let unit = Unit::Of(parameter.dimension).words();
         let _ = writeln!(
             text,
             "| `{}` | {} | {} | {} | {low} to {} | {} |",
             parameter.name,
-            Unit::Of(parameter.dimension).words(),
+            if unit.is_empty() { "1" } else { unit.as_str() },
             parameter.default.map_or_else(|| "required".to_owned(), short),
             short(parameter.typical),
             short(high),

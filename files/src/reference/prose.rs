@@ -15,9 +15,28 @@ feeler run scenarios/effects/EXAMPLE.toml --out out/friction
 An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
 is generated from the library, as is the output of `feeler effects KIND`. Words: [glossary](glossary.md).
 
-Each drawing shows the law of an effect in outline, without numbers, and names its parameters. The solid
-line is the machine with the effect, the dashed line the machine without it. A drawing without a dashed
-line shows the force of the effect alone.
+Each drawing shows the law of an effect in outline, without numbers, and names its main parameters. The
+solid line is the machine with the effect, the dashed line the machine without it. A drawing without a
+dashed line shows the effect alone.
+
+The *missing force* is mass times acceleration, less the drive force and the other forces of the machine
+file. Drawings of friction show the resistance instead, which is positive against forward motion. In a
+[portrait](glossary.md#diagnosis) of the missing force they are upside down.
+
+The column `typical` holds for a linear axis of about 10 kg that presses with 30 N, such as
+`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. The
+unit 1 marks a plain number; an angle is in rad.
+
+BY-SYMPTOM
+
+No effect describes:
+
+- torque per current that falls at large current, or ripple that grows with the current,
+- friction that changes with warmth, or with the time at rest,
+- eccentricity of an encoder, or vibration of the floor.
+
+A diagnosis then answers `unknown-cause`, or names the effect that comes nearest. For a wrong scale or delay
+of a sensor, state its keys `gain` and `delay` instead.
 ";
 
 pub(super) const INTRODUCTION: &str = "\

@@ -10,7 +10,8 @@ use feeler_plant::description::{
     Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::{
-    Change, Curve, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
+    BY_SYMPTOM, Change, Curve, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter,
+    Place, find,
 };
 
 /// An axis on a base in front of a workpiece, with an element for every effect. It has bodies, rigid and
@@ -164,6 +165,12 @@ fn prop_documentation_names_look_alikes_that_exist() {
             kinds_named(&section(definition, "How it shows")).filter(|kind| *kind != definition.name).count();
         assert!(others > 0, "{} names nothing that it is confused with", definition.kind);
     }
+}
+
+#[test]
+fn prop_the_table_of_symptoms_names_effects_that_exist() {
+    let unknown: Vec<&str> = kinds_named(BY_SYMPTOM).filter(|kind| find(kind).is_none()).collect();
+    assert!(unknown.is_empty() && kinds_named(BY_SYMPTOM).next().is_some(), "{unknown:?}");
 }
 
 #[test]

@@ -126,7 +126,8 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
         optional(
             "back_emf_constant",
             Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
-            "voltage per speed on the motor's side of the gear; by default the torque constant",
+            "voltage per speed on the motor's side of the gear, in V s/m (V s/rad), which is the same unit; \
+             by default the torque constant",
         )
     ),
     motor!(
@@ -136,7 +137,8 @@ pub(super) const DC_MOTOR: &[Field<Actuator>] = &[
             Unit::Of(Dimension::NONE),
             Bound::Positive,
             1.0,
-            "travel of the motor per travel of the driven body",
+            "travel of the motor per travel of the driven body; on a screw of lead p it is 2 pi / p, with \
+             the constants and the inertia as plain SI numbers",
         )
     ),
     motor!(

@@ -27,7 +27,8 @@ lags. On a velocity source, and on a motor with a voltage or a duty cycle, the c
 the drive acts on the lagged command.
 
 ## Where it comes from
-Current loops of finite bandwidth, winding inductance, valves, a filter on the torque set point.
+Current loops of finite bandwidth, valves, a filter on the torque set point. A winding's inductance lags the
+current, back-EMF included: on a motor with a voltage or a duty cycle, give its key `inductance` instead.
 
 ## How it shows
 Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees. In a force

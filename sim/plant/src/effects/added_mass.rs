@@ -22,7 +22,7 @@ mass = \"3 kg\"
     sections: "\
 ## Model
 The mass of the body is larger by `mass`, or smaller if `mass` is negative. The sum must be positive. Its
-weight is a separate effect: `constant-load` or `gravity`.
+weight is a separate effect: a `constant-load` on a vertical axis, `gravity` on a joint that turns.
 
 ## Where it comes from
 Payloads, grippers and cables that nobody entered, inertia of motor and gear that departs from the data

@@ -52,11 +52,11 @@ C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation i
 Journal of Robotics and Automation 3 (1987).
 ",
     law: LawDrawing {
-        axes: ["sliding speed", "force of the guide"],
+        axes: ["sliding speed", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.5), (0.0, -0.2), (0.0, 0.6), (1.0, 0.9)])],
         without: &[Curve::GUIDE],
-        labels: &[(0.05, 0.4, "level (1 + asymmetry)"), (0.05, -0.35, "level (1 - asymmetry)")],
+        labels: &[(0.05, 0.4, "level (1 + asymmetry)"), (-1.0, -0.75, "level (1 - asymmetry)")],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<AsymmetricFriction>(),

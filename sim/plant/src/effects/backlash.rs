@@ -40,8 +40,8 @@ Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force
 `k (e - sign(e) width / 2) + c de/dt`, and the flanks only push. A rigid spring must first yield: `stiffness`
 and `damping` are those of its flanks. By default (or if zero), the two bodies, free otherwise, would ring at
 1000 Hz with a damping ratio of 0.1. That is `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu` their reduced
-mass. So with a width of zero a very stiff spring replaces the rigid one. Arms hang behind their joints: the
-`gravity` of a guide of the first body then acts on the second. A spring that has its own stiffness keeps it
+mass. So with a width of zero a very stiff spring replaces the rigid one. Weight hangs on the load's side: the
+`gravity` of a guide of the first body then moves to the second. A spring that has its own stiffness keeps it
 and takes neither.
 
 ## Where it comes from
@@ -49,14 +49,15 @@ Gears, splines, nuts, keys, worn couplings.
 
 ## How it shows
 At every reversal of the force in the transmission the tip waits and then is hit. Small oscillations see a
-softer transmission, so the resonance frequency drops with the amplitude. With an integrator or a high gain a
-limit cycle of the size of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction`
-also loses motion at reversals, but of the velocity, and it damps; `hardening-stiffness` also stiffens with
-amplitude, but smoothly.
+softer transmission: the smaller the amplitude, the lower the resonance frequency. With an integrator or a
+high gain a limit cycle of the size of the gap remains. While contact preloads the gap it is invisible.
+`coulomb-friction` also loses motion at reversals, but of the velocity, and it damps; `hardening-stiffness`
+also stiffens with amplitude, but smoothly.
 
 ## How it is recognised
-Reverse the force while the tool stays in contact: the tip waits, then is hit. Two accelerometers, on motor
-and tip, show the impacts of the flanks.
+Reverse the force in free motion, or with the tool clamped: the tip waits, then is hit. With encoders on motor
+and tip, their difference jumps by `width` at each reversal. Two accelerometers, on motor and tip, show the
+impacts of the flanks.
 
 ## Numerical treatment
 Free, left flank and right flank are modes; meeting and parting of flanks are events. Each mode is linear

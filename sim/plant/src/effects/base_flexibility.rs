@@ -39,8 +39,9 @@ Machine frames on rubber feet, robot columns, benches, floors.
 A pole pair beside a zero pair, mostly at 5 to 20 Hz. In contact the phase dips and recovers, since in the
 mode drive and contact move the same way against the base (it is colocated). With enough damping it hardly
 limits the gain. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In free
-motion the base shows in a position read against it, where the phase rises and returns. A slow
-oscillation after steps looks like that of a force loop with an `actuator-lag`.
+motion the base shows in a position read against it, where the phase rises and returns. There the poles are at
+`sqrt(stiffness / mass)` rad/s, and the zeros at `sqrt(stiffness / (mass + moving mass))`. In contact the
+zeros are the same. A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
 
 ## How it is recognised
 The phase of the contact force dips between 5 and 20 Hz. In free motion it rises there in a position
@@ -55,11 +56,11 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Robotics and Automation 8 (1992): robot base dynamics.
 ",
     law: LawDrawing {
-        axes: ["time after a force step in the air", "base position"],
+        axes: ["time after a step of the drive force", "base position"],
         start: 0.0,
         with: &[Curve::Function(|t| -0.5 * (1.0 - (-4.0 * t).exp() * (25.0 * t).cos()))],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.0)])],
-        labels: &[(0.4, -0.9, "mass, stiffness, damping")],
+        labels: &[(0.4, -0.9, "mass, stiffness, damping"), (0.55, 0.4, "in free motion")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<BaseFlexibility>(),

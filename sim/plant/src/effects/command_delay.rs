@@ -29,8 +29,10 @@ Field buses, computation time that the controller's own `delay` does not count, 
 
 ## How it shows
 The phase of every response to the command falls in proportion to frequency, at unchanged magnitude.
-`actuator-lag` departs from it only at second order in frequency times delay. `force-delay` costs a force
-loop the same phase, but free motion does not show it.
+`actuator-lag` departs from it only at second order in frequency times delay. `force-delay` costs a force loop
+the same phase, but free motion does not show it. A late encoder (the key `delay` of its sensor) shows the
+same lag in free motion. An accelerometer, or the instant of an impact in the force reading, separates the
+two.
 
 ## How it is recognised
 The lag of the response grows in proportion to frequency while its magnitude stays. A cross-correlation of

@@ -24,9 +24,10 @@ sigma = \"2 N\"
     sections: "\
 ## Model
 Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,
-deadband, gain and limit. The drive holds it until the next command. The record holds the command without
-this error. `sigma` has the unit of the command: a length under a position servo, a current on a motor that a
-current commands.
+deadband, gain and limit. The drive holds it until the next command. The record holds the command without this
+error. With `period` the time between commands, the one-sided density of the noise at low frequency is
+`2 sigma^2 period`. Convert a data sheet's N/sqrt(Hz) by this. `sigma` has the unit of the command: a length
+under a position servo, a current on a motor that a current commands.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was

@@ -21,8 +21,8 @@ damping = \"500 N s/m\"
 ",
     sections: "\
 ## Model
-The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.
-At the value that the contact has, the effect is absent.
+The viscous part of the contact force is `damping d'` in place of the believed one, `d` the compression. At
+the value that the contact has, the effect is absent.
 
 ## Where it comes from
 Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sensor.
@@ -40,7 +40,7 @@ frequency.
 
 ## Numerical treatment
 The damping of the contact is replaced, and a linear contact stays exact. The force of a damped touch-down
-starts with a step, and the contact opens when its force reaches zero.
+starts with a step, and the contact opens when its force reaches zero. Linear theory uses the new value.
 
 ## Source
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37

@@ -22,8 +22,8 @@ stiffness = \"120 kN/m\"
     sections: "\
 ## Model
 The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of
-the compression, `stiffness` is its coefficient in N/m^n; write it as a plain SI number. At the value that
-the contact has, the effect is absent.
+the compression, `stiffness` is its coefficient in N/m^n; write it as a plain SI number. At the value that the
+contact has, the effect is absent. A `hertz-contact` under the same contact replaces this stiffness.
 
 ## Where it comes from
 Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data

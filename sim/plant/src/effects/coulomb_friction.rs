@@ -48,7 +48,7 @@ H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Fri
 compensation, European Journal of Control 4 (1998).
 ",
     law: LawDrawing {
-        axes: ["sliding speed", "force of the guide"],
+        axes: ["sliding speed", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + 0.4 * v.signum())],
         without: &[Curve::GUIDE],

@@ -51,7 +51,7 @@ has passed zero by 1e-12 m/s. In between the mean `c` acts, and so it does in li
 J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping.
 ",
     law: LawDrawing {
-        axes: ["sliding speed", "force of the guide"],
+        axes: ["sliding speed", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],
         without: &[Curve::GUIDE],

@@ -25,11 +25,13 @@ gain = 0.8
 ## Model
 The drive acts on `gain * u`: after its deadband, before its limits. On a drive that is commanded by force or
 current, this is also an error of the torque constant: a constant that is a tenth less than believed is
-`gain = 0.9`. Under a position servo it scales the target. A negative gain is a drive that is wired the wrong
-way round.
+`gain = 0.9`. The limits keep their size: where an amplifier limits the current, lower the limit of force too
+(`force-limit`). Under a position servo it scales the target. A negative gain is a drive that is wired the
+wrong way round.
 
 ## Where it comes from
-A force constant from the data sheet, demagnetised or hot magnets, a mis-set current scale.
+A force constant from the data sheet, demagnetised or hot magnets, a mis-set current scale. On a duty cycle, a
+supply voltage that is lower than believed. Under a position servo, wrong counts per unit of the target.
 
 ## How it shows
 Every response to the command changes by one factor, at all frequencies and sizes. Forces that do not come
@@ -39,7 +41,9 @@ does not show.
 
 ## How it is recognised
 Free acceleration and static contact force are both off by the same factor. One of them alone does not
-separate the drive from mass or sensor.
+separate the drive from mass or sensor. Approach the static force from below and from above, and take the mean
+of both commands: dry friction then cancels. Under a position servo, compare with a ruler at the tip. If the
+target is scaled, encoder and ruler agree; if the encoder is, target and encoder agree.
 
 ## Numerical treatment
 The held command is multiplied, which is exact. Linear theory scales the loop gain.

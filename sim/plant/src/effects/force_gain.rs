@@ -33,8 +33,9 @@ recorded. In static contact `drive-gain` has the same ratio of command to readin
 them.
 
 ## How it is recognised
-Compare the reading with a known weight, or with the drive's static force. Every reading in contact is off
-by one factor; frequencies are right.
+Compare the reading with a known weight, or with the drive's static force. Approach that force from below and
+from above, and take the mean of both commands: dry friction then cancels. Every reading in contact is off by
+one factor; frequencies are right.
 
 ## Numerical treatment
 The reading is multiplied, which is exact. Linear theory scales the loop gain.

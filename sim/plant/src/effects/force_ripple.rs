@@ -8,7 +8,7 @@ use crate::assembly::Ripple;
 parameters! { ForceRipple
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
     pitch: log(Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),
-    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
+    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, in rad"),
     harmonic: linear(
         Dimension::NONE, None, 1.0, (ABOVE_ZERO, 1e4), "times that the ripple repeats over the pitch"
     ) or 1.0,
@@ -37,7 +37,9 @@ clips it: it is the detent force. Ripple that grows with the current is not desc
 motor is tied to the motor's angle. Give as `pitch` the travel of the axis per motor turn (a turn over the
 gear ratio). Give as `harmonic` how often it repeats per motor turn. For cogging that is the least common
 multiple of the numbers of slots and poles. Tolerances of manufacture add ripple as often as the motor has
-slots, or poles.
+slots, or poles. On a linear motor, `pitch` is the period of the magnets, north to north. The ends of its iron
+core then have `harmonic` 2. Its slots have the least common multiple of slots and poles, over the pairs of
+poles. On a screw, `pitch` is the lead.
 
 ## Where it comes from
 Permanent magnets that pull at teeth and at the ends of an iron core, gears, ball screws.
@@ -49,7 +51,8 @@ rests in its valleys much as under `coulomb-friction`, but ripple returns its en
 
 ## How it is recognised
 Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best. The
-wave has the same pitch at every speed.
+wave has the same pitch at every speed. With the drive off, the axis still falls into the same places: no
+other effect of a drive does that.
 
 ## Numerical treatment
 The force is a sine of the position, so an extrapolation method integrates the mode to machine precision.

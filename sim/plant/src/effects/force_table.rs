@@ -73,8 +73,8 @@ precision. Its steps resolve the corners. The energy balance counts the potentia
 the slope at the operating point: a stiffness of either sign.
 
 ## Source
-L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
-where no law is known.
+L. Ljung, System Identification: Theory for the User, Prentice Hall (1999), chapter 5: nonlinear black-box
+models.
 ",
     law: LawDrawing {
         axes: ["position", "force on the second body"],

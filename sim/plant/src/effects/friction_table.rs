@@ -29,8 +29,8 @@ pub(super) static DEFINITION: Definition = Definition {
     summary: "dry friction over position that no law describes, by nine levels",
     example: "\
 [springs.guide.effects.friction-table]
-from = \"-1 mm\"
-to = \"7 mm\"
+from = \"0 mm\"
+to = \"8 mm\"
 level_1 = 0.0
 level_2 = 0.0
 level_3 = \"4 N\"
@@ -70,19 +70,19 @@ integrates each mode to machine precision. Linear theory takes the guide as slid
 of the level, which would be a stiffness of either sign.
 
 ## Source
-L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
-where no law is known.
+M. R. Popovic and A. A. Goldenberg, Modeling of friction using spectral analysis, IEEE Transactions on
+Robotics and Automation 14 (1998).
 ",
     law: LawDrawing {
-        axes: ["position", "friction of the guide"],
+        axes: ["position", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Function(level), Curve::Function(|x| -level(x))],
         without: &[],
         labels: &[
             (-0.95, 0.3, "from"),
             (0.75, 0.3, "to"),
-            (0.15, 0.75, "forward: level_5"),
-            (0.15, -0.85, "backward: -level_5"),
+            (0.15, 0.75, "forward: level_4"),
+            (0.15, -0.85, "backward: -level_4"),
         ],
     },
     traits: &[Trait::Dissipative, Trait::DryFriction],

@@ -7,10 +7,13 @@ use crate::assembly::{Course, Pull, Weight};
 
 parameters! { Gravity
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
-    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "angle over the hanging arm at position zero, \
-                                                            rad"),
+    phase: linear(
+        Dimension::NONE, None, 1.0, (-TAU, TAU),
+        "angle of the arm from hanging straight down, at position zero, in rad"
+    ),
     period: log(
-        Dimension::LENGTH, None, TAU, (ABOVE_ZERO, 1e6), "travel after which the arm has turned once"
+        Dimension::LENGTH, None, TAU, (ABOVE_ZERO, 1e6),
+        "travel in which the arm turns once; state it on a translational axis"
     ) or TAU,
 }
 
@@ -31,13 +34,14 @@ period = \"20 mm\"
 ",
     sections: "\
 ## Model
-The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite
-on the first. `x` is the position of the second against the first. A first body that moves, such as a base,
-takes that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is
-one turn (2 pi) by default, so state it where a gear or a screw lies between position and arm. For an arm of
-mass `m` whose centre lies `l` from its joint, `amplitude = m g l 2 pi / period`: just `m g l` where `x` is
-the angle of the arm itself. `phase` is the angle of the arm from hanging straight down, at position zero.
-The known gravity of a rotational body is stated by its keys `gravity` and `gravity_phase`.
+The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring, and its opposite on
+the first. `x` is the position of the second against the first. A first body that moves, such as a base, takes
+that opposite instead of feeling the weight. `period` is the travel in which the arm turns once. It is 2 pi by
+default, which is one turn on a rotational axis. State it on a translational axis, and where a gear or a screw
+lies between position and arm. For an arm of mass `m` whose centre lies `l` from its joint,
+`amplitude = m g l 2 pi / period`: just `m g l` where `x` is the angle of the arm itself. `phase` is the angle
+of the arm from hanging straight down, at position zero. The known gravity of a rotational body is stated by
+its keys `gravity` and `gravity_phase`.
 
 ## Where it comes from
 Arms, pendulums, unbalanced tables, a counterweight that is not quite right.

@@ -38,21 +38,24 @@ Rubber buffers, end caps, a cable that becomes taut, a chip in the guide, a bell
 
 ## How it shows
 The axis stops short or bounces at one place, and the force that is missing begins there. On records that
-barely reach the stop, `constant-load` and `gravity` may look alike. `force-limit` stops an axis too, but at
-a force and at any place.
+barely reach the stop, `constant-load` and `gravity` may look alike. The forces of `hardening-stiffness` and
+`force-table` have no corner. A wall that comes too early is a `surface-offset`, but the force sensor reads
+it. `force-limit` stops an axis too, but at a force and at any place.
 
 ## How it is recognised
-Plot the missing force against position: it is zero up to one place and rises beyond it, at every speed.
+Plot the missing force against position: it is zero up to one place and rises beyond it, at every speed. The
+force sensor reads none of it, while the drive's force rises.
 
 ## Numerical treatment
 Touching and parting are events, and both modes are linear and exact. Linear theory takes the stop as never
 reached.
 
 ## Source
-K. L. Johnson, Contact Mechanics, Cambridge University Press (1985): impact on an elastic support.
+G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37
+(2002): the spring-dashpot model.
 ",
     law: LawDrawing {
-        axes: ["position", "force of the stop"],
+        axes: ["travel", "force of the stop"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
         without: &[],

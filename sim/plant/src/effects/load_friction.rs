@@ -22,7 +22,10 @@ ratio = 0.15
     sections: "\
 ## Model
 The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact. `|F|` is the
-sum of the sizes of all contact forces of the machine.
+sum of the sizes of all contact forces of the machine. A gear of efficiency `eta` has `ratio = 1 / eta - 1`:
+0.11 for 90 %. Above a ratio of 1 it is self-locking. Weight and acceleration that the gear carries do not
+count here, although they load a real one. A real axis that holds a weight has more friction in free motion
+too.
 
 ## Where it comes from
 Screws, gears (as their efficiency) and plain guides that carry the process force, guides that are tilted by

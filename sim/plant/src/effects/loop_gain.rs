@@ -24,19 +24,24 @@ gain = 0.7
 The drive gives `gain` times the force that it would give for the same command at the same motion, before its
 limits. For a position servo, `gain` scales `kp`, `ki` and `kd`. For a velocity source or a motor it scales
 the parts of the force that follow from command and speed. For a drive whose command is its force, as in the
-example, it is the same as `drive-gain`. Under a servo `drive-gain` scales the target instead.
+example, it is the same as `drive-gain`. Under a servo `drive-gain` scales the target instead. To see the
+difference, write a servo by `feeler new servo --out servo.toml`, then run
+`feeler run servo.toml --set actuators.servo.effects.loop-gain.gain=0.7`.
 
 ## Where it comes from
-Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. A supply
-voltage that sags. On a drive that is commanded by current: a torque constant that differs from the data
-sheet. On a voltage or duty cycle, a smaller torque constant also raises the no-load speed, and neither this
-effect nor `drive-gain` describes it.
+Gains that were converted wrongly from units of the firmware, or changed in the servo's memory. On a motor at
+full duty, a supply with an inner resistance. (A lower supply voltage is a `drive-gain` on a duty cycle.) On a
+drive that is commanded by current, a torque constant that differs from the data sheet. Where that current is
+limited, lower the limit of force too (`force-limit`). On a voltage or duty cycle, a torque constant of `g`
+times the believed one is this effect with `gain = g^2`, and a `drive-gain` of `1 / g`. The current signal is
+then `g` times the true one, and supply and current limit clip at another command.
 
 ## How it shows
-A servo with too small a gain lags more and, without an integral part, hangs lower under a load. One with too
-large a gain is stiffer and oscillates faster. Friction, loads and inertia keep their sizes. Without a load,
-`added-mass` and friction that are wrong by one factor look the same. `viscous-friction` alone changes the
-lag, and not how a load is held.
+Under a load, a servo without an integral part sags `1 / gain` times as far. It oscillates at `sqrt(gain)`
+times the frequency, with `sqrt(gain)` times the damping ratio. At constant speed only the share of its lag
+that friction causes changes. Friction, loads and inertia keep their sizes. Without a load, `added-mass` and
+friction that are wrong by one factor look the same. `viscous-friction` alone changes the lag, and not how a
+load is held.
 
 ## How it is recognised
 Hold a known load: the servo's error is the load over `kp`. With an integral part the error vanishes, and its
@@ -48,8 +53,7 @@ The entries of the servo in the equations of motion are multiplied, which is exa
 gains of the servo.
 
 ## Source
-M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
-Journal of Dynamic Systems, Measurement, and Control 136 (2014).
+K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): load disturbances and the integrated error.
 ",
     law: LawDrawing {
         axes: ["error of the servo", "drive force"],

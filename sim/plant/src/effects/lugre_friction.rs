@@ -36,24 +36,25 @@ velocity = \"5 mm/s\"
     sections: "\
 ## Model
 Bristles bend by `z` under the sliding speed `v` and straighten as they slip:
-`z' = v - stiffness |v| / g(v) z` with `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`. The
-guide resists with `stiffness z + damping z'`; its own damping is the viscous part. Sliding steadily, it
-resists with `g(v)`. At rest it yields as a spring.
+`z' = v - stiffness |v| / g(v) z` with `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`. The guide
+resists with `stiffness z + damping z'`; its own damping is the viscous part. Sliding steadily, it resists
+with `g(v)`. At rest it yields as a spring: the bristles bend by up to `static / stiffness`, 14 um in the
+example. `damping` is usually `sqrt(stiffness m)` to twice that, `m` the sliding mass.
 
 ## Where it comes from
 Lubricated guides, bearings, seals and gears: asperities bend by micrometres before they slide.
 
 ## How it shows
 Small motions about a reversal are elastic and follow a loop; a slow drive sticks and slips. The faster the
-force rises, the smaller the break-away force. Under a load and a vibration that together stay below `coulomb`
+force rises, the smaller the breakaway force. Under a load and a vibration that together stay below `coulomb`
 it creeps on, more than real guides do. In impacts the damping of the bristles acts like a large viscous
 friction. The law is passive only if the guide's own damping exceeds `damping (static - coulomb) / coulomb`
-(Barabanov and Ortega 2000); the example is not. Records too coarse to see bristles bend cannot tell it from
-`stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
+(Barabanov and Ortega); the example is not. Records with an encoder step above `static / stiffness` cannot
+tell it from `stribeck-friction`, nor, well above `velocity`, from `coulomb-friction`.
 
 ## How it is recognised
-Move the axis by micrometres about one point with a fine encoder: force against position is a loop with
-elastic flanks. Coarser records see only its sliding level.
+Move the axis by micrometres about one point, with an encoder that resolves a tenth of `static / stiffness`.
+Force against position is then a loop with elastic flanks. Coarser records see only its sliding level.
 
 ## Numerical treatment
 The bending of the bristles is one more state. Forward and backward are modes, and an extrapolation method
@@ -64,10 +65,11 @@ drops out of it, so the margins differ.
 
 ## Source
 C. Canudas de Wit, H. Olsson, K. J. Åström and P. Lischinsky, A new model for control of systems with
-friction, IEEE Transactions on Automatic Control 40 (1995).
+friction, IEEE Transactions on Automatic Control 40 (1995). On passivity, N. Barabanov and R. Ortega in the
+same journal, volume 45 (2000).
 ",
     law: LawDrawing {
-        axes: ["position, slowly back and forth", "force of the guide"],
+        axes: ["position, slowly back and forth", "resistance of the guide"],
         start: -1.0,
         with: &[
             Curve::Function(|x| 0.7 - 1.4 * (-(x + 1.0) / 0.3).exp()),

@@ -11,12 +11,14 @@ mod error;
 #[cfg(test)]
 mod fixture;
 mod law;
+mod symptoms;
 
 pub use definition::{
     ABOVE_ZERO, Change, Definition, EffectUse, Host, HostKind, Parameter, Parameters, Place, Scale, Trait,
 };
 pub use error::EffectError;
 pub use law::{Curve, LawDrawing};
+pub use symptoms::BY_SYMPTOM;
 
 use definition::ChangesPlant;
 

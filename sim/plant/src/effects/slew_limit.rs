@@ -3,7 +3,9 @@
 use super::prelude::*;
 
 parameters! { SlewLimit
-    rate: log(Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change"),
+    rate: log(
+        Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "largest rate of change"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {
@@ -14,7 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     hosts: &[HostKind::Actuator],
     site: "a drive that gives a force",
     parameters: SlewLimit::PARAMETERS,
-    summary: "the drive force cannot change faster",
+    summary: "the drive force changes at a limited rate",
     example: "\
 [actuators.drive.effects.slew-limit]
 rate = \"1 kN/s\"

@@ -29,8 +29,8 @@ pub(super) static DEFINITION: Definition = Definition {
     summary: "a force over speed that no law describes, by nine values",
     example: "\
 [springs.guide.effects.speed-table]
-from = \"-80 mm/s\"
-to = \"80 mm/s\"
+from = \"-32 mm/s\"
+to = \"32 mm/s\"
 force_1 = \"9 N\"
 force_2 = \"11 N\"
 force_3 = \"8 N\"
@@ -47,9 +47,10 @@ A force acts on the second body of the spring, and its opposite on the first. It
 the second against the first. Nine points lie evenly spaced from `from` to `to`; choose the range that was
 recorded. The forces there are `force_1` to `force_9`. Between the points the force follows straight lines
 with rounded corners, as that of `force-table` does. Beyond its ends the force levels out at the outermost
-value, so the range should include zero: otherwise the end value is a load at rest. A resistance is negative
-at positive speed and positive at negative speed, opposite to the drawing of `viscous-friction`. Forward and
-backward have their own points, so a table may differ by direction.
+value, so the range should include zero: otherwise the end value is a load at rest. Even with `force_5 = 0` a
+rounded corner leaves `(force_4 + force_6) / 8` at rest. A resistance is negative at positive speed and
+positive at negative speed, opposite to the drawing of `viscous-friction`. Forward and backward have their own
+points, so a table may differ by direction.
 
 ## Where it comes from
 It is not a cause, but what is left when none is known: a drive that sags, a seal, grease, a bearing.
@@ -72,8 +73,8 @@ precision. The energy balance counts its work as damping, which is negative wher
 Linear theory takes the slope at rest: damping of either sign.
 
 ## Source
-L. Ljung, System Identification: Theory for the User, Prentice Hall (1999): functions by values at points
-where no law is known.
+L. Ljung, System Identification: Theory for the User, Prentice Hall (1999), chapter 5: nonlinear black-box
+models.
 ",
     law: LawDrawing {
         axes: ["sliding speed", "force on the second body"],

@@ -36,10 +36,11 @@ Sliding at speed `v`, the guide resists with
 Lubricated guides and gears: at low speed the film is too thin to keep the surfaces apart.
 
 ## How it shows
-The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and
-jumps. A force loop with an integrator hunts. Above a few times `velocity` it is `coulomb-friction`, and only
-slow motion or reversals separate them. A falling level looks like negative `viscous-friction` over a narrow
-range of speeds.
+The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and jumps.
+A force loop with an integrator hunts. The law falls most steeply at `velocity / sqrt(2)`. Sliding is smooth
+at every speed only if guide and controller damp by more than `0.86 (static - coulomb) / velocity`. Above a
+few times `velocity` it is `coulomb-friction`, and only slow motion or reversals separate them. A falling
+level looks like negative `viscous-friction` over a narrow range of speeds.
 
 ## How it is recognised
 Plot the missing force against velocity: it falls from the breakaway level to a plateau. Steady motion at
@@ -54,7 +55,7 @@ B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, ana
 methods for the control of machines with friction, Automatica 30 (1994).
 ",
     law: LawDrawing {
-        axes: ["sliding speed", "force of the guide"],
+        axes: ["sliding speed", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Function(|v| 0.3 * v + (0.3 + 0.4 * (-(v / 0.2).powi(2)).exp()) * v.signum())],
         without: &[Curve::GUIDE],

@@ -30,19 +30,23 @@ time_constant = \"0.2 s\"
 The drive gives `f / (1 + h)`, with `f` the force of the cold drive after its gain, lags and limits. The heat
 `h` follows the loss of the current, which is proportional to the square of `f`:
 `time_constant dh/dt + h = (f / force)^2`. It begins at zero, cold. If the cold force is `force`, half of it
-remains in the end. If it is half of `force`, four fifths remain. The current of a motor is that of the cold
-drive: the torque per current falls.
+remains in the end. If it is half of `force`, four fifths remain. Warm, the drive holds `force / 2` at most. A
+loop that needs more raises its command, the force falls, and the command ends at its limit. The current of a
+motor is that of the cold drive: the torque per current falls.
 
 ## Where it comes from
 Magnets weaken with temperature, by about 0.1 % per kelvin for neodymium and 0.2 % for ferrite. That is 7 to
-14 % at 70 K, within 10 to 60 minutes. For magnets alone choose `force` 2.5 to 4 times the steady force. On a
-voltage, the resistance of copper rises by 0.39 % per kelvin, within seconds to a minute. Firmware of servos
-reduces the torque of a hot motor.
+14 % at 70 K, within 10 to 60 minutes. For magnets alone choose `force` 2.5 to 4 times the steady cold force.
+They weaken in proportion to their heat, so the law holds for losses up to about a fifth. On a voltage, the
+resistance of copper rises by 0.39 % per kelvin, within seconds to a minute. For copper at 70 K choose `force`
+1.9 times the steady cold force. Force per voltage and back-EMF then fall alike, as in this law, but so does
+the current: fit no measured current. Firmware of servos reduces the torque of a hot motor.
 
 ## How it shows
-The same command gives less force after minutes of work than at the start, and recovers with rest. Records
-much shorter than `time_constant` show a constant `loop-gain` or `drive-gain`. `force-limit` caps large forces
-alone, cold and warm.
+The same command gives less force after minutes of work than at the start, and recovers with rest. If the
+drive was warm before, records much shorter than `time_constant` show a constant `loop-gain` or `drive-gain`.
+Grease that warms lowers friction: motion per command then rises, where this effect lets it fall.
+`force-limit` caps large forces alone, cold and warm.
 
 ## How it is recognised
 Repeat one motion for several time constants, then again after a rest. The force per command falls quickly at
@@ -56,7 +60,7 @@ Its steps follow the machine's oscillations, so long runs take longer than witho
 drive cold.
 
 ## Source
-J. Pyrhonen, T. Jokinen and V. Hrabovcova, Design of Rotating Electrical Machines, Wiley (2008): losses, heat
+J. Pyrhönen, T. Jokinen and V. Hrabovcova, Design of Rotating Electrical Machines, Wiley (2008): losses, heat
 and permanent magnets.
 ",
     law: LawDrawing {

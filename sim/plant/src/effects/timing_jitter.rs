@@ -23,17 +23,18 @@ sigma = \"0.1 ms\"
 ## Model
 Sample `i` of the controller is taken at `offset + i period + w_i`. The error `w_i` is normally distributed
 with standard deviation `sigma`, and independent from sample to sample. It is limited to 0.49 of the period,
-so that samples keep their order; no sample is before zero. The controller computes as if the grid were
-exact, and its output follows `delay` after the sample. With the controller's own `jitter`, the squares of
-both add.
+so that samples keep their order; no sample is before zero. If `sigma` exceeds a fifth of the period, the root
+mean square is therefore smaller than `sigma`. The controller computes as if the grid were exact, and its
+output follows `delay` after the sample. With the controller's own `jitter`, the squares of both add.
 
 ## Where it comes from
 Operating systems that are not real-time, shared buses, interrupts.
 
 ## How it shows
-The difference of two positions is wrong by speed times the error of the interval, `sqrt(2) sigma` in the
-root mean square. So velocities are noisy in fast motion and exact at rest. The mean delay stays; that
-separates it from `command-delay`. `encoder-resolution` scatters differences as well, in slow motion too.
+The difference of two positions is wrong by speed times the error of the interval, `sqrt(2) sigma` in the root
+mean square. So a velocity has an error of `sqrt(2) sigma v / period`, which vanishes at rest. The mean delay
+stays; that separates it from `command-delay`. `encoder-resolution` scatters differences as well, in slow
+motion too.
 
 ## How it is recognised
 Plot the scatter of position differences over speed: a straight line through zero. Or record when each sample
@@ -50,16 +51,17 @@ Conference (1995).
     law: LawDrawing {
         axes: ["sample", "sampling instant"],
         start: 0.0,
-        with: &[Curve::Points(&[
-            (0.0, 0.1),
-            (0.2, 0.17),
-            (0.4, 0.46),
-            (0.6, 0.51),
-            (0.8, 0.84),
-            (0.9, 0.88),
-        ])],
-        without: &[Curve::Points(&[(0.0, 0.0), (0.9, 0.9)])],
-        labels: &[(0.5, 0.35, "sigma")],
+        with: &[
+            Curve::Points(&[(0.08, 0.15), (0.12, 0.15)]),
+            Curve::Points(&[(0.28, 0.24), (0.32, 0.24)]),
+            Curve::Points(&[(0.48, 0.56), (0.52, 0.56)]),
+            Curve::Points(&[(0.68, 0.63), (0.72, 0.63)]),
+            Curve::Points(&[(0.88, 0.94), (0.92, 0.94)]),
+            // A bar from the grid, at the fourth sample.
+            Curve::Points(&[(0.7, 0.63), (0.7, 0.7)]),
+        ],
+        without: &[Curve::Points(&[(0.0, 0.0), (1.0, 1.0)])],
+        labels: &[(0.72, 0.5, "sigma")],
     },
     traits: &[],
     change: Change::SampleJitter(|values| TimingJitter::of(values).sigma),

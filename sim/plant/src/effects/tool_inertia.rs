@@ -24,9 +24,9 @@ mass = \"1.5 kg\"
 ## Model
 The reading is `F + mass x''`. `F` is the force that the sensor would read without the effect, and `x''` the
 acceleration of the tip. The tip is the first body of the contact that the sensor reads, or the second body of
-a spring. `mass` belongs to the mass of the tip's body: the effect adds none to the machine. A spring
-transmits the inertia of its second body already, and `mass` comes on top of that. The weight of the tool is a
-`force-bias`.
+a spring. `mass` belongs to the mass of the tip's body, so it is at most that: the effect adds none to the
+machine. A spring transmits the inertia of its second body already, and `mass` comes on top of that. The
+weight of the tool is a `force-bias`, and it turns with the tool: calibrate in each pose.
 
 ## Where it comes from
 Grippers, tools and adapter plates between a wrist sensor and the part.

@@ -27,18 +27,23 @@ speed = \"30 mm/s\"
     sections: "\
 ## Model
 The force of the drive is held between `-force (1 + v / speed)` and `force (1 - v / speed)`, `v` the speed of
-its stroke, after any `force-limit`. This is the force that the supply voltage of a motor still allows at
-that speed. Against the motion more than `force` is possible, and beyond `speed` the drive can only brake. A
-motor on a voltage or a duty cycle has this line already, by its resistance, and takes no second one. Nor
-does a velocity source, or a motor on a current with a supply voltage.
+its stroke, after any `force-limit`. This is the force that the supply voltage of a motor still allows at that
+speed. Against the motion the voltage allows more than `force`, but most amplifiers limit the current there:
+add a `force-limit`. Beyond `speed` the drive can only brake. `force` is the stall force on full voltage,
+often far above the peak force of a data sheet. A motor on a voltage or a duty cycle has this line already, by
+its resistance, and takes no second one. Nor does a velocity source, or a motor on a current with a supply
+voltage.
 
 ## Where it comes from
-The back-EMF of a motor on a bounded supply: servos of hobby size, batteries that sag under load.
+The back-EMF of a motor on a bounded supply: servos of hobby size, batteries. A battery's inner resistance
+lowers `force`, and a low charge lowers both parameters.
 
 ## How it shows
-Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit`
-caps slow and fast motions alike. The limit of a target's speed (`slew-limit` under a servo) does not depend
-on the load.
+Fast motions fall short, and the more the heavier the load, while slow ones are as before. `force-limit` caps
+slow and fast motions alike. While the drive stays on its line, a `force-limit` of `force` with
+`viscous-friction` of `force / speed` gives the same motion. Slow or small motions separate them, and so does
+the current. Over a range of speeds `quadratic-drag` and `speed-table` may look alike. The limit of a target's
+speed (`slew-limit` under a servo) does not depend on the load.
 
 ## How it is recognised
 Plot the largest force against speed, with and against the motion: its edge is a straight line that falls.

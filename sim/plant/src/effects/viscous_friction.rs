@@ -43,7 +43,7 @@ It adds to the damping of the guide and is exact, in simulation and in linear th
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
 ",
     law: LawDrawing {
-        axes: ["sliding speed", "force of the guide"],
+        axes: ["sliding speed", "resistance of the guide"],
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.8), (1.0, 0.8)])],
         without: &[Curve::GUIDE],

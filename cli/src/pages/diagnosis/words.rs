@@ -2,7 +2,7 @@
 
 use feeler_diagnosis::adequacy::Condition;
 use feeler_diagnosis::apart;
-use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
+use feeler_diagnosis::report::{Attempt, AttemptOutcome, Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 
 use super::adequacy;
 use crate::numbers::{percent, plain, with_unit};
@@ -48,8 +48,18 @@ fn cause(diagnosis: &Diagnosis) -> String {
             ),
         },
         Verdict::UnknownCause if found.is_empty() => {
-            let tried = if diagnosis.adequacy.has_untried() { "that was tried" } else { "of the library" };
-            format!("no cause {tried} explains the gap, which points to the {place}.")
+            let is_tried = |attempt: &&Attempt| !matches!(attempt.why, AttemptOutcome::NotTried);
+            let (tried, all) =
+                (diagnosis.attempts.iter().filter(is_tried).count(), diagnosis.attempts.len());
+            if tried == all {
+                format!("no cause of the library explains the gap, which points to the {place}.")
+            } else {
+                format!(
+                    "no cause that was tried explains the gap, which points to the {place}; {} of {all} causes \
+                     were not tried: the time ran out.",
+                    all - tried
+                )
+            }
         }
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
             format!(
@@ -277,7 +287,8 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
             }
         }
         Verdict::UnknownCause if diagnosis.adequacy.has_untried() => {
-            "Diagnose again with more time, for example --budget '10 min'. Until then do not rely on a cause."
+            "Diagnose again with a larger --budget, or with --budget unlimited. Until then do not rely on a \
+             cause."
         }
         Verdict::UnknownCause => {
             "Inspect the first place and the shape of the missing force there. No value in the machine file \

@@ -2,6 +2,8 @@
 
 mod charts;
 
+use std::fmt::Write as _;
+
 use feeler_files::Document;
 use feeler_problem::Problem;
 use feeler_studies::run::{EnergyItem, EnergyTable, EventRecord, Outcome, RunResult, Summary};
@@ -51,9 +53,6 @@ pub(crate) fn page(
     events(&mut page, summary);
     view.others(&mut page);
     page.heading("Scenario");
-    if !settings.is_empty() {
-        page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
-    }
     page.verbatim("the file as it was run", document.text());
     page.render()
 }

@@ -27,7 +27,7 @@ fn say_skipped(what: &str) {
 const TEXT: [(&str, &str); 3] = [
     ("docs/arms.md", "formulas"),
     ("docs/commands.md", "help pages, which a test of the arguments compares"),
-    ("docs/tutorials/servo-joint.md", "an answer that depends on the speed of the computer"),
+    ("docs/tutorials/servo-joint.md", "an answer that depends on the computer, and how to fetch data"),
 ];
 
 /// Files on which a snippet may lie, besides those that its page writes.

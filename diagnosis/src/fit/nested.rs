@@ -3,7 +3,7 @@
 
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
-use crate::kinds::{embed, nearest};
+use crate::kinds::{contains, embed, nearest};
 
 /// Cost by which a containing model may lag: the difference of two converged fits of the same machine.
 const SLACK: f64 = 0.5;
@@ -66,8 +66,11 @@ pub(crate) fn lower(
                 (task.cost(&model, &start), model, start)
             };
             let best = from.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
-            // One that starts above where the other ended has stopped well.
-            let Some((_, model, start)) = best.filter(|(cost, ..)| *cost < inner.fitted.cost) else {
+            // One that starts above where the other ended has stopped well, if it is of the same family: a law
+            // that the outer one only resembles must leave the values that this has made of the machine.
+            let is_inner = contains(big.definition.kind, small.definition.kind);
+            let Some((_, model, start)) = best.filter(|(cost, ..)| !is_inner || *cost < inner.fitted.cost)
+            else {
                 continue;
             };
             let fitted = task.fit(&model, &start, steps);

@@ -49,8 +49,7 @@ fn cause(diagnosis: &Diagnosis) -> String {
         },
         Verdict::UnknownCause if found.is_empty() => {
             let is_tried = |attempt: &&Attempt| !matches!(attempt.why, AttemptOutcome::NotTried);
-            let (tried, all) =
-                (diagnosis.attempts.iter().filter(is_tried).count(), diagnosis.attempts.len());
+            let (tried, all) = (diagnosis.attempts.iter().filter(is_tried).count(), diagnosis.attempts.len());
             if tried == all {
                 format!("no cause of the library explains the gap, which points to the {place}.")
             } else {

@@ -66,8 +66,8 @@ pub(crate) fn lower(
                 (task.cost(&model, &start), model, start)
             };
             let best = from.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
-            // One that starts above where the other ended has stopped well, if it is of the same family: a law
-            // that the outer one only resembles must leave the values that this has made of the machine.
+            // An inner law that starts above where it ended has stopped well. One that the outer law only
+            // resembles must first leave the believed values that this one has fitted.
             let is_inner = contains(big.definition.kind, small.definition.kind);
             let Some((_, model, start)) = best.filter(|(cost, ..)| !is_inner || *cost < inner.fitted.cost)
             else {

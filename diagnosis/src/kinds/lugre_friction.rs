@@ -74,8 +74,8 @@ impl Known for LugreFriction {
     }
 
     /// Every guide gives way before it slides, and fits allow for it. Bristles whose levels are those of a
-    /// believed law, within its tolerance, say no more of the machine. Nor does a static level that no sliding
-    /// guide meets.
+    /// believed law, within its tolerance, say no more of the machine. Nor does a static level that no
+    /// sliding guide meets.
     fn is_trivial(self, element: &Element<'_>, seen: Seen) -> bool {
         let mut shown = self;
         if seen.is_stuck_below(self.velocity) {

@@ -248,11 +248,12 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let achieved = achieved_name(report);
     let ranked = match report.ranked_by() {
         Some(RankedBy::LargestGain) => {
-            "the largest effect on the stability limit first, since the bandwidth lies on the flank of a mode's \
-             peak"
+            "the largest effect on the stability limit first, since the bandwidth lies on the flank of a \
+             mode's peak"
         }
         Some(RankedBy::Saturation) => {
-            "the largest effect first, on the frequency at which the drive saturates and on the stability limit"
+            "the largest effect first, on the frequency at which the drive saturates and on the stability \
+             limit"
         }
         _ => "the largest effect on both together first; those that raise one and lower the other last",
     };

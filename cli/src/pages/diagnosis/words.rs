@@ -54,8 +54,8 @@ fn cause(diagnosis: &Diagnosis) -> String {
                 format!("no cause of the library explains the gap, which points to the {place}.")
             } else {
                 format!(
-                    "no cause that was tried explains the gap, which points to the {place}; {} of {all} causes \
-                     were not tried: the time ran out.",
+                    "no cause that was tried explains the gap, which points to the {place}; {} of {all} \
+                     causes were not tried: the time ran out.",
                     all - tried
                 )
             }

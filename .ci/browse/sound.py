@@ -43,6 +43,17 @@ const cut = [...document.querySelectorAll(".scroll")].filter((box) => box.scroll
 folded.forEach((fold) => { fold.open = false; });
 return cut;
 """
+# Sentences with backticks; a file as it was run may have them.
+QUOTED = """
+const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT), found = [];
+while (walk.nextNode()) {
+  const holder = walk.currentNode.parentElement;
+  if (walk.currentNode.textContent.includes("`") && !holder.closest("pre, script, style")) {
+    found.push(walk.currentNode.textContent.slice(0, 120));
+  }
+}
+return found;
+"""
 UNREACHED = """
 return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
   .filter((e) => e.getClientRects().length && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 120));
@@ -180,6 +191,8 @@ def check(browser, name, address, axe_text, shots, problems):
                 wrong(f"asks for {url}")
     if browser.run("return document.body.innerText.includes('could not be drawn')"):
         wrong("a chart could not be drawn")
+    if quoted := browser.run(QUOTED):
+        wrong(f"backticks in {quoted[:3]}")
     if unreached := browser.run(UNREACHED):
         wrong(f"keys do not reach {unreached[:3]}")
     if deaf := browser.run(DEAF):

@@ -34,11 +34,12 @@ while (walk.nextNode()) {
 }
 return found;
 """
-# Tables of which a column is out of sight.
+# Tables and maps of which a part is out of sight.
 CUT = """
 const folded = [...document.querySelectorAll("main details:not([open])")];
 folded.forEach((fold) => { fold.open = true; });
-const cut = [...document.querySelectorAll(".scroll")].filter((box) => box.scrollWidth > box.clientWidth + 1)
+const cut = [...document.querySelectorAll(".scroll, .plot .map")]
+  .filter((box) => box.scrollWidth > box.clientWidth + 1)
   .map((box) => `${box.scrollWidth - box.clientWidth} px of ${box.getAttribute("aria-label")}`);
 folded.forEach((fold) => { fold.open = false; });
 return cut;
@@ -207,7 +208,7 @@ def check(browser, name, address, axe_text, shots, problems):
                 if small := browser.run(SMALL_TEXT, LEAST_PX):
                     wrong(f"small text at {NARROW} px: {small[:4]}")
                 if cut := browser.run(CUT):
-                    wrong(f"tables that {NARROW} px do not hold: {cut[:3]}")
+                    wrong(f"tables or maps that {NARROW} px do not hold: {cut[:3]}")
                 overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
                 if overflow > 1:
                     wrong(f"is {overflow} px wider than {NARROW} px")

@@ -192,6 +192,19 @@ def live(browser, axe_text, shots, problems, out):
         browser.wait(
             "return document.querySelector('#problem').textContent", "the mistake of the edited file"
         )
+        # It stays while a slider moves, and goes with the mistake.
+        browser.drag(browser.find("#knob-controllers\\.force\\.kp"), [(3, 0)] * 3)
+        browser.wait(SETTLED, "the state beside a mistake")
+        told = browser.run("return document.querySelector('#problem').textContent")
+        if not re.search(r"live\.toml:\d+:\d+: ", told):
+            wrong(f"the mistake of the file has no place: {told!r}")
+        if browser.run("return document.querySelector('#problem').textContent.includes('`')"):
+            wrong("a mistake is shown with backticks")
+        file.write_text(written)
+        browser.wait(
+            "return !document.querySelector('#problem').textContent && !document.body.dataset.busy",
+            "the mended file",
+        )
         command.terminate()
         command.wait()
         browser.wait(

@@ -40,7 +40,7 @@ def pages(out):
         "run-at-rest": ["run", scenarios / "control/admittance-soft-wall.toml", "--out"],
         "run-arm": ["run", scenarios / "arms/press-low-gain.toml", "--out"],
         "why": ["why", scenarios / "chatter/sustained.toml", "--out"],
-        "analyze": ["analyze", scenarios / "paper/all-three.toml", "--out"],
+        "analyze": ["analyze", "files/src/templates/all-three.toml", "--out"],
         "analyze-servo": ["analyze", "files/src/templates/servo.toml", "--out"],
         "frf": ["frf", scenarios / "paper/flexible-multisine.toml", "--out"],
         "sweep-map": ["sweep", scenarios / "sweeps/base-damping.toml", "--out"],

@@ -34,14 +34,26 @@ while (walk.nextNode()) {
 }
 return found;
 """
-# Tables of which a column is out of sight.
+# Tables and maps of which a part is out of sight.
 CUT = """
 const folded = [...document.querySelectorAll("main details:not([open])")];
 folded.forEach((fold) => { fold.open = true; });
-const cut = [...document.querySelectorAll(".scroll")].filter((box) => box.scrollWidth > box.clientWidth + 1)
+const cut = [...document.querySelectorAll(".scroll, .plot .map")]
+  .filter((box) => box.scrollWidth > box.clientWidth + 1)
   .map((box) => `${box.scrollWidth - box.clientWidth} px of ${box.getAttribute("aria-label")}`);
 folded.forEach((fold) => { fold.open = false; });
 return cut;
+"""
+# Sentences with backticks; a file as it was run may have them.
+QUOTED = """
+const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT), found = [];
+while (walk.nextNode()) {
+  const holder = walk.currentNode.parentElement;
+  if (walk.currentNode.textContent.includes("`") && !holder.closest("pre, script, style")) {
+    found.push(walk.currentNode.textContent.slice(0, 120));
+  }
+}
+return found;
 """
 UNREACHED = """
 return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
@@ -180,6 +192,8 @@ def check(browser, name, address, axe_text, shots, problems):
                 wrong(f"asks for {url}")
     if browser.run("return document.body.innerText.includes('could not be drawn')"):
         wrong("a chart could not be drawn")
+    if quoted := browser.run(QUOTED):
+        wrong(f"backticks in {quoted[:3]}")
     if unreached := browser.run(UNREACHED):
         wrong(f"keys do not reach {unreached[:3]}")
     if deaf := browser.run(DEAF):
@@ -194,11 +208,12 @@ def check(browser, name, address, axe_text, shots, problems):
                 if small := browser.run(SMALL_TEXT, LEAST_PX):
                     wrong(f"small text at {NARROW} px: {small[:4]}")
                 if cut := browser.run(CUT):
-                    wrong(f"tables that {NARROW} px do not hold: {cut[:3]}")
+                    wrong(f"tables or maps that {NARROW} px do not hold: {cut[:3]}")
                 overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
                 if overflow > 1:
                     wrong(f"is {overflow} px wider than {NARROW} px")
-        # The element below a text is known only within the window.
+        # The element below a text is known only within the window. A wide page may be the longer one.
+        browser.look(WIDE, dark)
         browser.look(WIDE, dark, browser.run("return Math.min(document.documentElement.scrollHeight, 30000)"))
         time.sleep(0.2)
         if faint := browser.run(FAINT, LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE):

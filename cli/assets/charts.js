@@ -211,11 +211,11 @@ const feeler = (() => {
     for (const v of values) if (v != null) { if (v < low) low = v; if (v > high) high = v; }
     return low <= high ? `${short(low)} to ${short(high)}` : "";
   };
+  // Of the data that are shown at present: a live page replaces them.
+  const spans = new WeakMap();
+  const spanOf = (values) => spans.get(values) ?? (spans.set(values, span(values)), spans.get(values));
 
   const curves = (chart) => chart.series.map((series, i) => {
-    // Of the data that are shown at present: a live page replaces them.
-    const spans = new WeakMap();
-    const spanOf = (values) => spans.get(values) ?? (spans.set(values, span(values)), spans.get(values));
     const paint = palette(series.colour ?? i);
     return {
       label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint, width: series.dashed ?

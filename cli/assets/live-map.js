@@ -1,7 +1,7 @@
 // The map of a live page: the outcome at the points of two numbers, with the present one marked.
 feeler.mapOfTwo = (live) => {
   "use strict";
-  const { data, knobs, make, node, short, share, value, settings, post, set, moved, ask, isBusy } = live;
+  const { data, knobs, make, node, short, share, value, settings, post, set, moved, ask, isInMotion } = live;
   const COLUMNS = 20, ROWS = 14, WIDTH = 640, HEIGHT = 380, LEFT = 100, BOTTOM = 58, TOP = 8, RIGHT = 12;
   const holder = document.getElementById("map");
   let keys = [], timer, run = 0, shown = "";
@@ -39,7 +39,7 @@ feeler.mapOfTwo = (live) => {
   const axes = (a, b) => {
     for (const [one, count, across] of [[a, COLUMNS, true], [b, ROWS, false]]) {
       for (let k = 0; k <= 4; k++) {
-        const v = short(value(one.range, k / 4), 3);
+        const [v] = feeler.tickTexts([Number(short(value(one.range, k / 4), 3))]);
         if (across) svg.append(node("text", { x: LEFT + width * k / 4, y: HEIGHT - 34,
             "text-anchor": k === 4 ? "end" : "middle" }, v));
         else svg.append(node("text", { x: LEFT - 6, y: TOP + height * (1 - k / 4) + (k === 4 ? 16 : 5),
@@ -70,7 +70,7 @@ feeler.mapOfTwo = (live) => {
     const drawn = new Map();
     for (let from = 0; from < all.length;) {
       // A slider that moves goes first.
-      while (isBusy()) await new Promise((done) => setTimeout(done, 50));
+      while (isInMotion()) await new Promise((done) => setTimeout(done, 50));
       const guess = from < guesses.length;
       const part = all.slice(from, Math.min(from + data.chunk, guess ? guesses.length : all.length));
       const points = part.map(([i, j]) => [at(a.range, i, COLUMNS), at(b.range, j, ROWS)]);

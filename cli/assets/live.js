@@ -12,6 +12,9 @@
     if (text !== undefined) made.textContent = text;
     return made;
   };
+  // What stands between backticks is code.
+  const prose = (place, text) => place.replaceChildren(...text.split("`").map((part, i, parts) =>
+      i % 2 && i + 1 < parts.length ? make("code", { textContent: part }) : part));
   const short = (v, digits = 4) => Number(v.toPrecision(digits)).toString();
   const post = async (path, body) => {
     try {
@@ -26,7 +29,7 @@
   // The figures of each part of a state.
   const PARTS = { run: ["force", "drive"], theory: ["step", "magnitude", "phase", "nyquist", "locus"] };
   const knobs = new Map(), answers = {};
-  let version = 0, pinned = null;
+  let version = 0, pinned = null, mistake = "", lastMove = 0;
 
   // Sliders of positive numbers go by ratio, others by difference; zero has a range of its own.
   const scale = (value) => value > 0 ? { low: value / REACH, high: value * REACH, log: true }
@@ -57,7 +60,7 @@
         String(v)])).toString();
     history.replaceState(null, "", moved ? `#${moved}` : location.pathname);
   };
-  const moved = (key, v) => { set(key, v); ask(); };
+  const moved = (key, v) => { lastMove = performance.now(); set(key, v); ask(); };
 
   const knob = ({ key, value: v, unit }) => {
     const id = `knob-${key}`, name = key.split(".").slice(2).join(".") || key;
@@ -130,7 +133,8 @@
     }),
     button("Write to file", async () => {
       const answer = await post("write", { settings: settings() });
-      told.textContent = answer.problem ?? `written to ${answer.written}; what it was is in ${answer.backup}`;
+      prose(told, answer.problem ?? (answer.written ? `written to ${answer.written}; what it was is in ${
+          answer.backup}` : "the file has these numbers already"));
       await watch();
     }));
 
@@ -187,11 +191,15 @@
     }
   }, { rootMargin: "100px" });
   [...Object.values(PARTS).flat(), "map"].forEach((name) => sight.observe($(`of-${name}`)));
+  const parts = () => Object.keys(PARTS).map((name) => answers[name] ?? {});
+  // The mistake of the file stays until the file is corrected.
+  const showProblems = (...others) => prose($("problem"), [...new Set([mistake, ...others,
+      ...parts().map((one) => one.problem)])].filter(Boolean).join("\n"));
   const render = (part) => {
-    const all = Object.keys(PARTS).map((name) => answers[name] ?? {}), next = answers[part];
-    $("problem").textContent = [...new Set(all.map((one) => one.problem))].filter(Boolean).join("\n");
+    const all = parts(), next = answers[part];
+    showProblems();
     if (!next.charts) return;
-    $("lead").textContent = all.map((one) => one.lead).filter(Boolean).join(" ");
+    prose($("lead"), all.map((one) => one.lead).filter(Boolean).join(" "));
     if (part === "theory") $("stable").textContent = next.stable;
     $(`tiles-${part}`).innerHTML = next.tiles;
     for (const name of PARTS[part]) {
@@ -213,6 +221,7 @@
   const idle = () => ({ pending: null, wished: false, since: 0, latencies: [] });
   const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, idle()]));
   const isBusy = () => Object.values(asked).some((one) => one.pending);
+  const isInMotion = () => isBusy() || performance.now() - lastMove < REST_MS;
   const frame = () => new Promise((done) => requestAnimationFrame(done));
   const follow = async (part) => {
     const one = asked[part];
@@ -274,10 +283,12 @@
   const watch = async () => {
     let file;
     try { file = await (await fetch("file")).json(); } catch {
-      $("problem").textContent = "The command that serves this page has ended."; return false; }
+      showProblems("The command that serves this page has ended."); return false; }
     if (file.version !== version) {
       version = file.version;
-      if (file.problem) { $("problem").textContent = file.problem; return true; }
+      mistake = file.problem ?? "";
+      showProblems();
+      if (mistake) return true;
       const moves = settings();
       build(file);
       for (const [key, v] of Object.entries(moves)) set(key, v);
@@ -287,7 +298,7 @@
   };
 
   const map = feeler.mapOfTwo({ data, knobs, make, node, short, share, value, settings, post, set, moved, ask,
-    isBusy, version: () => version });
+    isInMotion, version: () => version });
 
   // Records under the machine as set.
   const records = $("records"), charts = [];
@@ -299,7 +310,7 @@
     do {
       again = false;
       const answer = await post("replay", { settings: settings(), record: chosen });
-      if (!answer.charts) { $("problem").textContent = answer.problem; break; }
+      if (!answer.charts) { showProblems(answer.problem); break; }
       answer.charts.forEach((chart, i) => {
         const names = chart.series.map((series) => series.name).join("|");
         if (charts[i]?.names === names) { feeler.update(charts[i].u, charts[i].chart, chart); return; }
@@ -323,6 +334,7 @@
 
   build(data.file);
   version = data.file.version;
+  mistake = data.file.problem ?? "";
   new URLSearchParams(location.hash.slice(1)).forEach((v, key) => set(key, Number(v)));
   map.fill();
   ask();

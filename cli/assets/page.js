@@ -2,12 +2,12 @@
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
-  const PRINT_WIDTH = 680;
+  const PRINT = { width: 680, height: 210 };
   let drawn = [];
-  const draw = (width) => {
+  const draw = ({ width, ...paper } = {}) => {
     drawn.forEach((u) => u.destroy());
     drawn = [...document.querySelectorAll(".chart[data-chart]")].map((place) => feeler.draw(place,
-        page.charts[place.dataset.chart], { width })).filter(Boolean);
+        { ...page.charts[place.dataset.chart], ...paper }, { width })).filter(Boolean);
   };
   draw();
   // Charts of time point at the instant that a scene shows.
@@ -24,7 +24,7 @@
   window.addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(widths, 100); });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
   window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print");
-    draw(PRINT_WIDTH); });
+    draw(PRINT); });
   window.addEventListener("afterprint", () => { document.documentElement.classList.remove("print"); draw();
     });
 })();

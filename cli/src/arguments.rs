@@ -33,7 +33,7 @@ pub(crate) use tune::Tune;
     name = "feeler",
     version,
     propagate_version = true,
-    max_term_width = 100,
+    max_term_width = 80,
     help_template = groups::template(&Command::augment_subcommands(clap::Command::new("feeler"))),
     after_help = "Examples:\n  \
         feeler new chatter --out chatter.toml    a scenario to start from\n  \
@@ -97,13 +97,13 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler run scenario.toml                          results in out/<name of the scenario>\n  \
-    feeler run scenario.toml --out first --csv        results in first/, with trace.csv\n  \
-    feeler run scenario.toml --set controllers.force.kp=0.8 --set 'contacts.tool.gap=5 mm'\n  \
+    feeler run scenario.toml                     results in out/<its name>\n  \
+    feeler run scenario.toml --out first --csv   results in first/, with trace.csv\n  \
+    feeler run scenario.toml --set 'contacts.tool.gap=5 mm'\n  \
     feeler run scenario.toml --integrator rk4 --set 'run.step=50 us'\n  \
     feeler run scenario.toml --engine rapier --set 'run.step=20 us'\n  \
     feeler run scenario.toml --json | jq .outcome\n  \
-    feeler run scenarios/arms/press-low-gain.toml     a whole arm, with a page that shows it move\n\n\
+    feeler run scenarios/arms/press-low-gain.toml    a whole arm, seen in motion\n\n\
     Writes trace.parquet (t_s, then the recorded signals), summary.json, and report.html, a page of plots \
     that needs no network. With --csv it writes trace.csv too. docs/outcomes.md explains the outcomes.")]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
@@ -144,9 +144,9 @@ pub(crate) struct Run {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler sweep map.toml                          results in out/<name of the sweep>\n  \
+    feeler sweep map.toml                  results in out/<name of the sweep>\n  \
     feeler sweep map.toml --threads 8 --out first\n  \
-    feeler sweep map.toml --shard 3/16             one part of sixteen; then: feeler merge out/map\n\n\
+    feeler sweep map.toml --shard 3/16     one of sixteen parts, for feeler merge\n\n\
     Writes sweep.parquet (one row per variant), report.html, and drawings as SVG and PNG. You can kill a \
     sweep at any time. The same command continues it and ends with the same bytes.")]
 pub(crate) struct Sweep {
@@ -169,8 +169,8 @@ pub(crate) struct Sweep {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler merge out/map                           all shards wrote into one folder\n  \
-    feeler merge a b c --out map                   each into its own")]
+    feeler merge out/map               all shards wrote into one folder\n  \
+    feeler merge a b c --out map       each into its own")]
 pub(crate) struct Merge {
     /// Folders that hold the shards
     #[arg(required = true, value_hint = ValueHint::DirPath)]
@@ -186,7 +186,7 @@ pub(crate) struct Merge {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler why scenario.toml\n  \
-    feeler why scenario.toml --out why             with why/report.html and why/why.json\n  \
+    feeler why scenario.toml --out why       with why/report.html and why/why.json\n  \
     feeler why scenario.toml --json | jq .causes\n  \
     feeler why scenario.toml --try 1 --out cured.toml\n\n\
     Runs the scenario again without one ingredient at a time (delay, flexibility, friction, ...), then \
@@ -226,9 +226,10 @@ pub(crate) struct Check {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler analyze scenario.toml\n  \
-    feeler analyze scenario.toml --out out/theory     Bode, Nyquist, root locus, mode shapes\n  \
+    feeler analyze scenario.toml --out theory   Bode, Nyquist, root locus, modes\n  \
     feeler analyze scenario.toml --output motor.position --clamped\n  \
-    feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
+    feeler analyze scenario.toml --gain controllers.force.ki\n  \
+    feeler analyze scenario.toml --json | jq .gain.sampled.stable\n\n\
     `sampled` is the loop with the file's period, delay, filters and hold; `continuous` is without them.")]
 pub(crate) struct Analyze {
     /// Scenario file (TOML)
@@ -312,9 +313,9 @@ pub(crate) struct Figures {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler fit-landmarks --out chain.toml        from 12 starts (seconds)\n  \
-    feeler fit-landmarks --starts 1              from the first of them\n  \
-    feeler fit-landmarks --start chain.toml      from your own machine with these bodies and springs\n\n\
+    feeler fit-landmarks --out chain.toml     from 12 starts (seconds)\n  \
+    feeler fit-landmarks --starts 1           from the first of them\n  \
+    feeler fit-landmarks --start chain.toml   from your machine with these bodies\n\n\
     The result is one chain that shows the landmarks of the paper's Figs. 15 to 17. Its parameters are not \
     the robot's, which were never published. The table lists the parameters that the landmarks determine.")]
 pub(crate) struct FitLandmarks {
@@ -359,7 +360,7 @@ mod tests {
     }
 
     /// Columns of a help text on the page.
-    const COLUMNS: usize = 96;
+    const COLUMNS: usize = 80;
 
     /// The help of a command and of those below it, as sections of the page.
     fn sections(command: &mut clap::Command, name: &str, text: &mut String) {
@@ -371,6 +372,19 @@ mod tests {
             let name = format!("{name} {}", below.get_name());
             sections(below, &name, text);
         }
+    }
+
+    /// Lines written by hand fit a terminal; clap breaks longer ones anywhere.
+    #[test]
+    fn truth_examples_fit_a_terminal() {
+        fn visit(command: &clap::Command) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in help.lines().filter(|line| line.starts_with("  ")) {
+                assert!(line.chars().count() <= COLUMNS, "{}: {line}", command.get_name());
+            }
+            command.get_subcommands().for_each(visit);
+        }
+        visit(&Arguments::command());
     }
 
     /// With `FEELER_UPDATE_DOCS=1` the page is written instead.

@@ -3,13 +3,15 @@
 use feeler_engine::Scenario;
 use feeler_plant::description::{Engagement, SignalName};
 use feeler_problem::Problem;
-use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
+use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary};
 
 use crate::numbers::{count, plain, with_unit};
 use crate::units::Units;
 
 /// Rates below this are given as a period.
 const SLOW_HZ: f64 = 1.0;
+/// Ends of keys whose doubts keep no tool away: a soft wall, a slow sample, a delay.
+const NEAR: [&str; 3] = [".stiffness", ".period", ".delay"];
 
 /// One or two sentences on the outcome of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
@@ -89,7 +91,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
-        Outcome::Undecided => undecided(summary) + &so_far(summary, units),
+        Outcome::Undecided => format!("Undecided: {}.{}", lacks(summary), so_far(summary, units)),
     }
 }
 
@@ -113,10 +115,23 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
     Some((found.largest_error_n, format!("at most, after {from_s}; {mean} root mean square")))
 }
 
-/// Why a run ends without contact, as far as its file says; `doubts` are those about the file.
-pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
-    let approaches = summary.verdict.undecided == Some(Undecided::StillApproaching);
-    if !(summary.outcome == Outcome::NoContact || approaches) || summary.contacts.is_empty() {
+/// The outcome of a run and its probable reason; `doubts` are those about the file. Of an undecided run the
+/// reason comes first, since a longer run would not cure it.
+pub(crate) fn told(scenario: &Scenario, summary: &Summary, units: Units, doubts: &[Problem]) -> Vec<String> {
+    let reason = reason(scenario, summary, doubts);
+    match reason {
+        Some(reason) if summary.outcome == Outcome::Undecided => {
+            let otherwise = format!("If that is meant: {}.{}", lacks(summary), so_far(summary, units));
+            vec![format!("Undecided. {reason}"), otherwise]
+        }
+        reason => std::iter::once(outcome(summary, units)).chain(reason).collect(),
+    }
+}
+
+/// Why a run ends without contact or undecided, as far as its file says.
+fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
+    let undecided = summary.outcome == Outcome::Undecided;
+    if !(summary.outcome == Outcome::NoContact || undecided) || summary.contacts.is_empty() {
         return None;
     }
     let contacts = &scenario.machine.contacts;
@@ -124,12 +139,11 @@ pub(crate) fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem])
     if contacts.values().all(|contact| contact.engagement == Engagement::Free) {
         return Some("Every contact of the file is set free.".to_owned());
     }
-    // A soft wall or a slow sample keeps no tool away.
-    let keeps_away = |doubt: &&Problem| !doubt.key.ends_with(".stiffness") && !doubt.key.ends_with(".period");
-    if let Some(doubt) = doubts.iter().find(keeps_away) {
+    let keeps_away = |doubt: &&Problem| !NEAR.iter().any(|key| doubt.key.ends_with(key));
+    if let Some(doubt) = doubts.iter().find(|doubt| undecided || keeps_away(doubt)) {
         return Some(format!("Probable reason: {}. Remedy: {}.", doubt.message, doubt.remedy));
     }
-    if approaches {
+    if undecided {
         return None;
     }
     if reference.is_some_and(|reference| reference <= 0.0) {
@@ -172,7 +186,7 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         | Outcome::Chatter
         | Outcome::FollowsSurface
         | Outcome::NoContact
-        | Outcome::Undecided => undecided(summary),
+        | Outcome::Undecided => format!("Undecided: {}.", lacks(summary)),
     }
 }
 
@@ -281,18 +295,19 @@ fn so_far(summary: &Summary, units: Units) -> String {
     let Some(response) = summary.response else { return String::new() };
     let [_, _, swings] = summary.verdict.amplitudes_n;
     let mean = response.final_reference_n.zip(response.steady_error_n).map(|(wanted, error)| wanted + error);
-    mean.filter(|mean| (mean + swings).is_finite()).map_or_else(String::new, |mean| {
+    mean.filter(|mean| (mean + swings).is_finite() && swings > 0.0).map_or_else(String::new, |mean| {
         let [mean, swings] = [mean, swings].map(|force| with_unit(force, units.force));
         format!(" So far the force is {mean} at the end, and oscillates by {swings} either way.")
     })
 }
 
-fn undecided(summary: &Summary) -> String {
+/// What an undecided run lacks.
+fn lacks(summary: &Summary) -> String {
     let why = summary.verdict.undecided;
     if let Some(why) = why.filter(|why| !why.may_be_decided()) {
-        return format!("Undecided: {}.", why.words());
+        return why.words().to_owned();
     }
     let why = why.map_or_else(String::new, |why| format!("{}; ", why.words()));
     let longer = with_unit(2.0 * summary.simulated_s, "s");
-    format!("Undecided: {why}lengthen run.duration, for example by --set 'run.duration={longer}'.")
+    format!("{why}lengthen run.duration, for example by --set 'run.duration={longer}'")
 }

@@ -19,6 +19,10 @@ const HARDLY_SWINGS: f64 = 0.5;
 const INSTANTS: u32 = 200;
 /// Growth of a command that a machine follows as if at rest, 1/s: slower than its motion.
 const SLOW_PER_S: f64 = 1.0;
+/// What a time in a file may have been meant as.
+const IN_SECONDS: &str = "a number without a unit is in seconds";
+/// More samples than these are no usual delay of a controller or sensor.
+const MANY_SAMPLES: f64 = 10.0;
 /// Farthest that a tool plausibly sinks into its workpiece, m: a thick foam gives way by this.
 const SOFT_M: f64 = 0.02;
 
@@ -29,7 +33,7 @@ pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
     found.extend(of_reference(scenario));
     found.extend(overlaps(scenario));
     if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
-        found.extend(slow_samples(&whole));
+        found.extend(slow_loops(scenario, &whole));
         found.extend(off_in_contact(scenario, &whole));
     }
     found
@@ -147,8 +151,8 @@ fn overlaps(scenario: &Scenario) -> Vec<Problem> {
     found
 }
 
-/// Controllers whose samples are too far apart for the motion that they control.
-fn slow_samples(whole: &ControlLoop) -> Vec<Problem> {
+/// Controllers that sample too seldom, or act too late, for the motion that they control.
+fn slow_loops(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
     let closes = |own: &&LoopController| !own.is_servo && !matches!(own.spec.law, Law::OpenLoop);
     let closing: Vec<&LoopController> = whole.controllers().iter().filter(closes).collect();
     if closing.is_empty() {
@@ -157,51 +161,115 @@ fn slow_samples(whole: &ControlLoop) -> Vec<Problem> {
     let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
     let swings = |mode: &&VibrationMode| (f64::MIN_POSITIVE..HARDLY_SWINGS).contains(&mode.damping_ratio());
     let slowest_hz = modes.iter().find(swings).map(VibrationMode::frequency_hz);
-    closing.into_iter().filter_map(|own| slow_sample(whole.plant(), own, slowest_hz)).collect()
+    let of_controller = |own: &LoopController| {
+        let sensor = own.fed_back()?;
+        let beyond = Beyond { plant: whole.plant(), own, sensor, slowest_hz };
+        let (name, sensed) = scenario.machine.sensors.get_index(sensor)?;
+        let delays = [
+            (format!("controllers.{}.delay", own.name), own.spec.delay_s),
+            (format!("sensors.{name}.delay"), sensed.delay_s),
+        ];
+        let late = delays.into_iter().filter_map(|(key, delay_s)| beyond.late(key, delay_s));
+        Some(beyond.slow_sample().into_iter().chain(late).collect::<Vec<Problem>>())
+    };
+    closing.into_iter().filter_map(of_controller).flatten().collect()
 }
 
-/// A controller that takes less than two samples of each cycle of the slowest mode, or whose loop gain is
-/// above one at half of the sampling rate.
-fn slow_sample(plant: &LinearMachine, own: &LoopController, slowest_hz: Option<f64>) -> Option<Problem> {
-    let sensor = own.fed_back()?;
-    let channel = plant.channel_of(own.drive, &plant.output(Source::Sensor(sensor)).ok()?).ok()?;
-    let response = |hz: f64| channel.frequency_response(&[hz]).ok().map(|values| values[0].norm());
-    let half_rate_hz = 0.5 / own.spec.period_s;
-    let at_half_rate = response(half_rate_hz)?;
-    let key = format!("controllers.{}.period", own.name);
-    let period = with_unit(own.spec.period_s, "s");
-    // The loop of a velocity drive has a fast mode of its own, of which the reading hardly shows anything.
-    let is_seen = |hz: f64| response(hz).is_none_or(|peak| peak > at_half_rate);
-    if let Some(mode_hz) = slowest_hz.filter(|&hz| hz > half_rate_hz && is_seen(hz)) {
-        return Some(Problem::new(
-            key,
-            format!(
-                "a period of {period} takes {} samples of each cycle of the machine's slowest mode, {}",
-                plain(two_digits(1.0 / (own.spec.period_s * mode_hz))),
+/// What a control loop has to deal with above a frequency.
+struct Beyond<'a> {
+    plant: &'a LinearMachine,
+    own: &'a LoopController,
+    /// The sensor that is fed back.
+    sensor: usize,
+    /// The machine's slowest mode that oscillates.
+    slowest_hz: Option<f64>,
+}
+
+enum Found {
+    /// The machine's slowest mode, Hz.
+    Mode(f64),
+    /// A loop gain above one.
+    Gain(f64),
+}
+
+impl Beyond<'_> {
+    /// The slowest mode above a frequency, or a loop gain there that is above one.
+    fn above(&self, hz: f64) -> Option<Found> {
+        let Self { plant, own, sensor, slowest_hz } = self;
+        let channel = plant.channel_of(own.drive, &plant.output(Source::Sensor(*sensor)).ok()?).ok()?;
+        let response = |hz: f64| channel.frequency_response(&[hz]).ok().map(|values| values[0].norm());
+        let here = response(hz)?;
+        // The loop of a velocity drive has a fast mode of its own, of which the reading hardly shows anything.
+        let is_seen = |hz: f64| response(hz).is_none_or(|peak| peak > here);
+        if let Some(mode_hz) = slowest_hz.filter(|&mode_hz| mode_hz > hz && is_seen(mode_hz)) {
+            return Some(Found::Mode(mode_hz));
+        }
+        let law = own.spec.linear(own.motion_is_velocity).ok()?;
+        let [_, of_reading, of_motion] = law.d;
+        let direct = if own.reading == Some(*sensor) { of_reading } else { of_motion };
+        let gain = direct.abs() * here;
+        (gain > 1.0).then_some(Found::Gain(gain))
+    }
+
+    /// Less than two samples of each cycle of the slowest mode, or a loop gain above one at half of the
+    /// sampling rate.
+    fn slow_sample(&self) -> Option<Problem> {
+        let period_s = self.own.spec.period_s;
+        let half_rate_hz = 0.5 / period_s;
+        let period = with_unit(period_s, "s");
+        let (doubt, remedy) = match self.above(half_rate_hz)? {
+            Found::Mode(mode_hz) => (
+                format!(
+                    "a period of {period} takes {} samples of each cycle of the machine's slowest mode, {}",
+                    plain(two_digits(1.0 / (period_s * mode_hz))),
+                    with_unit(mode_hz, "Hz")
+                ),
+                format!("a period of {} takes ten", with_unit(two_digits(0.1 / mode_hz), "s")),
+            ),
+            Found::Gain(gain) => (
+                format!(
+                    "a period of {period} is too long for this loop: at half of the sampling rate, {}, its \
+                     gain is still {}",
+                    with_unit(half_rate_hz, "Hz"),
+                    plain(two_digits(gain))
+                ),
+                "shorten the period, or lower the gain".to_owned(),
+            ),
+        };
+        let key = format!("controllers.{}.period", self.own.name);
+        Some(Problem::new(key, doubt, format!("{remedy}; {IN_SECONDS}")))
+    }
+
+    /// A delay of many samples, at which half a cycle of the slowest mode has passed, or after which the
+    /// feedback is reversed where the loop gain is above one.
+    fn late(&self, key: String, delay_s: f64) -> Option<Problem> {
+        let period_s = self.own.spec.period_s;
+        if delay_s <= MANY_SAMPLES * period_s {
+            return None;
+        }
+        let reversed_hz = 0.5 / delay_s;
+        let why = match self.above(reversed_hz)? {
+            Found::Mode(mode_hz) => format!(
+                "{} cycles of the machine's slowest mode, {}",
+                plain(two_digits(delay_s * mode_hz)),
                 with_unit(mode_hz, "Hz")
             ),
-            format!(
-                "a period of {} takes ten; a number without a unit is in seconds",
-                with_unit(two_digits(0.1 / mode_hz), "s")
-            ),
-        ));
-    }
-    let law = own.spec.linear(own.motion_is_velocity).ok()?;
-    let [_, of_reading, of_motion] = law.d;
-    let direct = if own.reading == Some(sensor) { of_reading } else { of_motion };
-    let gain = direct.abs() * at_half_rate;
-    (gain > 1.0).then(|| {
-        Problem::new(
-            key,
-            format!(
-                "a period of {period} is too long for this loop: at half of the sampling rate, {}, its gain \
-                 is still {}",
-                with_unit(half_rate_hz, "Hz"),
+            Found::Gain(gain) => format!(
+                "reverses the feedback at {}, where the gain of the loop is {}",
+                with_unit(reversed_hz, "Hz"),
                 plain(two_digits(gain))
             ),
-            "shorten the period, or lower the gain; a number without a unit is in seconds",
-        )
-    })
+        };
+        let samples = plain(two_digits(delay_s / period_s));
+        Some(Problem::new(
+            key,
+            format!(
+                "a delay of {} is {samples} samples of the controller, and {why}",
+                with_unit(delay_s, "s")
+            ),
+            format!("one sample is {}; {IN_SECONDS}", with_unit(period_s, "s")),
+        ))
+    }
 }
 
 /// Force loops whose drive pulls the tool off although it is commanded to push, or that have a negative gain.
@@ -323,6 +391,26 @@ reference = 20.0
         let every = |period: &str| keys(&source.replace("period = 0.001", &format!("period = {period}")));
         assert_eq!(every("0.005"), Vec::<String>::new());
         assert_eq!(every("5.0"), ["controllers.f.period"]);
+    }
+
+    /// 8.2 cycles of the 20.5 Hz in contact; 20 ms are 0.4 of one, and 8 ms are 8 samples. Of the velocity
+    /// drive above, the loop gain at 1.25 Hz is 11.
+    #[test]
+    fn truth_a_delay_of_many_samples_and_cycles_is_doubted() {
+        let late =
+            |delay: &str| keys(&AXIS.replace("period = 0.001", &format!("period = 0.001\ndelay = {delay}")));
+        assert_eq!(late("0.4"), ["controllers.f.delay"]);
+        for plausible in ["0.0004", "0.008", "0.02"] {
+            assert_eq!(late(plausible), Vec::<String>::new(), "{plausible}");
+        }
+        let sensed =
+            AXIS.replace("reads = \"tool.spring_force\"", "reads = \"tool.spring_force\"\ndelay = 0.4");
+        assert_eq!(keys(&sensed), ["sensors.force.delay"]);
+        let kind = "kind = \"velocity-source\"\ndamping = 1e6\ntime_constant = 1e-4\n";
+        let source = AXIS.replace("on = \"m\"\n", &format!("on = \"m\"\n{kind}"));
+        let source = source.replace("feed_forward = 1.0\nkp = 0.4", "kp = 0.0009\ndelay = 0.4");
+        assert_eq!(keys(&source), ["controllers.f.delay"]);
+        assert_eq!(keys(&source.replace("delay = 0.4", "delay = 0.02")), Vec::<String>::new());
     }
 
     #[test]

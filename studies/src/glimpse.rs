@@ -7,7 +7,7 @@ use feeler_engine::Scenario;
 
 use crate::ALL_PROCESSORS;
 use crate::operating_point::contact_view;
-use crate::run::{Candidate, Outcome, RunError, RunResult, measure, run_once};
+use crate::run::{Candidate, Outcome, RunError, RunResult, measure_resting, run_once};
 
 /// The part of a run, after the last change of its references, from which an outcome is guessed first.
 const BEGINNING: f64 = 0.25;
@@ -71,11 +71,12 @@ pub fn beginning(scenario: &Scenario) -> Scenario {
 }
 
 /// Outcomes of some scenarios, side by side if their structure allows it; `None` for one that cannot run.
-pub fn outcomes(scenarios: Vec<Scenario>) -> Vec<Option<Outcome>> {
+/// `rest` is called at each row of each run, and may let other work go first.
+pub fn outcomes(scenarios: Vec<Scenario>, rest: &dyn Fn()) -> Vec<Option<Outcome>> {
     let prepared: Vec<Option<Candidate>> =
         scenarios.into_iter().map(|scenario| Candidate::new(scenario).ok()).collect();
     let candidates: Vec<Candidate> = prepared.iter().flatten().cloned().collect();
-    let mut measured = measure(&candidates, 0).into_iter();
+    let mut measured = measure_resting(&candidates, 0, rest).into_iter();
     let mut outcome = |_: &Candidate| measured.next().and_then(Result::ok).map(|found| found.summary.outcome);
     prepared.iter().map(|candidate| candidate.as_ref().and_then(&mut outcome)).collect()
 }

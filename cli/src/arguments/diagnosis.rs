@@ -7,9 +7,9 @@ use clap::{Args, Subcommand, ValueHint};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler diagnose scenarios/datasets/bench-axis            results in out/<name of the dataset>\n  \
-    feeler diagnose bench --out bench-answer --changes       with the lines to change in the file\n  \
-    feeler diagnose bench --apply                            and change the file\n  \
+    feeler diagnose scenarios/datasets/bench-axis   results in out/bench-axis\n  \
+    feeler diagnose bench --out answer --changes    prints the lines to change\n  \
+    feeler diagnose bench --apply                   changes the file\n  \
     feeler diagnose bench --json | jq .verdict\n\n\
     Writes diagnosis.json, report.html (a page that needs no network) and machine.toml, the repaired \
     machine, ready for `feeler run`. A CSV for each drive holds its commands in one experiment, which that \
@@ -69,8 +69,8 @@ pub(crate) enum Blind {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler blind make --cases 240 --seed 7 --out blind\n  \
-    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n  \
-    feeler blind make --servo --cases 100 --seed 3 --out servo  servos: target and position only\n\n\
+    feeler blind make --wild --cases 200 --seed 3 --out wild    as real logs are\n  \
+    feeler blind make --servo --cases 100 --seed 3 --out servo  position servos\n\n\
     About eight of twelve cases hide exactly one effect of the library. The others hide nothing, two \
     effects, or an effect outside the library. Of wild cases, nine of twenty hide exactly one.")]
 pub(crate) struct BlindMake {
@@ -99,9 +99,8 @@ pub(crate) struct BlindMake {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler blind run blind                           can be stopped and started again\n  \
-    feeler blind run others --answers answers        datasets from elsewhere: any folder of dataset \
-    folders\n\n\
+    feeler blind run blind                      can be stopped and started again\n  \
+    feeler blind run others --answers answers   any folder of dataset folders\n\n\
     Writes diagnosis.json and answer.json for each case. `feeler blind score` reads answer.json. A case \
     with an answer.json is not run again.")]
 pub(crate) struct BlindRun {

@@ -10,10 +10,10 @@ use feeler_studies::frf::{self, FrfRequest, NoiseEstimator};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler frf scenario.toml --clamped                 white noise, as in the paper\n  \
-    feeler frf scenario.toml --excitation multisine    separates noise and distortion\n  \
+    feeler frf scenario.toml --clamped                white noise, as in the paper\n  \
+    feeler frf scenario.toml --excitation multisine   noise and distortion apart\n  \
     feeler frf scenario.toml --estimator hv --segment 4 --out out/frf\n  \
-    feeler frf measured/ --experiment clamped-1.csv    a record of a dataset\n\n\
+    feeler frf measured/ --experiment clamped-1.csv   a record of a dataset\n\n\
     For a dataset, --from, --to, --estimator, --segment, --period and --confidence apply. Options that make \
     an excitation apply to a machine only. The linear response includes the hold and the sampling of the \
     experiment.")]
@@ -160,6 +160,17 @@ impl ExcitationKind {
             Self::Multisine => frf::ExcitationKind::Multisine,
             Self::Chirp => frf::ExcitationKind::Chirp,
             Self::SteppedSine => frf::ExcitationKind::SteppedSine,
+        }
+    }
+}
+
+impl From<frf::ExcitationKind> for ExcitationKind {
+    fn from(kind: frf::ExcitationKind) -> Self {
+        match kind {
+            frf::ExcitationKind::WhiteNoise => Self::WhiteNoise,
+            frf::ExcitationKind::Multisine => Self::Multisine,
+            frf::ExcitationKind::Chirp => Self::Chirp,
+            frf::ExcitationKind::SteppedSine => Self::SteppedSine,
         }
     }
 }

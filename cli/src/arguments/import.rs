@@ -8,7 +8,7 @@ use clap::{Args, ValueHint};
 #[command(after_help = "Examples:\n  \
     feeler import bag.mcap                                      list what it holds\n  \
     feeler import bag_folder --out elbow --joint elbow --urdf robot.urdf\n  \
-    feeler import a.csv b.csv --out axis --target q_des --position q --machine machine.toml\n  \
+    feeler import a.csv b.csv --out axis --target q_des --position q\n  \
     feeler import bag.mcap --json | jq '.runs[].tables[].columns[].name'\n\n\
     Reads MCAP logs and ROS 2 bags (CDR or JSON), LeRobot data sets, Parquet, npz, npy and CSV, as files or \
     folders. Writes a dataset with a first machine, or one folder for each of several joints.")]

@@ -6,9 +6,9 @@ use clap::{Args, ValueHint};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler live scenario.toml                      prints the address of the page; Ctrl-C ends it\n  \
+    feeler live scenario.toml               prints an address; Ctrl-C ends it\n  \
     feeler live scenario.toml --set controllers.force.kp=0.4\n  \
-    feeler live machine.toml --data bench          measured records over the predictions\n\n\
+    feeler live machine.toml --data bench   records over the predictions\n\n\
     Only this computer can reach the page, under an address that nobody can guess.")]
 pub(crate) struct Live {
     /// Scenario file (TOML)
@@ -23,17 +23,17 @@ pub(crate) struct Live {
     /// Machine file of a diagnosis of that dataset, as a third curve
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, requires = "data")]
     pub(crate) repaired: Option<PathBuf>,
-    /// Port of the loopback address [default: any free one]
-    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) port: Option<u16>,
+    /// Port of the loopback address; 0 takes any free one
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub(crate) port: u16,
 }
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler compare first.toml second.toml          what differs, and both over each other\n  \
-    feeler compare out/first out/second            folders that `feeler run` wrote\n  \
-    feeler compare scenario.toml --set controllers.force.kp=0.4 --set controllers.force.kp=0.8\n  \
-    feeler compare bench-one bench-two             datasets: their records over each other\n  \
+    feeler compare first.toml second.toml   what differs, and both over each other\n  \
+    feeler compare out/first out/second     folders that `feeler run` wrote\n  \
+    feeler compare scenario.toml --set controllers.force.kp=0.4\n  \
+    feeler compare bench-one bench-two      records of datasets over each other\n  \
     feeler compare first.toml second.toml --json | jq .differing\n\n\
     Writes report.html and compare.json into the output folder.")]
 pub(crate) struct Compare {

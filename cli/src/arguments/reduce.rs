@@ -9,8 +9,8 @@ use clap::{ArgGroup, Args, ValueHint};
     group(ArgGroup::new("place").required(true).args(["pose", "at"])),
     after_help = "Examples:\n  \
     feeler reduce arm.toml --at 0.6,0.1,0.1 --normal 0,0,-1 --out axis.toml\n  \
-    feeler analyze axis.toml                linear theory of the arm along that normal\n  \
-    feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
+    feeler analyze axis.toml            linear theory of the arm along that normal\n  \
+    feeler reduce arm.toml --pose '0,-40 deg,95 deg' --normal 0,0,-1 --hold\n  \
     feeler reduce arm.toml --at 0.6,0,0 --normal 0,0,-1 --map 0.4,1,6,0,0.4,5\n\n\
     The axis has two masses and a spring. It has the arm's mass, and deflects like the arm under slow \
     forces. If its contact mode or phase crossover is too far from the arm's, further bodies are added \

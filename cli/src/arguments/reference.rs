@@ -10,7 +10,7 @@ use feeler_plant::effects::{Kind, LIBRARY};
 #[derive(Args, Debug)]
 #[command(after_help = format!("Examples:\n  \
     feeler effects                     all of them\n  \
-    feeler effects {0}    one, with its equation, its parameters and its source\n  \
+    feeler effects {0}    one: equation, parameters, source\n  \
     feeler effects {0} --out law.svg\n  \
     feeler effects --json", Kind::CoulombFriction))]
 pub(crate) struct Effects {
@@ -58,7 +58,7 @@ pub(crate) struct New {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler schema > machine.schema.json      first line of a file: #:schema ./machine.schema.json\n  \
+    feeler schema > machine.schema.json   #:schema ./machine.schema.json on top\n  \
     feeler schema sweep > sweep.schema.json")]
 pub(crate) struct Schema {
     /// Kind of file

@@ -7,19 +7,19 @@ use clap::{Args, ValueHint};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler tune scenario.toml\n  \
-    feeler tune scenario.toml --spec \"phase margin >= 50 deg, structure = gains+notch\"\n  \
-    feeler tune scenario.toml --spec \"gains = kp+damping, overshoot <= 10 %\" --out tuned.toml\n  \
-    feeler tune scenario.toml --diagnosis out/bench-axis --draws 200 --code out/controller\n\n\
+    feeler tune scenario.toml --spec \"phase margin >= 50 deg, overshoot <= 10 %\"\n  \
+    feeler tune scenario.toml --spec \"structure = gains+notch\" --out tuned.toml\n  \
+    feeler tune scenario.toml --diagnosis out/bench-axis --code out/controller\n\n\
     Clauses of --spec, with commas between them:\n  \
     phase margin >= 45 deg      by linear theory [default: 45 deg]\n  \
     gain margin >= 6 dB         by linear theory, up and down [default: 6 dB]\n  \
     sensitivity <= 6 dB         peak, by linear theory\n  \
     step overshoot <= 20 %      of the linear step response\n  \
-    overshoot <= 10 %           of the simulated force over its reference, impact included\n  \
+    overshoot <= 10 %           of the simulated force, impact included\n  \
     peak force <= 60 N          in simulation\n  \
     settling time <= 200 ms     in simulation\n  \
     structure = gains+notch     gains, and filter, lead or notch\n  \
-    gains = kp+damping          gains to tune [default: error gains in fixed ratio, and damping]\n  \
+    gains = kp+damping          [default: error gains in fixed ratio, and damping]\n  \
     ki >= 5                     limit of a gain in `gains`, SI\n  \
     controller = NAME           [default: the force controller]\n\n\
     Linear theory proposes the gains. The full simulation must come to rest and meet the limits in every \

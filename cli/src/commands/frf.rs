@@ -5,7 +5,7 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::measured_response;
 use feeler_files::{DatasetFile, Draft};
 use feeler_problem::Remedy;
-use feeler_studies::frf::{ExcitationKind as Simulated, FrfError, Response, csv, json, row, simulate};
+use feeler_studies::frf::{FrfError, Response, csv, json, row, simulate};
 
 use crate::arguments::{ExcitationKind, Frf};
 use crate::numbers::plain;
@@ -96,7 +96,7 @@ fn simulated(arguments: &Frf) -> crate::Result<Response> {
     )?;
     let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
     let request = arguments.request().excited_as(&document.scenario);
-    refuse_others(arguments, request.excitation.unwrap_or(Simulated::WhiteNoise))?;
+    refuse_others(arguments, request.excitation.map_or(ExcitationKind::WhiteNoise, ExcitationKind::from))?;
     simulate(&document.scenario, &request).map_err(|error| refused(arguments, &error))
 }
 
@@ -109,14 +109,8 @@ fn measured(arguments: &Frf) -> crate::Result<Response> {
 }
 
 /// Rejects options of another excitation.
-fn refuse_others(arguments: &Frf, excitation: Simulated) -> crate::Result<()> {
+fn refuse_others(arguments: &Frf, kind: ExcitationKind) -> crate::Result<()> {
     use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
-    let kind = match excitation {
-        Simulated::WhiteNoise => WhiteNoise,
-        Simulated::Multisine => Multisine,
-        Simulated::Chirp => Chirp,
-        Simulated::SteppedSine => SteppedSine,
-    };
     let given: [(&str, bool, &[ExcitationKind]); 6] = [
         ("--estimator", arguments.estimator.is_some(), &[WhiteNoise]),
         ("--duration", arguments.duration.is_some(), &[WhiteNoise, Chirp]),

@@ -70,10 +70,9 @@ fn once(arguments: &Run) -> crate::Result<()> {
     let summary = &result.summary;
     let units = Units::of(&document.scenario.machine);
     let cost = word_on_cost(&document).unwrap_or_default();
-    let reason = words::reason(&document.scenario, summary, &doubts)
-        .map_or_else(String::new, |reason| format!("\n{reason}"));
     let energies = word_on_energies(arguments, summary);
-    let said = format!("{}: {}{reason}", summary.name, words::outcome(summary, units));
+    let told = words::told(&document.scenario, summary, units, &doubts);
+    let said = format!("{}: {}", summary.name, told.join("\n"));
     let asides: String = [cost.as_str(), energies]
         .iter()
         .filter(|aside| !aside.is_empty())

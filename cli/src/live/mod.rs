@@ -1,5 +1,6 @@
 //! A page that is served while its command runs: only on the loopback address, under a secret path.
 
+mod moves;
 mod session;
 
 use std::fmt::{Display, Write as _};
@@ -36,15 +37,15 @@ pub(crate) struct Live {
 }
 
 impl Live {
-    /// Opens a port of the loopback address; any free one by default.
-    pub(crate) fn new(port: Option<u16>) -> crate::Result<Self> {
+    /// Opens a port of the loopback address; 0 takes any free one.
+    pub(crate) fn new(port: u16) -> crate::Result<Self> {
         let cannot = |error: &dyn Display| {
             BadInput::error(
                 format!("cannot listen on 127.0.0.1: {error}"),
                 "leave --port out, and a free port is taken",
             )
         };
-        let listener = TcpListener::bind(("127.0.0.1", port.unwrap_or(0))).map_err(|error| cannot(&error))?;
+        let listener = TcpListener::bind(("127.0.0.1", port)).map_err(|error| cannot(&error))?;
         promptly(&listener);
         let server = Server::from_listener(listener, None).map_err(|error| cannot(&error))?;
         let mut bytes = [0; SECRET];

@@ -6,15 +6,22 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay_record;
 use feeler_engine::Scenario;
-use feeler_files::{Document, Draft, Edit, FormatError, Setting};
+use feeler_files::{Document, Draft, Edit, FormatError, Located, Setting};
 use feeler_plant::description::Machine;
+use feeler_problem::Problem;
+use feeler_studies::doubts;
 use feeler_studies::glimpse::{Glimpse, Loci, beginning, outcomes, theory};
 use feeler_studies::run::{Outcome, RunResult, run_once};
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Value, json};
 
+use super::moves::Moves;
+
+use crate::numbers::count;
 use crate::pages::live::{self, Shown};
 use crate::terminal;
+use crate::terminal::failure::Failure;
 use crate::watched::Watched;
 
 /// Number of variants that one task measures side by side.
@@ -23,6 +30,8 @@ const BLOCK: usize = feeler_studies::run::LANES;
 const MOST_POINTS: usize = 256;
 /// Longest run that a slider in motion waits for, s. Drawing takes as long again within the 50 ms of a move.
 const MOST_RUN_S: f64 = 0.025;
+/// Largest number of mistakes that a page shows.
+const MOST_MISTAKES: usize = 5;
 /// The part of a longer run that it shows at least.
 const LEAST_SHARE: f64 = 0.1;
 
@@ -46,6 +55,9 @@ pub(crate) struct Session {
     measured: Option<Measured>,
     /// Seconds of computation for each simulated second, from the latest run; zero before the first.
     pace: Mutex<f64>,
+    moves: Moves,
+    /// The threads of the map. They rest while a move is computed, by all other threads.
+    background: ThreadPool,
 }
 
 /// The file as last read.
@@ -66,7 +78,14 @@ impl Session {
         let settings = settings.to_vec();
         let watched = Watched::of(&document);
         let file = File { document, settings, watched, version: 0, problem: None };
-        Ok(Self { path: path.to_owned(), file: Mutex::new(file), measured, pace: Mutex::new(0.0) })
+        Ok(Self {
+            path: path.to_owned(),
+            file: Mutex::new(file),
+            measured,
+            pace: Mutex::new(0.0),
+            moves: Moves::default(),
+            background: ThreadPoolBuilder::new().build().map_err(Failure::internal)?,
+        })
     }
 
     /// The page.
@@ -93,6 +112,7 @@ impl Session {
     /// Theory may be asked for `without_loci`, which take up to a third of its time. A run `in_motion` is cut
     /// short if it would take too long.
     pub(crate) fn state(&self, asked: &Value) -> Value {
+        let _move = self.moves.begin();
         let mut document = match self.document(asked) {
             Ok(document) => document,
             Err(error) => return json!({ "problem": plainly(&error) }),
@@ -124,7 +144,10 @@ impl Session {
                 (Some(run), Some(theory))
             }
         };
-        Shown { document: &document, run, theory, cut_from_s, has_all }.to_json()
+        let is_undecided = |run: &RunResult| run.summary.outcome == Outcome::Undecided;
+        let may_be_wrong = cut_from_s.is_none() && run.iter().flatten().any(is_undecided);
+        let doubts = if may_be_wrong { doubts(&document.scenario) } else { Vec::new() };
+        Shown { document: &document, run, theory, cut_from_s, doubts, has_all }.to_json()
     }
 
     /// The time that a run may simulate within [`MOST_RUN_S`], at the pace of the latest run.
@@ -138,7 +161,7 @@ impl Session {
     }
 
     /// The outcomes of the scenario at some points of two numbers; `guess` asks for those that the beginnings
-    /// of the runs suggest, at a fraction of the time.
+    /// of the runs suggest, at a fraction of the time. Rests while a move is computed.
     pub(crate) fn map(&self, asked: &Value) -> Value {
         let document = match self.document(asked) {
             Ok(document) => document,
@@ -155,15 +178,15 @@ impl Session {
             Some(if is_guess { beginning(&scenario) } else { scenario })
         };
         let points: Vec<&Value> = points.iter().take(MOST_POINTS).collect();
-        let found: Vec<Option<&str>> = points
-            .par_chunks(BLOCK)
-            .flat_map_iter(|block| {
-                let scenarios: Vec<Option<Scenario>> = block.iter().map(|point| at(point)).collect();
-                let mut told = outcomes(scenarios.iter().flatten().cloned().collect()).into_iter();
-                let outcome = |scenario: Option<Scenario>| scenario.and_then(|_| told.next().flatten());
-                scenarios.into_iter().map(outcome).map(|o| o.map(Outcome::name)).collect::<Vec<_>>()
-            })
-            .collect();
+        let rest = || self.moves.rest();
+        let of_block = |block: &[&Value]| {
+            let scenarios: Vec<Option<Scenario>> = block.iter().map(|point| at(point)).collect();
+            let mut told = outcomes(scenarios.iter().flatten().cloned().collect(), &rest).into_iter();
+            let outcome = |scenario: Option<Scenario>| scenario.and_then(|_| told.next().flatten());
+            scenarios.into_iter().map(outcome).map(|o| o.map(Outcome::name)).collect::<Vec<_>>()
+        };
+        let found: Vec<Option<&str>> =
+            self.background.install(|| points.par_chunks(BLOCK).flat_map_iter(of_block).collect());
         json!({ "outcomes": found })
     }
 
@@ -182,7 +205,8 @@ impl Session {
         json!({ "charts": live::records(machine, dataset, index, believed.as_ref(), repaired.as_ref()) })
     }
 
-    /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it.
+    /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it; nothing if
+    /// they are those of the file.
     pub(crate) fn write(&self, asked: &Value) -> Value {
         // Changes that an editor saved in the meantime stay.
         let mut file = self.as_saved();
@@ -204,6 +228,9 @@ impl Session {
         // A machine that cannot be is not written.
         let checked = file.document.with(settings).and_then(|_| file.document.edited(&edits));
         let edited = checked.map_err(|error| plainly(&error));
+        if edited.as_ref().is_ok_and(|text| text == file.document.text()) {
+            return json!({ "written": null });
+        }
         let written =
             edited.and_then(|text| terminal::rewrite(&self.path, &text).map_err(|error| error.to_string()));
         match written {
@@ -239,7 +266,7 @@ impl Session {
                     }
                     (file.document, file.problem) = (document, None);
                 }
-                Err(error) => file.problem = Some(plainly(&error)),
+                Err(error) => file.problem = Some(in_file(&error)),
             }
         }
         file
@@ -262,8 +289,58 @@ fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
     settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
 }
 
-/// Mistakes for a page: without the lines of the file.
+/// Mistakes of numbers that a page has set: their keys, without places in a file.
 fn plainly(error: &FormatError) -> String {
-    let told = error.problems.iter().map(|problem| format!("{}: {}", problem.key, problem.message));
-    told.collect::<Vec<_>>().join("\n")
+    let told = |found: &Located| {
+        Problem::new(found.key.as_str(), found.message.as_str(), found.remedy.as_str()).to_string()
+    };
+    in_few_lines(error, told)
+}
+
+/// Mistakes of the file: their lines and keys.
+fn in_file(error: &FormatError) -> String {
+    in_few_lines(error, ToString::to_string)
+}
+
+fn in_few_lines(error: &FormatError, told: impl Fn(&Located) -> String) -> String {
+    let mut lines: Vec<String> = error.problems.iter().take(MOST_MISTAKES).map(told).collect();
+    let more = error.problems.len() + error.omitted - lines.len();
+    lines.extend((more > 0).then(|| format!("and {}", count(more, "further mistake", "further mistakes"))));
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+
+    /// All threads of the map rest during a move, which others compute meanwhile. Then the map goes on, to
+    /// the outcomes that it has without a rest.
+    #[test]
+    fn truth_the_map_rests_while_a_slider_moves() {
+        const BLOCKS: usize = 2;
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/chatter/sustained.toml");
+        let session = Session::new(&file, &[], None).unwrap();
+        let points: Vec<[f64; 2]> =
+            (0..BLOCKS * BLOCK).map(|i| [0.3 + 0.1 * i as f64, 4.0 + 0.1 * i as f64]).collect();
+        let keys = json!({ "x": "controllers.force.kp", "y": "bodies.tip.mass" });
+        let asked = json!({ "settings": {}, "keys": keys, "points": points });
+        let alone = session.map(&asked);
+        let (moves, over) = (&session.moves, AtomicBool::new(false));
+        std::thread::scope(|scope| {
+            let moved = moves.begin();
+            let map = scope.spawn(|| {
+                let found = session.map(&asked);
+                moves.is_over(&over);
+                found
+            });
+            assert!(moves.wait_for(BLOCKS.min(session.background.current_num_threads()), &over));
+            let state = session.state(&json!({ "settings": {} }));
+            assert!(state["charts"]["force"].is_object() && state["planes"]["locus"].is_object());
+            assert!(!map.is_finished());
+            drop(moved);
+            assert_eq!(map.join().unwrap(), alone);
+        });
+    }
 }

@@ -7,12 +7,15 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::Replay;
 use feeler_files::Document;
 use feeler_plant::description::Machine;
+use feeler_problem::Problem;
 use feeler_studies::run::{Outcome, RunError, RunResult};
 use serde_json::{Map, Value, json};
 
 use crate::numbers::with_unit;
 use crate::pages::analyze::{as_set, loci, nyquist, open_loop, step, tiles};
-use crate::pages::parts::{Chart, ChartKind, Plane, Series, by_extremes, escape, own_page, tiles_html};
+use crate::pages::parts::{
+    Chart, ChartKind, Plane, Series, by_extremes, escape, own_page, prose, tiles_html,
+};
 use crate::pages::run;
 use crate::pages::sweep::of_outcome;
 use crate::units::Units;
@@ -53,7 +56,7 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
          <p id=\"stable\"></p><p id=\"problem\" role=\"alert\"></p><div id=\"tiles\">\
          <div id=\"tiles-run\"></div><div id=\"tiles-theory\"></div></div>",
         escape(&machine.name),
-        escape(&machine.about)
+        prose(&machine.about)
     );
     let mut places: Vec<_> = PLACES.into_iter().filter(|[_, kind, _]| *kind != "records").collect();
     if !records.is_empty() {
@@ -93,6 +96,8 @@ pub(crate) struct Shown<'a> {
     pub(crate) theory: Option<Result<(Report, Curves), AnalysisError>>,
     /// The duration of the whole run, s, if only its beginning was simulated.
     pub(crate) cut_from_s: Option<f64>,
+    /// Doubts about the file, if the run is undecided.
+    pub(crate) doubts: Vec<Problem>,
     /// Whether no figure was left out.
     pub(crate) has_all: bool,
 }
@@ -111,7 +116,7 @@ impl Shown<'_> {
                 outcome = json!(result.summary.outcome.name());
                 // A beginning is too short by itself.
                 if self.cut_from_s.is_none() || result.summary.outcome != Outcome::Undecided {
-                    said.push(words::outcome(&result.summary, units));
+                    said.extend(words::told(&self.document.scenario, &result.summary, units, &self.doubts));
                 }
                 said.extend(self.cut_from_s.map(|whole_s| {
                     format!(

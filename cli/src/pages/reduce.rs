@@ -8,11 +8,10 @@ use feeler_studies::arm::{MapPoint, MapValues, NoAxis, without_axis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};
-use crate::pages::parts::svg::{Frame, Place, Scale, image, legend, swatch, text_at};
+use crate::pages::parts::svg::{Frame, Place, Plot, Scale, swatch, text_at};
 use crate::pages::parts::{Page, of_share};
 
 const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
-const WIDTH: f64 = 830.0;
 /// Places that the arm does not reach.
 const NOTHING: &str = "#f2f2f2";
 /// Places that it reaches without an axis, and axes without this figure.
@@ -26,6 +25,8 @@ const ONLY_CELL_M: f64 = 0.05;
 const STEPS: u32 = 6;
 /// Smallest cell that has room for its number.
 const ROOM: [f64; 2] = [56.0, 18.0];
+/// Narrowest cell that has room for large letters.
+const LARGE_ROOM: f64 = 90.0;
 /// Level from which black letters on a colour are more legible than white ones.
 const BRIGHT: f64 = 0.47;
 
@@ -108,14 +109,14 @@ pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> St
     });
     let mut first = None;
     for field in &FIELDS {
-        let svg = grid.svg(map, field);
+        let plot = grid.plot(map, field);
         let caption = format!(
             "{} Hover to see a place and the command that gives its axis; click to copy it.",
             field.caption
         );
         match first {
-            None => first = Some(page.map(field.title, &caption, &svg, hover.clone())),
-            Some(first) => page.map_like(field.title, field.caption, &svg, first),
+            None => first = Some(page.plot(field.title, &caption, &plot, hover.clone())),
+            Some(first) => page.plot_like(field.title, field.caption, &plot, first),
         }
     }
     page.render()
@@ -246,7 +247,7 @@ impl Grid {
         [left, top, right - left, bottom - top].map(|v| (v * 100.0).round() / 100.0)
     }
 
-    fn svg(&self, map: &[MapPoint], field: &Field) -> String {
+    fn plot(&self, map: &[MapPoint], field: &Field) -> Plot {
         let values = || {
             map.iter()
                 .filter_map(|point| point.found.as_ref().ok().map(field.of))
@@ -271,7 +272,11 @@ impl Grid {
             if let Some(value) = number.filter(|_| width >= ROOM[0] && height >= ROOM[1]) {
                 let ink = if share(value) < BRIGHT { "#ffffff" } else { "#000000" };
                 let middle = [x + 0.5 * width, y + 0.5 * height + 4.0];
+                // The larger letters of a narrow screen need more room.
+                let tight = if width < LARGE_ROOM { " class=\"tight\"" } else { "" };
+                let _ = write!(body, "<g{tight}>");
                 text_at(&mut body, middle, "middle", 12, ink, &plain(value));
+                body.push_str("</g>");
             }
             if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
                 let (right, bottom) = (x + width, y + height);
@@ -307,8 +312,7 @@ impl Grid {
                 "axis off by over 5 %".into(),
             ));
         }
-        legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
-        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+        Plot { place: PLOT, body, entries }
     }
 }
 

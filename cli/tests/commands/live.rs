@@ -73,7 +73,7 @@ impl Drop for Served {
 fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
-    let served = Served::new(&bench, &["press.toml"]);
+    let served = Served::new(&bench, &["press.toml", "--port", "0"]);
     assert!(served.host.starts_with("127.0.0.1:") && served.secret.len() == 32, "{}", served.host);
     let own = format!("/{}/", served.secret);
     let status = |path: &str, host: &str| served.ask("GET", path, host, "").0;
@@ -128,6 +128,11 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
     assert_eq!(outcomes[0], calm["outcome"]);
     assert!(outcomes[1] != outcomes[0] && outcomes[2].is_null(), "{outcomes}");
 
+    for same in [json!({}), json!({ "bodies.tip.mass": 2.0 })] {
+        let idle = served.post("write", &json!({ "settings": same }));
+        assert_eq!(idle, json!({ "written": null }));
+        assert!(bench.read("press.toml") == PRESS && !exists(bench.path("press.toml.bak")));
+    }
     let written = served.post("write", &json!({ "settings": { "bodies.tip.mass": 2.5 } }));
     assert!(written["problem"].is_null(), "{written}");
     assert_eq!(bench.read("press.toml.bak"), PRESS);
@@ -206,17 +211,30 @@ fn truth_a_base_machine_is_watched_as_its_file_is() {
     bench.write("base.toml", PRESS);
     bench.write("child.toml", "name = \"child\"\nmachine = \"base.toml\"\n");
     let served = Served::new(&bench, &["child.toml"]);
-    let version = || {
+    let file = || {
         let (_, file) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
-        serde_json::from_str::<Value>(&file).unwrap()["version"].clone()
+        serde_json::from_str::<Value>(&file).unwrap()
     };
+    let version = || file()["version"].clone();
     assert_eq!([version(), version()], [0, 0]);
     bench.write("base.toml", &PRESS.replace("= 0.2\n", "= 0.4\n"));
     assert_eq!([version(), version()], [1, 1]);
-    bench.write("base.toml", "[");
-    assert_eq!(version(), 2);
+    // A mistake has its file, line, column and remedy; one of a value its key, too.
+    bench.write("base.toml", "\n[");
+    let broken = file();
+    assert_eq!(broken["version"], 2);
+    let said = broken["problem"].as_str().unwrap();
+    assert!(said.starts_with("base.toml:2:") && said.ends_with(')'), "{said}");
+    bench.write("base.toml", &PRESS.replace("\"2 kg\"", "\"2 t\""));
+    let said = file()["problem"].clone();
+    let said = said.as_str().unwrap();
+    let line = PRESS.lines().position(|line| line.contains("2 kg")).unwrap() + 1;
+    assert!(
+        said.starts_with(&format!("base.toml:{line}:")) && said.contains(": bodies.tip.mass: "),
+        "{said}"
+    );
     bench.write("base.toml", PRESS);
-    assert_eq!(version(), 3);
+    assert_eq!([&file()["version"], &file()["problem"]], [&json!(4), &Value::Null]);
 }
 
 /// 600 s are 600 000 samples of the controller: no computer simulates them in the 25 ms that a slider in

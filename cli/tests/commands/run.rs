@@ -348,6 +348,20 @@ fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_ended() {
     assert!(interrupt.success() && !child.0.wait().unwrap().success());
 }
 
+/// A longer run does not decide what 400 ms in place of 0.4 ms have undone.
+#[test]
+fn truth_the_probable_reason_of_an_undecided_run_comes_first() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "flexible", "--out", "flexible.toml"]).code, DONE);
+    let slip = ["run", "flexible.toml", "--set", "controllers.force.delay=0.4", "--out", "out"];
+    let said = bench.feeler(&slip);
+    let first = "flexible: Undecided. Probable reason: a delay of 400 ms";
+    assert!(said.out.starts_with(first), "{}", said.out);
+    let longer = said.out.find("If that is meant: ").unwrap();
+    assert!(said.out[longer..].contains("lengthen run.duration"), "{}", said.out);
+    assert!(bench.read("out/report.html").contains("Undecided. Probable reason: a delay of 400 ms"));
+}
+
 #[test]
 fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     let bench = Bench::new();

@@ -158,7 +158,8 @@ pub(super) fn nearest(symbol: &str) -> Option<String> {
         |candidate: &str| strsim::damerau_levenshtein(&symbol.to_lowercase(), &candidate.to_lowercase());
     let (edits, best) =
         known.map(|candidate| (distance(candidate), candidate)).min_by_key(|(edits, _)| *edits)?;
-    (edits <= 1).then(|| best.to_owned())
+    // Of a single letter any other is one edit away.
+    (edits <= 1 && edits < symbol.chars().count()).then(|| best.to_owned())
 }
 
 /// Bases in words, for units without a quantity on the axis.

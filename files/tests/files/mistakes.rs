@@ -137,6 +137,12 @@ fn truth_a_slip_of_a_number_or_unit_is_named() {
             "a decimal point: \"12.5 kg\"",
         ),
         ("controllers.force.period=\"1 msec\"", "controllers.force.period", "`msec`", "did you mean `ms`?"),
+        (
+            "bodies.motor.mass=\"7 t\"",
+            "bodies.motor.mass",
+            "`t`",
+            "a number in kg, or a text such as \"1 kg\"",
+        ),
         ("controllers.force.period=\"0.001 seconds\"", "controllers.force.period", "`seconds`", "mean `s`?"),
     ] {
         let found = mistakes(&[setting]);

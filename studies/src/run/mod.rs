@@ -67,6 +67,7 @@ pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
 pub use record::trace_file::{about_parquet, record_csv, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
+pub(crate) use variants::measure_resting;
 pub use variants::{Candidate, LANES, Measured, measure};
 pub use verdict::{MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 

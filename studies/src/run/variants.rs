@@ -7,7 +7,7 @@ use feeler_lanes::{Lane, Pack};
 use crate::run::error::RunError;
 use crate::run::measure::contact::{ContactRun, Interval};
 use crate::run::measure::strobe::Strobe;
-use crate::run::record::lanes::Lanes;
+use crate::run::record::lanes::{Lanes, Rest};
 use crate::run::record::recording::Recording;
 use crate::run::verdict::MOST_EXTENSION;
 use crate::run::{Ended, Judged, Outcome, Summary, engine};
@@ -64,8 +64,12 @@ impl Candidate {
     /// # Errors
     /// Exponentials that cannot be computed. A motion that diverges is a result.
     pub fn measure(&self, tail: usize) -> Result<Measured, RunError> {
+        self.measure_resting(tail, &|| {})
+    }
+
+    fn measure_resting(&self, tail: usize, rest: Rest<'_>) -> Result<Measured, RunError> {
         let simulation = engine::simulation(self.program.clone(), self.scenario.machine.axis)?;
-        let mut measured = measure_lanes(&[self], simulation, &mut Lanes::new(), tail)?;
+        let mut measured = measure_lanes(&[self], simulation, &mut Lanes::new(rest), tail)?;
         Ok(measured.swap_remove(0))
     }
 
@@ -110,9 +114,18 @@ impl Candidate {
 /// Measures variants, side by side if their structure allows it. Each gets the same numbers as alone, bit for
 /// bit, in the given order.
 pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
+    measure_resting(candidates, tail, &|| {})
+}
+
+/// As [`measure`], calling `rest` at each row of each run.
+pub(crate) fn measure_resting(
+    candidates: &[Candidate],
+    tail: usize,
+    rest: Rest<'_>,
+) -> Vec<Result<Measured, RunError>> {
     let mut results: Vec<Option<Result<Measured, RunError>>> = candidates.iter().map(|_| None).collect();
     let mut left: Vec<usize> = (0..candidates.len()).collect();
-    let mut lanes = Lanes::new();
+    let mut lanes = Lanes::new(rest);
     while let Some(&first) = left.first() {
         let alike = left.iter().copied().filter(|&i| candidates[first].runs_beside(&candidates[i]));
         let block: Vec<usize> = alike.take(LANES).collect();
@@ -128,7 +141,7 @@ pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, Ru
         }
         // Too few for the lanes, or failed together with another one.
         for &i in &block {
-            results[i].get_or_insert_with(|| candidates[i].measure(tail));
+            results[i].get_or_insert_with(|| candidates[i].measure_resting(tail, rest));
         }
     }
     results.into_iter().flatten().collect()
@@ -136,7 +149,7 @@ pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, Ru
 
 fn side_by_side(
     block: &[&Candidate],
-    lanes: &mut Lanes<Pack<LANES>>,
+    lanes: &mut Lanes<'_, Pack<LANES>>,
     tail: usize,
 ) -> Result<Vec<Measured>, RunError> {
     sharing_exponentials(|| {
@@ -149,7 +162,7 @@ fn side_by_side(
 fn measure_lanes<L: Lane>(
     block: &[&Candidate],
     mut simulation: Simulation<L>,
-    lanes: &mut Lanes<L>,
+    lanes: &mut Lanes<'_, L>,
     tail: usize,
 ) -> Result<Vec<Measured>, RunError> {
     let duration_s = block[0].scenario.run.duration_s;
@@ -172,7 +185,7 @@ fn measure_lanes<L: Lane>(
         let open = lanes.open();
         if L::WIDTH > 1 && open.len() <= CHEAPER_ALONE {
             for l in open {
-                let mut measured = block[l].measure(tail)?;
+                let mut measured = block[l].measure_resting(tail, lanes.rest())?;
                 // Steps of variants side by side are counted together.
                 measured.summary.steps = 0;
                 results[l] = Some(measured);

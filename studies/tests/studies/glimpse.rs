@@ -1,5 +1,7 @@
 //! Quick views of a scenario.
 
+use std::cell::Cell;
+
 use feeler_control::ReferenceSpec;
 use feeler_engine::Scenario;
 use feeler_files::Setting;
@@ -32,7 +34,23 @@ fn truth_a_beginning_has_every_change_of_a_reference() {
 #[test]
 fn truth_beginnings_suggest_what_whole_runs_tell() {
     let gains = [0.2, 0.4, 1.1, 1.4, 1.8];
-    let whole = outcomes(gains.map(sustained).to_vec());
-    assert_eq!(outcomes(gains.map(|kp| beginning(&sustained(kp))).to_vec()), whole);
+    let whole = outcomes(gains.map(sustained).to_vec(), &|| {});
+    assert_eq!(outcomes(gains.map(|kp| beginning(&sustained(kp))).to_vec(), &|| {}), whole);
     assert!(whole.contains(&Some(Outcome::Chatter)) && whole[0].is_some_and(Outcome::is_stable));
+}
+
+/// A run of 1 s under a controller of 1 kHz can rest at each of its thousand samples at least, alone and
+/// beside others.
+#[test]
+fn truth_runs_in_the_background_may_rest_at_each_row() {
+    for count in [1, 8] {
+        let rests = Cell::new(0);
+        let mut scenarios = vec![sustained(0.2); count];
+        for scenario in &mut scenarios {
+            scenario.run.duration_s = 1.0;
+        }
+        let found = outcomes(scenarios, &|| rests.set(rests.get() + 1));
+        assert!(found.iter().all(Option::is_some));
+        assert!(rests.get() >= 1000, "{count}: {}", rests.get());
+    }
 }

@@ -18,7 +18,7 @@ const WIDEST: f64 = 90.0;
 /// Width of a letter of a group's name, and the space between two names.
 const LETTER: f64 = 8.0;
 const GAP: f64 = 12.0;
-/// Errors up to this number of noise floors stay white, since noise alone gives them.
+/// Errors up to this number of noise floors have no colour, since noise alone gives them.
 pub(super) const NOISE: f64 = 1.5;
 /// Shares of the variation with the palest and the darkest colour; logarithmic in between, so that a larger
 /// number is never paler.
@@ -138,16 +138,20 @@ fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> S
         for (i, column) in columns.iter().enumerate() {
             let Some([value, floor]) = value(cells, channel, column) else { continue };
             let floors = value / floor.max(LEAST_FLOOR);
-            let share = shade(value, floors);
-            let ink = if share > DARK { "#ffffff" } else { "#000000" };
+            // White turns into the ground of a dark page.
+            let (fill, stroke, ink) = match shade(value, floors) {
+                None => ("#ffffff".to_owned(), " stroke=\"#d9dfe3\"", ""),
+                Some(share) if share > DARK => (colour(share), "", " style=\"fill:#ffffff\""),
+                Some(share) => (colour(share), "", " style=\"fill:#000000\""),
+            };
             let _ = write!(
                 svg,
-                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>\
-                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" style=\"fill:{ink}\">{}</text>",
+                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" \
+                 fill=\"{fill}\"{stroke}/>\
+                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\"{ink}>{}</text>",
                 LEFT + wide * i as f64 + 1.0,
                 wide - 2.0,
                 ROW - 2.0,
-                colour(share),
                 LEFT + wide * (i as f64 + 0.5),
                 top + 17.0,
                 shown(value)
@@ -158,9 +162,9 @@ fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> S
     svg
 }
 
-/// How dark a cell is, 0 to 1.
-fn shade(value: f64, floors: f64) -> f64 {
-    if floors <= NOISE { 0.0 } else { ((value / PALEST).ln() / (DARKEST / PALEST).ln()).clamp(0.0, 1.0) }
+/// How dark a cell is, 0 to 1; `None` for what may be noise.
+fn shade(value: f64, floors: f64) -> Option<f64> {
+    (floors > NOISE).then(|| ((value / PALEST).ln() / (DARKEST / PALEST).ln()).clamp(0.0, 1.0))
 }
 
 /// A share as a percentage of two digits.
@@ -211,8 +215,31 @@ mod tests {
     /// Once the noise floors determined the colour: 22 % was the darkest cell and 127 % a middle blue.
     #[test]
     fn regress_a_larger_number_is_never_paler() {
-        let shades: Vec<f64> = [0.005, 0.02, 0.22, 0.5, 1.27].map(|share| shade(share, 10.0)).into();
+        let shades: Vec<Option<f64>> = [0.005, 0.02, 0.22, 0.5, 1.27].map(|share| shade(share, 10.0)).into();
         assert!(shades.is_sorted() && shades[4] > shades[2], "{shades:?}");
-        assert!(shade(0.3, 1.0) <= 0.0 && shade(0.3, 300.0) <= shade(0.31, 2.0));
+        assert!(shade(0.3, 1.0).is_none() && shade(0.3, 300.0) <= shade(0.31, 2.0));
+    }
+
+    /// White that a dark page turns into its ground, and letters that follow the page.
+    #[test]
+    fn regress_a_cell_within_the_noise_follows_the_page() {
+        let cell = |refit: f64| GapCell {
+            channel: "encoder".into(),
+            phase: "free",
+            band_hz: [0.0, 10.0],
+            amplitude: "low",
+            before: refit,
+            refit,
+            after: refit,
+            floor: 0.01,
+            seconds: 1.0,
+        };
+        let drawn = |refit: f64| by_phase(&[cell(refit)], |cell| cell.refit, "before");
+        let (noise, gap) = (drawn(0.01), drawn(0.1));
+        assert!(
+            noise.contains("fill=\"#ffffff\" stroke=\"#d9dfe3\"") && !noise.contains("style="),
+            "{noise}"
+        );
+        assert!(!gap.contains("fill=\"#ffffff\"") && gap.contains("style=\"fill:"), "{gap}");
     }
 }

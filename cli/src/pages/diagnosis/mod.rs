@@ -221,12 +221,12 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
     if diagnosis.cells.is_empty() {
         return;
     }
+    let noise = format!("Without colour: no more than {} times the noise.", plain(heat::NOISE));
     let scale = format!(
         "in per cent of each channel's variation, by phase of the motion: palest at {} %, darkest at {} % \
-         or more. White: no more than {} times the noise.",
+         or more. {noise}",
         plain(100.0 * heat::PALEST),
         plain(100.0 * heat::DARKEST),
-        plain(heat::NOISE)
     );
     page.picture(
         "Error of the calibrated machine,",
@@ -237,13 +237,15 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
     if is_found {
         page.picture(
             "Error with the effects found,",
-            "in the same cells. Cells that are still dark are not explained.",
+            &format!("in the same cells. Cells that are still dark are not explained. {noise}"),
             &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
         );
     }
-    let levels = "over all phases and bands. The error of a linear cause is the same at every level. That \
-                  of dry friction and free play falls with it, that of limits rises.";
-    page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells, is_found));
+    let levels = format!(
+        "over all phases and bands. The error of a linear cause is the same at every level. That of dry \
+         friction and free play falls with it, that of limits rises. {noise}"
+    );
+    page.picture("By level of the command,", &levels, &heat::by_level(&diagnosis.cells, is_found));
 }
 
 fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {

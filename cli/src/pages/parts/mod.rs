@@ -18,8 +18,9 @@ use serde_json::{Value, json};
 pub(crate) use chart::{Chart, ChartKind, Gauge, Line, Mark, Series};
 pub(crate) use cividis::of_share;
 pub(crate) use decimate::{MOST_VALUES, by_extremes, by_steps};
-pub(crate) use html::escape;
+pub(crate) use html::{escape, prose};
 pub(crate) use plane::{Circle, CircleKind, Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
+use svg::Plot;
 
 const UPLOT: &str = include_str!("../../../assets/uplot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../../assets/uplot.min.css");
@@ -91,7 +92,7 @@ impl Page {
     pub(crate) fn new(title: &str, about: &str) -> Self {
         let mut body = format!("<header><h1>{}</h1>", escape(title));
         if !about.is_empty() {
-            let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
+            let _ = write!(body, "<p class=\"about\">{}</p>", prose(about));
         }
         body.push_str("</header>\n");
         Self {
@@ -106,7 +107,7 @@ impl Page {
 
     /// The most important sentence of the page.
     pub(crate) fn lead(&mut self, sentence: &str) {
-        let _ = writeln!(self.body, "<p class=\"lead\">{}</p>", escape(sentence));
+        let _ = writeln!(self.body, "<p class=\"lead\">{}</p>", prose(sentence));
     }
 
     pub(crate) fn heading(&mut self, text: &str) {
@@ -114,14 +115,14 @@ impl Page {
     }
 
     pub(crate) fn paragraph(&mut self, text: &str) {
-        let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+        let _ = writeln!(self.body, "<p>{}</p>", prose(text));
     }
 
     /// Numbered steps.
     pub(crate) fn steps(&mut self, steps: &[String]) {
         self.body.push_str("<ol>\n");
         for step in steps {
-            let _ = writeln!(self.body, "<li>{}</li>", escape(step));
+            let _ = writeln!(self.body, "<li>{}</li>", prose(step));
         }
         self.body.push_str("</ol>\n");
     }
@@ -131,7 +132,7 @@ impl Page {
     }
 
     pub(crate) fn chart(&mut self, chart: &Chart) {
-        let (title, caption, index) = (escape(&chart.title), escape(&chart.caption), self.charts.len());
+        let (title, caption, index) = (escape(&chart.title), prose(&chart.caption), self.charts.len());
         let label = of_drawing(&chart.title, &chart.y_label);
         let _ = writeln!(
             self.body,
@@ -142,7 +143,7 @@ impl Page {
     }
 
     pub(crate) fn plane(&mut self, plane: &Plane) {
-        let (title, caption, index) = (escape(&plane.title), escape(&plane.caption), self.planes.len());
+        let (title, caption, index) = (escape(&plane.title), prose(&plane.caption), self.planes.len());
         let label = of_drawing(&plane.title, &plane.y_label);
         let _ = writeln!(
             self.body,
@@ -156,23 +157,55 @@ impl Page {
     pub(crate) fn drawings(&mut self, drawings: &[(String, String)]) {
         self.body.push_str("<div class=\"shapes\">");
         for (caption, svg) in drawings {
-            let _ = write!(self.body, "<figure><figcaption>{}</figcaption>{svg}</figure>", escape(caption));
+            let _ = write!(self.body, "<figure><figcaption>{}</figcaption>{svg}</figure>", prose(caption));
         }
         self.body.push_str("</div>\n");
     }
 
     /// A drawing whose parts show a text under the pointer. Returns the number of the map.
     pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) -> usize {
-        self.maps.push(hover);
-        let data = self.maps.len() - 1;
+        let data = self.hover(hover);
         self.map_like(title, caption, svg, data);
         data
+    }
+
+    fn hover(&mut self, hover: Value) -> usize {
+        self.maps.push(hover);
+        self.maps.len() - 1
+    }
+
+    /// The same for a plot, which a narrow screen shows whole, with its legend below it.
+    pub(crate) fn plot(&mut self, title: &str, caption: &str, plot: &Plot, hover: Value) -> usize {
+        let data = self.hover(hover);
+        self.plot_like(title, caption, plot, data);
+        data
+    }
+
+    /// A plot with the texts of another map.
+    pub(crate) fn plot_like(&mut self, title: &str, caption: &str, plot: &Plot, other: usize) {
+        let label = of_drawing(title, "map");
+        let (title, caption, svg) = (escape(title), prose(caption), plot.alone());
+        let _ = write!(
+            self.body,
+            "<figure class=\"plot\"><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\" \
+             data-map=\"{other}\" {label}>{svg}</div><p class=\"told\" aria-live=\"polite\">&nbsp;</p>\
+             <ul class=\"swatches\">"
+        );
+        for (swatch, name) in &plot.entries {
+            let _ = write!(
+                self.body,
+                "<li><svg viewBox=\"0 0 24 14\" width=\"24\" height=\"14\" aria-hidden=\"true\">{swatch}</svg>\
+                 {}</li>",
+                escape(name)
+            );
+        }
+        self.body.push_str("</ul></figure>\n");
     }
 
     /// A drawing with the texts of another map, whose number [`Self::map`] returned.
     pub(crate) fn map_like(&mut self, title: &str, caption: &str, svg: &str, other: usize) {
         let (label, least) = (of_drawing(title, "map"), legible(svg));
-        let (title, caption) = (escape(title), escape(caption));
+        let (title, caption) = (escape(title), prose(caption));
         let _ = writeln!(
             self.body,
             "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\" \
@@ -183,7 +216,7 @@ impl Page {
 
     /// An animated scene in space; `assets/scene.js` describes its parts.
     pub(crate) fn scene(&mut self, title: &str, caption: &str, scene: Value) {
-        let (title, caption, index) = (escape(title), escape(caption), self.scenes.len());
+        let (title, caption, index) = (escape(title), prose(caption), self.scenes.len());
         let _ = writeln!(
             self.body,
             "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"scene\" \
@@ -195,7 +228,7 @@ impl Page {
     /// A drawing across the page.
     pub(crate) fn picture(&mut self, title: &str, caption: &str, svg: &str) {
         let (label, least) = (of_drawing(title, "drawing"), legible(svg));
-        let (title, caption) = (escape(title), escape(caption));
+        let (title, caption) = (escape(title), prose(caption));
         let _ = writeln!(
             self.body,
             "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\" {label} \
@@ -238,7 +271,7 @@ impl Page {
             self.body.push_str("<tr>");
             for (i, cell) in row.iter().enumerate() {
                 let head = heads.get(i).filter(|_| wraps).map_or("", String::as_str);
-                let _ = write!(self.body, "<td{}{head}>{}</td>", class(i), escape(cell));
+                let _ = write!(self.body, "<td{}{head}>{}</td>", class(i), prose(cell));
             }
             self.body.push_str("</tr>");
         }
@@ -249,7 +282,7 @@ impl Page {
     pub(crate) fn swatches(&mut self, entries: &[(&str, String)]) {
         self.body.push_str("<ul class=\"swatches\">");
         for (colour, text) in entries {
-            let _ = write!(self.body, "<li><i style=\"background:{colour}\"></i>{}</li>", escape(text));
+            let _ = write!(self.body, "<li><i style=\"background:{colour}\"></i>{}</li>", prose(text));
         }
         self.body.push_str("</ul>\n");
     }
@@ -351,7 +384,7 @@ fn document(title: &str, head: &str, body: &str, data: &Value, scripts: &[&str])
 pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
     let mut body = String::from("<div class=\"tiles\">");
     for tile in tiles {
-        let (name, value, remark) = (escape(tile.name), escape(&tile.value), escape(&tile.remark));
+        let (name, value, remark) = (escape(tile.name), escape(&tile.value), prose(&tile.remark));
         let class = tile.tone.class();
         let _ = write!(
             body,

@@ -142,6 +142,34 @@ pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, Str
     top - y
 }
 
+/// A drawing of a plot at this place, with room for its axes, and its legend: swatches with their names.
+pub(crate) struct Plot {
+    pub(crate) place: Place,
+    pub(crate) body: String,
+    pub(crate) entries: Vec<(String, String)>,
+}
+
+impl Plot {
+    /// Space right of the plot, without and with a legend, and below it.
+    const RIGHT: f64 = 20.0;
+    const LEGEND: f64 = 228.0;
+    const BELOW: f64 = 56.0;
+
+    /// Without the legend.
+    pub(crate) fn alone(&self) -> String {
+        let Place { x, y, width, height } = self.place;
+        image(x + width + Self::RIGHT, y + height + Self::BELOW, &self.body)
+    }
+
+    /// With the legend beside it.
+    pub(crate) fn with_legend(&self) -> String {
+        let Place { x, y, width, height } = self.place;
+        let mut body = self.body.clone();
+        legend(&mut body, [x + width + 24.0, y + 4.0], &self.entries);
+        image(x + width + Self::LEGEND, y + height + Self::BELOW, &body)
+    }
+}
+
 /// Words on lines of at most `width` characters, where words allow it.
 pub(crate) fn lines(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();

@@ -30,12 +30,11 @@ pub(crate) fn page(
     let machine = &document.scenario.machine;
     let mut page = Page::new(&machine.name, &machine.about);
     let units = Units::of(machine);
-    page.lead(&words::outcome(summary, units));
-    let reason = words::reason(&document.scenario, summary, doubts).unwrap_or_default();
-    if !reason.is_empty() {
-        page.paragraph(&reason);
-    }
-    for Problem { key, message, remedy } in doubts.iter().filter(|doubt| !reason.contains(&doubt.message)) {
+    let told = words::told(&document.scenario, summary, units, doubts);
+    page.lead(&told[0]);
+    told[1..].iter().for_each(|sentence| page.paragraph(sentence));
+    let is_told = |doubt: &&Problem| told.iter().any(|sentence| sentence.contains(&doubt.message));
+    for Problem { key, message, remedy } in doubts.iter().filter(|doubt| !is_told(doubt)) {
         page.paragraph(&format!("Doubtful in the file: {key}: {message}; {remedy}."));
     }
     page.tiles(&tiles(summary, units, strongest_hz(result)));

@@ -13,11 +13,10 @@ use super::nearest::{Tile, tiles};
 use super::palette::of_outcome;
 use crate::numbers::with_unit;
 use crate::pages::parts::of_share;
-use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, legend, swatch};
+use crate::pages::parts::svg::{Frame, INK, Place, Plot, Scale, swatch};
 
 /// Half the size of a variant outside a grid, as a share of the plot.
 const DOT: f64 = 0.006;
-const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 34.0, width: 540.0, height: 430.0 };
 
 /// A cell: its lower left corner as shares of the plot, and the variant.
@@ -164,9 +163,9 @@ impl<'a> Map<'a> {
         self.cells.iter().map(of).collect()
     }
 
-    pub(super) fn svg(&self, colouring: &Colouring<'_>) -> String {
+    pub(super) fn plot(&self, colouring: &Colouring<'_>) -> Plot {
         let (mut body, mut contents) = (String::new(), String::new());
-        let (colours, entries) = self.colours(colouring);
+        let (colours, mut entries) = self.colours(colouring);
         let mut paths: BTreeMap<String, String> = BTreeMap::new();
         for (cell, colour) in self.cells.iter().zip(&colours) {
             let Place { x, y, width, height } = cell.place();
@@ -189,17 +188,14 @@ impl<'a> Map<'a> {
         let class = if matches!(colouring, Colouring::Outcome(_)) { " outcomes" } else { "" };
         frame.zoomable(&mut body, "plot", class, &contents);
         frame.draw(&mut body, &self.title);
-        let right = PLOT.x + PLOT.width + 24.0;
-        let mut all = entries;
         let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"{INK}\" stroke-width=\"2\"{dash}/>");
         if !self.theory.limits.sampled.is_empty() {
-            all.push((line(""), "stability limit, sampled".into()));
+            entries.push((line(""), "stability limit, sampled".into()));
         }
         if !self.theory.limits.continuous.is_empty() {
-            all.push((line(" stroke-dasharray=\"7 5\""), "stability limit, continuous control".into()));
+            entries.push((line(" stroke-dasharray=\"7 5\""), "stability limit, continuous control".into()));
         }
-        legend(&mut body, [right, PLOT.y + 4.0], &all);
-        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+        Plot { place: PLOT, body, entries }
     }
 
     /// A colour for each cell, and the legend.

@@ -244,11 +244,11 @@ impl Report<'_> {
                 map.about_cells(),
                 map.about_limits()
             );
-            let svg = map.svg(&Colouring::Outcome(&self.outcomes));
+            let plot = map.plot(&Colouring::Outcome(&self.outcomes));
             let mut hover = self.hover(&map.places());
             hover["fine"] = self.whole(axes, number);
-            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, hover);
-            drawings.push((format!("map{suffix}"), svg));
+            let first = page.plot(&titled("Outcome", &map.title), &caption, &plot, hover);
+            drawings.push((format!("map{suffix}"), plot.with_legend()));
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
             let oscillates =
                 map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
@@ -268,9 +268,9 @@ impl Report<'_> {
                 )
             };
             if values.len() == self.table.rows {
-                let svg = map.svg(&Colouring::Measure(&values, name, self.units.force));
-                page.map_like(&titled(title, &map.title), caption, &svg, first);
-                drawings.push((format!("size{suffix}"), svg));
+                let plot = map.plot(&Colouring::Measure(&values, name, self.units.force));
+                page.plot_like(&titled(title, &map.title), caption, &plot, first);
+                drawings.push((format!("size{suffix}"), plot.with_legend()));
             }
         }
         if self.sweep.file.keep.outcome

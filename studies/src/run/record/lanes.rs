@@ -8,24 +8,29 @@ use crate::run::record::recording;
 /// Number of rows that are split into lanes together, so that each column grows by a large enough piece.
 const ROWS: usize = 32;
 
+/// A pause of a computation that goes on in the background.
+pub(in crate::run) type Rest<'r> = &'r dyn Fn();
+
 /// One trace per lane; a closed lane records nothing further. Its memory serves one block of variants after
 /// another.
-#[derive(Debug)]
-pub(in crate::run) struct Lanes<L> {
+pub(in crate::run) struct Lanes<'r, L> {
     traces: Vec<Trace>,
     open: Vec<bool>,
     /// Rows of all lanes that are not yet in the traces.
     t_s: Vec<f64>,
     rows: Vec<L>,
+    /// Called at each row.
+    rest: Rest<'r>,
 }
 
-impl<L: Lane> Lanes<L> {
-    pub(in crate::run) fn new() -> Self {
+impl<'r, L: Lane> Lanes<'r, L> {
+    pub(in crate::run) fn new(rest: Rest<'r>) -> Self {
         Self {
             traces: vec![Trace::default(); L::WIDTH],
             open: vec![true; L::WIDTH],
             t_s: Vec::new(),
             rows: Vec::new(),
+            rest,
         }
     }
 
@@ -44,6 +49,11 @@ impl<L: Lane> Lanes<L> {
                 column.reserve(rows);
             }
         }
+    }
+
+    /// The pause at each row.
+    pub(in crate::run) fn rest(&self) -> Rest<'r> {
+        self.rest
     }
 
     /// Lanes that are not closed.
@@ -77,8 +87,9 @@ impl<L: Lane> Lanes<L> {
     }
 }
 
-impl<L: Lane> Observer<L> for Lanes<L> {
+impl<L: Lane> Observer<L> for Lanes<'_, L> {
     fn record(&mut self, t_s: f64, values: &[L]) {
+        (self.rest)();
         self.t_s.push(t_s);
         self.rows.extend_from_slice(values);
         if self.t_s.len() == ROWS {

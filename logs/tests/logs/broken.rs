@@ -138,6 +138,16 @@ fn truth_definitions_and_messages_that_do_not_agree_are_placed() {
     assert!(is_clear(&error, "a.mcap"), "{error}");
 }
 
+/// One byte of the name `zstd` of a chunk's compression.
+#[test]
+fn regress_a_compression_that_does_not_exist_is_placed() {
+    let mut log = mcap_log(Some(mcap::Compression::Zstd));
+    let at = log.windows(4).position(|bytes| bytes == b"zstd").expect("a compressed chunk");
+    log[at] = 0;
+    let error = read("a.mcap", &log).expect_err("refused");
+    assert!(is_clear(&error, "a.mcap") && error.to_string().contains(r#""\0std""#), "{error}");
+}
+
 #[test]
 fn prop_files_that_are_cut_off_say_where() {
     for (name, bytes) in whole().into_iter().filter(|(name, _)| *name != "a.csv") {

@@ -124,7 +124,9 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
 }
 
 /// Sorts that their names show before their first bytes do.
-const OF_ENDINGS: [(&str, &str, &str); 7] = [
+const OF_ENDINGS: [(&str, &str, &str); 9] = [
+    ("csv", "this is a table of numbers (CSV)", RECORD),
+    ("tsv", "this is a table of numbers", RECORD),
     ("npz", "this is an archive of NumPy arrays (.npz)", RECORD),
     ("xlsx", "this is a spreadsheet", "save its sheet as CSV, and give that to `feeler import`"),
     ("ods", "this is a spreadsheet", "save its sheet as CSV, and give that to `feeler import`"),
@@ -186,6 +188,7 @@ mod tests {
         for (name, bytes, expected) in [
             ("a.npz", &b"PK\x03\x04"[..], "this is an archive of NumPy arrays (.npz)"),
             ("a.xlsx", b"PK\x03\x04", "this is a spreadsheet"),
+            ("a.csv", b"type,q\nSTATE,\"[0.1, 0.2]\"\n", "this is a table of numbers (CSV)"),
             ("a.yaml", b"bodies:\n  a: 1\n", "this is YAML"),
             ("a.py", b"import numpy\n", "this is a Python program"),
         ] {

@@ -1,5 +1,6 @@
 //! Columns of several tables on common instants.
 
+use std::ops::Range;
 use std::path::Path;
 
 use feeler_problem::short;
@@ -64,6 +65,36 @@ impl Series {
             }
         }
         left_out
+    }
+
+    /// Its rows in parts that begin at these indices, from the first row on. The first part has the notes.
+    #[must_use]
+    pub fn parts(self, starts: &[usize]) -> Vec<Self> {
+        if starts.len() < 2 {
+            return vec![self];
+        }
+        let ends = starts.iter().skip(1).copied().chain([self.times_s.len()]);
+        let mut parts: Vec<Self> =
+            starts.iter().zip(ends).map(|(&start, end)| self.part(start..end)).collect();
+        parts.iter_mut().skip(1).for_each(|part| part.notes.clear());
+        parts
+    }
+
+    fn part(&self, rows: Range<usize>) -> Self {
+        let bad = |bad: &Option<(usize, usize)>| {
+            bad.filter(|(first, _)| rows.contains(first)).map(|(first, cells)| (first - rows.start, cells))
+        };
+        Self {
+            clock: self.clock.clone(),
+            times_s: self.times_s[rows.clone()].to_vec(),
+            values: self.values.iter().map(|values| values[rows.clone()].to_vec()).collect(),
+            bridged: (self.bridged.iter())
+                .map(|bridged| bridged.get(rows.clone()).unwrap_or_default().to_vec())
+                .collect(),
+            bad: self.bad.iter().map(bad).collect(),
+            rows_before: self.rows_before + rows.start,
+            notes: self.notes.clone(),
+        }
     }
 }
 
@@ -313,6 +344,29 @@ mod tests {
         assert_eq!(series.times_s, [0.0, 0.0, 1.0]);
         assert_eq!(series.values[0][..2], [1.0, 2.0]);
         assert_eq!(series.bridged, [vec![], vec![false, false, true]]);
+    }
+
+    #[test]
+    fn truth_parts_of_a_series_are_its_rows() {
+        let whole = Series {
+            clock: "t".into(),
+            times_s: vec![0.0, 1.0, 7.0, 8.0, 9.0],
+            values: vec![vec![1.0, 2.0, 3.0, 4.0, 5.0]],
+            bridged: vec![vec![false, false, false, true, false]],
+            bad: vec![Some((3, 1))],
+            rows_before: 1,
+            notes: vec!["said once".into()],
+        };
+        assert_eq!(whole.clone().parts(&[0]), [whole.clone()]);
+        let parts = whole.parts(&[0, 2]);
+        assert_eq!(parts[0].times_s, [0.0, 1.0]);
+        assert_eq!((parts[0].rows_before, &parts[0].bad, parts[0].notes.len()), (1, &vec![None], 1));
+        assert_eq!(
+            (&parts[1].times_s[..], &parts[1].values[0][..]),
+            (&[7.0, 8.0, 9.0][..], &[3.0, 4.0, 5.0][..])
+        );
+        assert_eq!((parts[1].rows_before, &parts[1].bad, parts[1].notes.len()), (3, &vec![Some((1, 1))], 0));
+        assert_eq!(parts[1].bridged, [vec![false, true, false]]);
     }
 
     /// Each reading is that of one instant at most, and every other instant is unknown.

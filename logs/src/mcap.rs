@@ -14,6 +14,9 @@ use crate::topics::{Declared, Topics};
 const DAMAGED: &str =
     "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
 
+const COMPRESSION: &str = "write it with zstd, lz4 or without compression, as `mcap compress` does; if that \
+                           name means nothing, the log is damaged";
+
 /// Largest ratio of decompressed to compressed size of a record: lz4 reaches 255; short records exceed it.
 const GROWTH: u64 = 256;
 /// Limits on the length of one record, in bytes. A damaged length would only reserve memory.
@@ -69,12 +72,12 @@ pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), Lo
 }
 
 fn said(path: &Path, at: u64, error: &McapError) -> LogError {
-    if let McapError::UnsupportedCompression(with) = error {
-        return LogError::other(
-            path,
-            format!("its chunks are compressed by {with}"),
-            "write it with zstd, lz4 or without compression: `mcap compress` does so",
-        );
-    }
-    LogError::damaged(path, LogPlace::Byte(at), format!("at or before this byte: {error}"), DAMAGED)
+    let (what, remedy) = match error {
+        // Of a damaged log this may be any text.
+        McapError::UnsupportedCompression(with) => {
+            (format!("a chunk is compressed by {with:?}"), COMPRESSION)
+        }
+        _ => (error.to_string(), DAMAGED),
+    };
+    LogError::damaged(path, LogPlace::Byte(at), format!("at or before this byte: {what}"), remedy)
 }

@@ -40,10 +40,10 @@ pub(crate) struct Import {
     /// Column of the force that the servo adds to its own
     #[arg(long, value_name = "COLUMN")]
     pub(crate) feed_forward: Option<String>,
-    /// Column of the commanded force, torque or current
+    /// Column of the commanded force, current, voltage or duty
     #[arg(long, value_name = "COLUMN")]
     pub(crate) command: Option<String>,
-    /// Column of the measured position
+    /// Column of the measured position [default: guessed]
     #[arg(long, value_name = "COLUMN")]
     pub(crate) position: Option<String>,
     /// Column of the measured effort

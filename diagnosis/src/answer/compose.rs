@@ -60,8 +60,9 @@ fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
     Some(format!(
-        "`{name}`: if a record does not continue another, its winding counts as cold (rest for several \
-         `time_constant` before each: after a warm start the gain is too small and `force` too large)"
+        "`{name}`: if a record does not follow another on its clock, its winding counts as cold. Rest for \
+         several `time_constant` before each: after a warm start the gain is too small and `force` too \
+         large. Between records on one clock the drive counts as at rest"
     ))
 }
 

@@ -12,6 +12,17 @@ pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
     longest <= MOST_TOGETHER && missing as f64 <= MOST_SHARE * rows as f64
 }
 
+/// Rows after which a stretch without rows ends that is too long for interpolation.
+pub(crate) fn breaks(times_s: &[f64]) -> Vec<usize> {
+    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() {
+        return Vec::new();
+    }
+    let middle = steps.len() / 2;
+    let longest_s = (MOST_TOGETHER as f64 + 1.5) * *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (1..times_s.len()).filter(|row| times_s[*row] - times_s[row - 1] > longest_s).collect()
+}
+
 /// Rows this many times their usual distance apart have lost one between them.
 pub(super) const FIRST_LOST: f64 = 1.5;
 
@@ -105,6 +116,14 @@ pub(super) fn bridge(column: &mut [f64], is_missing: impl Fn(usize) -> bool, is_
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Between rows 9 and 10 20 rows are missing, between 49 and 50 21.
+    #[test]
+    fn truth_more_missing_rows_together_than_are_bridged_are_a_break() {
+        let at = |k: i32| 0.01 * f64::from(k + if k >= 10 { 20 } else { 0 } + if k >= 50 { 21 } else { 0 });
+        assert_eq!(breaks(&(0..100).map(at).collect::<Vec<f64>>()), [50]);
+        assert!(breaks(&[]).is_empty() && breaks(&[0.0, 1.0]).is_empty());
+    }
 
     #[test]
     fn truth_lost_rows_are_counted_by_stretches() {

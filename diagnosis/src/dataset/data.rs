@@ -93,7 +93,7 @@ pub struct Record {
     pub bridged: Vec<Vec<bool>>,
     /// Per channel, whether its series carries no information here: it is constant or clipped.
     pub silent: Vec<bool>,
-    /// The record whose last row is the one before the first of this.
+    /// The record before this one on its clock: the row before its first, or one before a pause.
     pub before: Option<Arc<Self>>,
 }
 
@@ -127,7 +127,7 @@ impl Record {
         self.len() as f64 * self.spacing_s
     }
 
-    /// The records before this one without a break, the last one first.
+    /// The records before this one on its clock, the last one first.
     pub(crate) fn earlier(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(self.before.as_deref(), |record| record.before.as_deref())
     }

@@ -19,6 +19,7 @@ mod scatter;
 mod targets;
 mod units;
 
+pub(crate) use bridge::breaks;
 pub use data::{Channel, Dataset, Driven, Record};
 pub use looped::Looped;
 pub(crate) use quantum::quantum;

@@ -31,12 +31,17 @@ impl Dataset {
         self
     }
 
-    /// Tells each record which one it goes on from, by their clocks.
+    /// Tells each record which one it follows, by their clocks. If no two of them overlap, they are on one
+    /// clock, and a record may begin any time after the one before.
     pub(super) fn join(&mut self) {
         let mut order: Vec<usize> = (0..self.records.len()).collect();
         order.sort_by(|a, b| self.records[*a].start_s.total_cmp(&self.records[*b].start_s));
+        let rows_after = |last: usize, next: usize| self.records[next].rows_after(&self.records[last]);
+        let is_one_clock = order.windows(2).all(|pair| rows_after(pair[0], pair[1]) >= NEXT_ROW.start);
+        let follows = if is_one_clock { NEXT_ROW.start..f64::INFINITY } else { NEXT_ROW };
         for (n, &next) in order.iter().enumerate() {
-            let goes_on = |&&last: &&usize| self.records[next].goes_on_from(&self.records[last]);
+            let goes_on =
+                |&&last: &&usize| follows.contains(&self.records[next].rows_after(&self.records[last]));
             if let Some(&last) = order[..n].iter().rev().find(goes_on) {
                 self.records[next].before = Some(Arc::new(self.records[last].clone()));
             }
@@ -45,9 +50,19 @@ impl Dataset {
 }
 
 impl Record {
-    fn goes_on_from(&self, last: &Self) -> bool {
-        let end_s = last.times_s.last().copied().unwrap_or(f64::NAN);
-        NEXT_ROW.contains(&((self.start_s - end_s) / last.spacing_s))
+    /// How much later than the last row of another record it begins, in rows of that one.
+    fn rows_after(&self, last: &Self) -> f64 {
+        (self.start_s - last.end_s()) / last.spacing_s
+    }
+
+    fn end_s(&self) -> f64 {
+        self.times_s.last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// Time without rows between the record before this one and its first row, s.
+    pub(crate) fn pause_s(&self) -> f64 {
+        let last = self.before.as_deref().filter(|last| self.rows_after(last) >= NEXT_ROW.end);
+        last.map_or(0.0, |last| self.start_s - last.end_s() - last.spacing_s)
     }
 
     fn piece(&self, index: usize, of: usize) -> Self {
@@ -131,6 +146,25 @@ mod tests {
         let found: Vec<Vec<f64>> = several.records.iter().map(earlier).collect();
         let [one, none] = [several.records[1].start_s, several.records[2].start_s];
         assert_eq!(found, [vec![], vec![none], vec![], vec![one, none]]);
+    }
+
+    /// Without the third piece there is a pause of its length. Records that overlap have clocks of their own.
+    #[test]
+    fn truth_records_on_one_clock_follow_each_other_over_a_pause() {
+        let mut parts = loaded(&["a.csv"], 1005).in_pieces();
+        let missing = parts.records.remove(2);
+        parts.join();
+        let last = parts.records[1].name.clone();
+        let next = &parts.records[2];
+        assert_eq!(next.before.as_ref().map(|record| &record.name), Some(&last));
+        assert!((next.pause_s() - missing.duration_s()).abs() < 1e-9, "{}", next.pause_s());
+        assert!(parts.records[1].pause_s() == 0.0 && parts.records[0].pause_s() == 0.0);
+        let mut other = parts.records[0].clone();
+        other.start_s += 0.5 * other.duration_s();
+        parts.records.iter_mut().for_each(|record| record.before = None);
+        parts.records.push(other);
+        parts.join();
+        assert!(parts.records[2].before.is_none());
     }
 
     #[test]

@@ -28,9 +28,9 @@ const LEAD: &str = "lead";
 const FORCE: &str = "the command is the force of the drive";
 const CURRENT: &str = "the command is a current, and forces are counted in amperes: state the force per \
                        ampere as `scale` of [columns.command]";
-const VOLTAGE: &str = "the command is a voltage, and forces are counted in volts: state the force per volt \
-                       at rest as `scale` of [columns.command]; the back-EMF counts as damping of the \
-                       bearing";
+const VOLTAGE: &str = "the command is a voltage or a share of it, and forces are counted in its unit. State \
+                       the force per unit at rest as `scale` of [columns.command]. The back-EMF counts as \
+                       damping of the bearing";
 /// Half of the lag of a well damped loop is the time constant of its corner: `lag = 2 / omega`.
 const LAG_OMEGA: f64 = 2.0;
 /// Lag that is assumed if none is visible, s.

@@ -4,6 +4,7 @@
 //! joint with a target and a position. Every guess is reported with its reason.
 
 mod axis;
+mod files;
 mod first;
 mod follow;
 mod load;
@@ -11,14 +12,17 @@ mod pair;
 mod role;
 mod roles;
 mod seen;
+mod stated;
 mod summary;
 mod survey;
 mod units;
+mod unpaired;
 mod write;
 
 use std::path::Path;
 
 use feeler_logs::{LogError, Run, sources};
+use indexmap::IndexMap;
 
 pub use axis::{AxisBelief, Model};
 pub use follow::Follow;
@@ -70,15 +74,11 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
     }
     if let Some(writer) = writer {
         writer.finish(&mut survey)?;
-    } else if options.out.is_some() {
-        survey.notes.push(NOTHING_PAIRED.into());
+    } else if let Some(note) = unpaired::note(&survey) {
+        survey.notes.push(note);
     }
     Ok(survey)
 }
-
-/// Text if no joint has both a target and a position.
-const NOTHING_PAIRED: &str = "nothing was written: no joint has both a target and a position; name them by \
-     `--target COLUMN --position COLUMN`";
 
 fn take(
     survey: &mut Survey,
@@ -86,8 +86,15 @@ fn take(
     run: &Run,
     options: &Options,
 ) -> Result<(), DiagnosisError> {
-    let mut guesses = roles::guess(run, &options.columns);
+    let mut guesses = roles::guess(run);
+    if !options.columns.is_empty() {
+        let joint = stated::joint(run, &options.columns, &guesses);
+        guesses = IndexMap::from([(String::new(), joint)]);
+    }
     pair::pair(run, &mut guesses, !options.columns.is_empty());
+    if survey.runs.is_empty() {
+        survey.lead = unpaired::lead(run, &guesses);
+    }
     for plan in run.tables.iter().filter(|table| roles::is_plan(table)) {
         let note = format!(
             "`{}` holds plans of several points, and no column says which is the target when: record the \

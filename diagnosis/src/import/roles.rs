@@ -112,15 +112,16 @@ const EFFORTS: [&str; 12] = [
 ];
 /// Words of a current, among those of an effort.
 const CURRENTS: [&str; 4] = ["current", "currents", "curr", "amps"];
-/// Words of a voltage, or of a share of it.
-const VOLTAGES: [&str; 6] = ["voltage", "volt", "volts", "v", "duty", "pwm"];
+/// Words of a voltage, or of a share of it. A share is always a command; a voltage may be that of the supply.
+const VOLTAGES: [&str; 5] = ["voltage", "volt", "volts", "duty", "pwm"];
+const SHARES: [&str; 2] = ["duty", "pwm"];
 /// Units at the end of a name by which a column is a force or a torque, or a position.
 const FORCE_UNITS: [&str; 2] = ["n", "nm"];
 const LENGTH_UNITS: [&str; 2] = ["m", "mm"];
 /// Words of a feed-forward: either of the first two, or both others.
 const FEEDS: [&str; 4] = ["ff", "feedforward", "feed", "forward"];
 /// Words that exclude a column from these roles.
-const OTHERS: [&str; 15] = [
+const OTHERS: [&str; 14] = [
     "error",
     "errors",
     "acceleration",
@@ -133,13 +134,13 @@ const OTHERS: [&str; 15] = [
     "offset",
     "index",
     "temperature",
-    "voltage",
     "orientation",
     "reward",
 ];
 /// Words that do not identify a joint.
-pub(super) const PLAIN: [&str; 24] = [
+pub(super) const PLAIN: [&str; 25] = [
     "data",
+    "cycle",
     "motor",
     "joints",
     "joint",
@@ -179,7 +180,8 @@ impl Amount {
     pub(super) fn of(name: &str) -> Self {
         let words = words(name);
         let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
-        match (has(&CURRENTS), has(&VOLTAGES)) {
+        let in_volts = words.len() > 1 && words.last().is_some_and(|word| word == "v");
+        match (has(&CURRENTS), has(&VOLTAGES) || in_volts) {
             (true, _) => Self::Current,
             (_, true) => Self::Voltage,
             _ => Self::Force,
@@ -262,7 +264,12 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
         let is_motion = in_own(&POSITIONS).is_some() || in_own(&VELOCITIES).is_some();
         ends_in(&FORCE_UNITS).filter(|_| !is_motion).cloned()
     });
-    let (role, why) = if let Some(word) = force {
+    let share = in_own(&SHARES).or_else(|| in_own(&VOLTAGES).filter(|_| target.is_some()));
+    let (role, why) = if let Some(word) = share {
+        (Role::Command, word)
+    } else if in_own(&VOLTAGES).is_some() {
+        return None;
+    } else if let Some(word) = force {
         let role = match &target {
             _ if is_feed => Role::FeedForward,
             Some(_) => Role::Command,
@@ -293,7 +300,7 @@ fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
 /// The joint of a column: the item in brackets without words of roles, or the rest of its name.
 fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
     let is_role = |word: &String| {
-        [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS, &FEEDS]
+        [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS, &VOLTAGES, &FEEDS]
             .iter()
             .any(|list| list.contains(&word.as_str()))
     };
@@ -310,22 +317,11 @@ fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> Strin
     rest.join("_")
 }
 
-/// Finds columns by role for every joint of a run; those stated by the user have priority.
-pub(super) fn guess(run: &Run, chosen: &[(Role, String)]) -> IndexMap<String, Guess> {
+/// Finds columns by role for every joint of a run.
+pub(super) fn guess(run: &Run) -> IndexMap<String, Guess> {
     let mut found: IndexMap<String, Guess> = IndexMap::new();
     let is_alone = run.tables.len() == 1;
-    if !chosen.is_empty() {
-        let guess = found.entry(String::new()).or_default();
-        for (role, column) in chosen {
-            if let Some((_, numbers)) = run.find(column) {
-                let why = "it is stated".to_owned();
-                guess
-                    .columns
-                    .insert(*role, Chosen { column: column.clone(), why, unit: unit(*role, numbers) });
-            }
-        }
-    }
-    for table in if chosen.is_empty() { run.tables.as_slice() } else { &[] } {
+    for table in &run.tables {
         for column in table.columns.iter().filter(|column| column.present() > 1) {
             let Some((role, joint, word)) = by_name(table, column) else { continue };
             let name = if is_alone && !column.name.is_empty() {
@@ -351,7 +347,7 @@ pub(super) fn guess(run: &Run, chosen: &[(Role, String)]) -> IndexMap<String, Gu
 }
 
 /// The unit of a column by itself.
-fn unit(role: Role, column: &Column) -> Reasoned {
+pub(super) fn unit(role: Role, column: &Column) -> Reasoned {
     stated(role, column).or_else(|| by_size(role, column))
 }
 
@@ -415,6 +411,9 @@ mod tests {
             ("log", "Soll [deg]", Role::Target, ""),
             ("log", "Ist (deg)", Role::Position, ""),
             ("log", "current_A", Role::Effort, ""),
+            ("log", "knee_voltage_cmd", Role::Command, "knee"),
+            ("log", "duty_cycle", Role::Command, ""),
+            ("", "present_pwm[knee]", Role::Command, "knee"),
             ("log", "q_A", Role::Position, "a"),
             ("log", "position[m]", Role::Position, "m"),
             ("", "observation[elbow]", Role::Position, "elbow"),
@@ -433,6 +432,7 @@ mod tests {
             ("/imu", "orientation.x"),
             ("/joint_trajectory", "points[3].positions[elbow]"),
             ("log", "temperature"),
+            ("log", "present_voltage"),
             ("log", "tip_mps2"),
             ("log", "n"),
         ] {

@@ -9,6 +9,7 @@ use super::axis::Model;
 use super::role::Role;
 use super::roles::Guess;
 use super::summary::RunSummary;
+use super::unpaired::Lead;
 
 /// Statements of the user, which replace guesses.
 #[derive(Clone, Debug, Default)]
@@ -38,6 +39,8 @@ pub struct Survey {
     pub datasets: Vec<Written>,
     /// Failures, a sentence each.
     pub notes: Vec<String>,
+    /// Of a first run whose columns have no names, a column that follows another.
+    pub(super) lead: Option<Lead>,
 }
 
 /// A dataset that was written.

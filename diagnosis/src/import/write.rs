@@ -1,14 +1,13 @@
 //! Writes datasets: a folder for each joint, with a table for each run.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use feeler_logs::{Pick, Run, Series, Table, on_one_grid};
 use feeler_problem::short;
 
 use super::axis::{AxisBelief, Beliefs, Model};
+use super::files::{create, file_name, save, table};
 use super::first::First;
 use super::load::Arm;
 use super::role::Role;
@@ -16,7 +15,7 @@ use super::roles::{Chosen, Guess, words};
 use super::seen::Seen;
 use super::survey::{Options, Survey, Written};
 use super::units::UnitGuess;
-use crate::dataset::quantum;
+use crate::dataset::{breaks, quantum};
 use crate::error::DiagnosisError;
 
 /// Smallest number of rows of an experiment.
@@ -234,32 +233,59 @@ impl Joint {
         });
         let picks: Vec<Pick<'_>> = own.chain(self.arm.iter().flat_map(|(arm, _)| arm.picks(run))).collect();
         let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
-        let mut series = in_order(&file, run, &picks)?;
+        let whole = in_order(&file, run, &picks)?;
+        let starts = [vec![0], breaks(&whole.times_s)].concat();
+        if let Some(&first) = starts.get(1) {
+            notes.push(format!(
+                "run `{name}`: {} s are missing before row {}: its {} parts without such breaks are \
+                 experiments of their own, `{name}-1` and so on",
+                short(whole.times_s[first] - whole.times_s[first - 1]),
+                whole.rows_before + first + 1,
+                starts.len(),
+                name = run.name
+            ));
+        }
+        let roles: Vec<Role> = here.iter().map(|(role, _)| *role).collect();
+        let names: Vec<String> = picks.iter().map(|pick| pick.name.to_owned()).collect();
+        for (i, series) in whole.parts(&starts).into_iter().enumerate() {
+            let name = if starts.len() > 1 { format!("{}-{}", run.name, i + 1) } else { run.name.clone() };
+            self.experiment(run, &name, (&roles, &names), series, notes)?;
+        }
+        Ok(())
+    }
+
+    /// Adds rows without a break as an experiment. `columns` are their roles, and the names of all series.
+    fn experiment(
+        &mut self,
+        run: &Run,
+        named: &str,
+        (here, picks): (&[Role], &[String]),
+        mut series: Series,
+        notes: &mut Vec<String>,
+    ) -> Result<(), DiagnosisError> {
         if series.times_s.len() < FEWEST_ROWS {
-            notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
+            notes.push(format!("run `{named}` has only {} rows, and is left out", series.times_s.len()));
             return Ok(());
         }
         // The first column is the input.
         let mut asked = series.values[0].iter().filter(|x| x.is_finite());
         let held = asked.next();
         if asked.all(|x| Some(x) == held) {
-            self.still.push(run.name.clone());
+            self.still.push(named.to_owned());
             return Ok(());
         }
-        notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
+        notes.extend(series.notes.iter().map(|note| format!("run `{named}`: {note}")));
         for (pick, bad) in picks.iter().zip(&series.bad) {
             if let Some((first, cells)) = bad {
                 let alike = if *cells == 1 { String::new() } else { format!(" ({cells} such cells)") };
                 notes.push(format!(
-                    "run `{}`: `{}` holds no number in row {}{alike}: left empty",
-                    run.name,
-                    pick.name,
+                    "run `{named}`: `{pick}` holds no number in row {}{alike}: left empty",
                     series.rows_before + first + 1
                 ));
             }
         }
-        let name = self.unused(&run.name);
-        let mut header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        let name = self.unused(named);
+        let mut header: Vec<&str> = here.iter().map(|role| role.noun()).collect();
         let mut held = self.seen.held;
         if let Some((arm, _)) = &self.arm {
             let load = arm.load(run, &series.times_s, &series.values[here.len()..]);
@@ -267,8 +293,8 @@ impl Joint {
             series.bridged.truncate(here.len());
             let each = |role| self.guess.columns.get(&role).map_or(1.0, Chosen::in_si);
             let (target, position) = (each(Role::Target), each(Role::Position));
-            if here[0].0 == Role::Target && here[1].0 == Role::Position {
-                let lead = here.iter().position(|(role, _)| *role == Role::FeedForward);
+            if here[0] == Role::Target && here[1] == Role::Position {
+                let lead = here.iter().position(|role| *role == Role::FeedForward);
                 for (row, load) in load.iter().enumerate() {
                     let lead = lead.map_or(0.0, |i| series.values[i][row]);
                     let [wanted, is] = [0, 1].map(|i| series.values[i][row]);
@@ -280,7 +306,7 @@ impl Joint {
         }
         empty_between_readings(&mut series);
         table(&self.folder.join(&name), &header, &series)?;
-        let at = here.iter().position(|(role, _)| *role == Role::Position);
+        let at = here.iter().position(|role| *role == Role::Position);
         let each = self.guess.columns.get(&Role::Position).map_or(1.0, Chosen::in_si);
         self.seen.held = held;
         if self.experiments.is_empty() {
@@ -360,38 +386,6 @@ fn range(survey: &Survey, column: &str) -> Option<[f64; 2]> {
     columns.into_iter().find(|other| other.name == column).map(|found| found.range)
 }
 
-/// A name without characters that are special in file systems.
-fn file_name(name: &str) -> String {
-    let plain: String = name
-        .chars()
-        .map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' })
-        .collect();
-    let plain = plain.trim_matches(['-', '.']).to_owned();
-    if plain.is_empty() { "joint".into() } else { plain }
-}
-
-fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> DiagnosisError + use<> {
-    let path = path.to_owned();
-    move |source| DiagnosisError::Unwritable { problem: feeler_studies::unwritable(&path, &source) }
-}
-
-fn create(folder: &Path) -> Result<(), DiagnosisError> {
-    fs::create_dir_all(folder).map_err(unwritable(folder))?;
-    let dataset = folder.join("dataset.toml");
-    if dataset.exists() {
-        return Err(DiagnosisError::Unreadable {
-            file: dataset,
-            reason: "there is a dataset already".into(),
-            remedy: "name another folder with --out, or delete this one",
-        });
-    }
-    Ok(())
-}
-
-fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
-    fs::write(path, text).map_err(unwritable(path))
-}
-
 /// The columns of a run on common instants, which advance.
 fn in_order(file: &Path, run: &Run, picks: &[Pick<'_>]) -> Result<Series, DiagnosisError> {
     let tables: Vec<&Table> =
@@ -422,25 +416,4 @@ fn empty_between_readings(series: &mut Series) {
     for (values, gaps) in series.values.iter_mut().zip(&series.bridged) {
         values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(x, _)| *x = f64::NAN);
     }
-}
-
-/// Writes a table; an empty cell is an unknown value.
-fn table(path: &Path, header: &[&str], series: &Series) -> Result<(), DiagnosisError> {
-    let write = || {
-        let mut file = BufWriter::with_capacity(1 << 18, File::create(path)?);
-        writeln!(file, "t_s,{}", header.join(","))?;
-        let mut line = String::new();
-        for (k, t) in series.times_s.iter().enumerate() {
-            line.clear();
-            let _ = write!(line, "{t}");
-            for values in &series.values {
-                let value = values.get(k).copied().unwrap_or(f64::NAN);
-                let _ = if value.is_finite() { write!(line, ",{value}") } else { write!(line, ",") };
-            }
-            line.push('\n');
-            file.write_all(line.as_bytes())?;
-        }
-        file.flush()
-    };
-    write().map_err(unwritable(path))
 }

@@ -95,7 +95,7 @@ impl<'a> Predictor<'a> {
         Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 
-    /// Prepares a machine whose windings are as warm as the records before have left them.
+    /// Prepares a machine whose windings are as warm as the records before, and rest since, have left them.
     fn following(
         mut assembly: Assembly,
         surfaces: Vec<usize>,
@@ -106,13 +106,16 @@ impl<'a> Predictor<'a> {
     ) -> Result<Self, DiagnosisError> {
         let windings = assembly.drives.iter().filter_map(|drive| drive.warming);
         let mut known_s = FORGOTTEN * windings.map(|winding| winding.time_constant).fold(0.0, f64::max);
-        let is_known = |earlier: &&Record| {
+        // Each with the pause after it, in which the drive counts as at rest.
+        let pauses = std::iter::once(record).chain(record.earlier()).map(Record::pause_s);
+        let is_known = |(earlier, pause_s): &(&Record, f64)| {
+            known_s -= pause_s;
             let is_known = known_s > 0.0;
             known_s -= earlier.duration_s();
             is_known
         };
-        let earlier: Vec<&Record> = record.earlier().take_while(is_known).collect();
-        for &record in earlier.iter().rev() {
+        let earlier: Vec<(&Record, f64)> = record.earlier().zip(pauses).take_while(is_known).collect();
+        for &(record, pause_s) in earlier.iter().rev() {
             let heats = if let Some(heats) = by_commands(&assembly, dataset, record) {
                 heats
             } else {
@@ -120,7 +123,9 @@ impl<'a> Predictor<'a> {
                 Self::as_warm(then, surfaces, precision, dataset, record, late_rows)?.anchored()?.heats
             };
             for (drive, heat) in assembly.drives.iter_mut().zip(heats) {
-                drive.warming.iter_mut().for_each(|winding| winding.heat = heat);
+                if let Some(winding) = &mut drive.warming {
+                    winding.heat = heat * (-pause_s / winding.time_constant).exp();
+                }
             }
         }
         Self::as_warm(assembly, surfaces, precision, dataset, record, late_rows)

@@ -8,12 +8,14 @@ mod emps;
 mod faults;
 mod fuzz;
 mod import;
+mod import_inputs;
 mod import_units;
 mod inputs;
 mod one_machine;
 mod recovery;
 mod surface;
 mod units;
+mod warming;
 
 /// Uniform noise of unit deviation, the same on every run.
 struct Noise(u64);

@@ -16,8 +16,8 @@ const PHASE_DRAWS: u64 = 8;
 /// Smallest number of points per period of the highest line for a crest factor.
 const POINTS_PER_CYCLE: u64 = 4;
 
-/// Highest line: a bound on memory, far beyond any experiment.
-const HIGHEST_LINE: f64 = 1e6;
+/// Highest line: a bound on work, 200 s of a kilohertz. Phases for as many are chosen within seconds.
+const HIGHEST_LINE: f64 = 2e5;
 
 /// An edge of the band this close to a line, in lines, counts as that line.
 const EDGE_SLACK: f64 = 1e-9;
@@ -55,7 +55,7 @@ impl Multisine {
             [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
         let highest = high_hz * period_s;
         if highest > HIGHEST_LINE {
-            let why = "a multisine has a million frequencies at most, one per cycle in its period";
+            let why = "a multisine has 200 000 frequencies at most, one per cycle in its period";
             return Err(ControlError::TooLarge {
                 key: "reference.band",
                 value: high_hz,

@@ -5,5 +5,6 @@ mod filters;
 mod lanes;
 mod laws;
 mod linear;
+mod manual;
 mod noise;
 mod references;

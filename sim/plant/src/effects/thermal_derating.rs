@@ -52,7 +52,7 @@ Grease that warms lowers friction: motion per command then rises, where this eff
 Repeat one motion for several time constants, then again after a rest. The force per command falls quickly at
 first, then ever more slowly, and recovers after the rest. A diagnosis tries it on records of at least 30 s.
 It takes each to begin cold, and a finding says so. The heat continues through the pieces of one long record,
-and through files whose clock continues from file to file.
+and through files on one clock. In a pause between them the drive counts as at rest.
 
 ## Numerical treatment
 The heat is one more state, and the law is smooth: an extrapolation method integrates it to machine precision.

@@ -1,0 +1,28 @@
+//! The columns that the user states, and those that complete them.
+
+use feeler_logs::Run;
+use indexmap::IndexMap;
+
+use super::role::Role;
+use super::roles::{Chosen, Guess, unit};
+
+/// The joint of the stated columns. A position that is not stated is the only one by its name.
+pub(super) fn joint(run: &Run, stated: &[(Role, String)], guesses: &IndexMap<String, Guess>) -> Guess {
+    let mut joint = Guess::default();
+    for (role, column) in stated {
+        if let Some((_, numbers)) = run.find(column) {
+            let (column, why) = (column.clone(), "it is stated".to_owned());
+            joint.columns.insert(*role, Chosen { column, why, unit: unit(*role, numbers) });
+        }
+    }
+    let is_stated = |chosen: &Chosen| stated.iter().any(|(_, column)| *column == chosen.column);
+    let positions = guesses.values().filter_map(|guess| guess.columns.get(&Role::Position));
+    let mut free = positions.filter(|chosen| !is_stated(chosen));
+    if !joint.columns.contains_key(&Role::Position)
+        && let (Some(only), None) = (free.next(), free.next())
+    {
+        let why = format!("the only position: {}", only.why);
+        joint.columns.insert(Role::Position, Chosen { why, ..only.clone() });
+    }
+    joint
+}

@@ -203,7 +203,7 @@ def live(browser, axe_text, shots, problems, out):
         file.write_text(written)
         browser.wait(
             "return !document.querySelector('#problem').textContent && !document.body.dataset.busy",
-            "the mended file",
+            "the corrected file",
         )
         command.terminate()
         command.wait()

@@ -12,7 +12,7 @@
     if (text !== undefined) made.textContent = text;
     return made;
   };
-  // What stands between backticks is code.
+  // Text between backticks is code.
   const prose = (place, text) => place.replaceChildren(...text.split("`").map((part, i, parts) =>
       i % 2 && i + 1 < parts.length ? make("code", { textContent: part }) : part));
   const short = (v, digits = 4) => Number(v.toPrecision(digits)).toString();

@@ -301,7 +301,7 @@ fn so_far(summary: &Summary, units: Units) -> String {
     })
 }
 
-/// What an undecided run lacks.
+/// Evidence that an undecided run lacks.
 fn lacks(summary: &Summary) -> String {
     let why = summary.verdict.undecided;
     if let Some(why) = why.filter(|why| !why.may_be_decided()) {

@@ -19,7 +19,7 @@ const HARDLY_SWINGS: f64 = 0.5;
 const INSTANTS: u32 = 200;
 /// Growth of a command that a machine follows as if at rest, 1/s: slower than its motion.
 const SLOW_PER_S: f64 = 1.0;
-/// What a time in a file may have been meant as.
+/// Possible reason of a time that is too long.
 const IN_SECONDS: &str = "a number without a unit is in seconds";
 /// More samples than these are no usual delay of a controller or sensor.
 const MANY_SAMPLES: f64 = 10.0;
@@ -175,7 +175,7 @@ fn slow_loops(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
     closing.into_iter().filter_map(of_controller).flatten().collect()
 }
 
-/// What a control loop has to deal with above a frequency.
+/// Modes and delays of a control loop above a frequency.
 struct Beyond<'a> {
     plant: &'a LinearMachine,
     own: &'a LoopController,
@@ -199,7 +199,7 @@ impl Beyond<'_> {
         let channel = plant.channel_of(own.drive, &plant.output(Source::Sensor(*sensor)).ok()?).ok()?;
         let response = |hz: f64| channel.frequency_response(&[hz]).ok().map(|values| values[0].norm());
         let here = response(hz)?;
-        // The loop of a velocity drive has a fast mode of its own, of which the reading hardly shows anything.
+        // The loop of a velocity drive has a fast mode of its own, which the reading hardly shows.
         let is_seen = |hz: f64| response(hz).is_none_or(|peak| peak > here);
         if let Some(mode_hz) = slowest_hz.filter(|&mode_hz| mode_hz > hz && is_seen(mode_hz)) {
             return Some(Found::Mode(mode_hz));

@@ -77,7 +77,7 @@ mod tests {
         }
     }
 
-    /// Two moves overlap; whoever rests goes on when both have ended.
+    /// Two moves overlap: the map goes on when both have ended.
     #[test]
     fn truth_work_rests_until_the_last_move_has_ended() {
         let moves = Moves::default();

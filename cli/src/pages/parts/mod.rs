@@ -194,8 +194,8 @@ impl Page {
         for (swatch, name) in &plot.entries {
             let _ = write!(
                 self.body,
-                "<li><svg viewBox=\"0 0 24 14\" width=\"24\" height=\"14\" aria-hidden=\"true\">{swatch}</svg>\
-                 {}</li>",
+                "<li><svg viewBox=\"0 0 24 14\" width=\"24\" height=\"14\" aria-hidden=\"true\">{swatch}\
+                 </svg>{}</li>",
                 escape(name)
             );
         }

@@ -28,7 +28,11 @@ pub(crate) fn page(
 ) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
-    let mut page = Page::new(&machine.name, &machine.about);
+    let mut about = machine.about.clone();
+    if !settings.is_empty() {
+        let _ = write!(about, " Set on the command line: {}", settings.join("; "));
+    }
+    let mut page = Page::new(&machine.name, about.trim_start());
     let units = Units::of(machine);
     let told = words::told(&document.scenario, summary, units, doubts);
     page.lead(&told[0]);

@@ -2,8 +2,6 @@
 
 mod charts;
 
-use std::fmt::Write as _;
-
 use feeler_files::Document;
 use feeler_problem::Problem;
 use feeler_studies::run::{EnergyItem, EnergyTable, EventRecord, Outcome, RunResult, Summary};
@@ -28,7 +26,11 @@ pub(crate) fn page(
 ) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
-    let mut page = Page::new(&machine.name, &machine.about);
+    let mut about = machine.about.clone();
+    if !settings.is_empty() {
+        about = format!("{about} (set on the command line: {})", settings.join("; "));
+    }
+    let mut page = Page::new(&machine.name, &about);
     let units = Units::of(machine);
     let told = words::told(&document.scenario, summary, units, doubts);
     page.lead(&told[0]);

@@ -357,7 +357,7 @@ mod tests {
             rows_before: 1,
             notes: vec!["said once".into()],
         };
-        assert_eq!(whole.clone().parts(&[0]), [whole.clone()]);
+        assert_eq!(whole.clone().parts(&[0]), std::slice::from_ref(&whole));
         let parts = whole.parts(&[0, 2]);
         assert_eq!(parts[0].times_s, [0.0, 1.0]);
         assert_eq!((parts[0].rows_before, &parts[0].bad, parts[0].notes.len()), (1, &vec![None], 1));

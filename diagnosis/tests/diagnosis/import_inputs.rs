@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::import::{Model, Options, Role, Survey, import};
 use feeler_files::Document;
 use feeler_plant::description::{ActuatorKind, MotorInput};
@@ -114,7 +114,7 @@ fn truth_a_log_with_a_break_is_two_experiments_on_one_clock() {
     assert!(said.contains("12.01 s are missing before row 1502"), "{said}");
     assert_eq!(survey.datasets[0].experiments, ["log-1.csv", "log-2.csv"]);
     let dataset = Dataset::load(&survey.datasets[0].folder).expect("both parts are sound");
-    assert_eq!(dataset.records.iter().map(|record| record.len()).collect::<Vec<_>>(), [1500, 1300]);
+    assert_eq!(dataset.records.iter().map(Record::len).collect::<Vec<_>>(), [1500, 1300]);
     let before = dataset.records[1].before.as_ref().expect("the first part");
     assert_eq!(before.name, "log-1.csv");
     assert!((dataset.records[1].start_s - 27.0).abs() < 1e-9);

@@ -36,11 +36,11 @@ fn sines(t: f64) -> f64 {
     (0..LINES).map(line).sum()
 }
 
-/// Runs the warm drive without a break, and keeps the rows of `parts` as experiments on its clock. In between
-/// the drive rests.
-fn logged(parts: &[std::ops::Range<usize>]) -> Dataset {
-    let rows = parts.iter().map(|part| part.end).max().expect("a part");
-    let is_logged = |k: usize| parts.iter().any(|part| part.contains(&k));
+/// Runs the warm drive without a break, and keeps the rows of `parts`, `[first, end]`, as experiments on its
+/// clock. In between the drive rests.
+fn logged(parts: &[[usize; 2]]) -> Dataset {
+    let rows = parts.iter().map(|part| part[1]).max().expect("a part");
+    let is_logged = |k: usize| parts.iter().any(|[first, end]| (*first..*end).contains(&k));
     let command = |k: usize| if is_logged(k) { 9.0 * sines(k as f64 * SPACING_S) } else { 0.0 };
     let points = (0..rows).map(|k| format!("[{}, {:e}]", k as f64 * SPACING_S, command(k)));
     let text = format!(
@@ -64,7 +64,7 @@ fn logged(parts: &[std::ops::Range<usize>]) -> Dataset {
     );
     for (i, part) in parts.iter().enumerate() {
         let mut rows = "t_s,u,y\n".to_owned();
-        for k in part.clone() {
+        for k in part[0]..part[1] {
             let t = k as f64 * SPACING_S;
             let _ = writeln!(rows, "{t:e},{:e},{:e}", trace.columns[0][k], trace.columns[1][k]);
         }
@@ -92,7 +92,7 @@ fn is_found(answer: &Diagnosis) {
 
 #[test]
 fn truth_a_derating_is_recovered_from_the_pieces_of_one_log() {
-    let whole = logged(&[0..3000]).in_pieces();
+    let whole = logged(&[[0, 3000]]).in_pieces();
     assert_eq!(whole.records.len(), 9);
     is_found(&diagnose(&whole, &|_| {}).expect("a diagnosis"));
 }
@@ -100,7 +100,7 @@ fn truth_a_derating_is_recovered_from_the_pieces_of_one_log() {
 /// Pauses of 12 s, in which a winding keeps 45 % of its heat.
 #[test]
 fn truth_a_derating_is_recovered_over_the_pauses_of_a_log() {
-    let paused = logged(&[0..1500, 2100..3600, 4200..5700]);
+    let paused = logged(&[[0, 1500], [2100, 3600], [4200, 5700]]);
     assert!(paused.records[1].before.is_some() && paused.records[2].before.is_some());
     is_found(&diagnose(&paused, &|_| {}).expect("a diagnosis"));
 }

@@ -12,6 +12,9 @@ const SAMPLES: usize = 300;
 /// Roundings of a few operations a sample over 300 samples, of the largest output.
 const ROUNDING: f64 = 1e-12;
 
+/// A filter as a function of `s`.
+type OnPaper<'a> = &'a dyn Fn(Complex<f64>) -> Complex<f64>;
+
 /// Whether the row of this part says so.
 fn states(part: &str, how: &str) {
     let table = MANUAL.split("### How a controller is discretised").nth(1).expect("the table");
@@ -88,7 +91,6 @@ fn truth_the_filters_of_the_manual_are_those_that_run() {
     let second = |s: Complex<f64>| at(90.0).powi(2) / quadratic(s, zeta);
     let notch = |s: Complex<f64>| quadratic(s, depth * zeta) / quadratic(s, zeta);
     let lead = |s: Complex<f64>| (1.0 + s / at(15.0)) / (1.0 + s / at(90.0));
-    type OnPaper<'a> = &'a dyn Fn(Complex<f64>) -> Complex<f64>;
     let rows: [(&str, Section<f64>, f64, OnPaper<'_>); 4] = [
         (
             "`low_pass` of a controller, first order",

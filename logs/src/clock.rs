@@ -162,11 +162,15 @@ pub(crate) fn calendar_ns(text: &str) -> Option<i64> {
         return None;
     }
     let nanos: i64 = format!("{fraction:0<9}").get(..9)?.parse().ok()?;
-    let offset_minutes = match zone.trim_start_matches(['Z', 'z']) {
-        "" => 0,
+    let offset_minutes = match zone {
+        "" | "Z" | "z" => 0,
         zone => {
-            let sign = if zone.starts_with('-') { -1 } else { 1 };
-            let digits: String = zone.chars().filter(char::is_ascii_digit).collect();
+            let (sign, zone) =
+                zone.strip_prefix('-').map_or((1, zone.strip_prefix('+')), |rest| (-1, Some(rest)));
+            let digits = zone?.replacen(':', "", 1);
+            if !matches!(digits.len(), 2 | 4) || !digits.bytes().all(|b| b.is_ascii_digit()) {
+                return None;
+            }
             let value: i64 = digits.parse().ok()?;
             sign * if digits.len() > 2 { value / 100 * 60 + value % 100 } else { value * 60 }
         }
@@ -232,7 +236,9 @@ mod tests {
         }
         assert_eq!(calendar_ns("1970-01-01T00:00:00"), Some(0));
         assert_eq!(calendar_ns("12:00:00.25"), Some(43_200_250_000_000));
-        for text in ["1.5", "12:00", "a:b:c", "2024-13-01T00:00:00", "2024-05-01Tx", ""] {
+        for text in
+            ["1.5", "12:00", "a:b:c", "2024-13-01T00:00:00", "2024-05-01Tx", "2024-05-01T00:00:00Z,0.103", ""]
+        {
             assert_eq!(calendar_ns(text), None, "{text}");
         }
     }

@@ -49,6 +49,14 @@ impl Table {
         self.times_s.windows(2).position(|pair| pair[1] <= pair[0]).map(|row| row + 1)
     }
 
+    /// The error of the first row without a time.
+    pub(crate) fn without_time(&self) -> Option<LogError> {
+        let row = self.times_s.iter().position(|time| !time.is_finite())?;
+        let what = format!("the clock `{}` holds no time here", self.clock.as_ref()?.column);
+        let remedy = "correct this cell, or delete the row";
+        Some(LogError::damaged(&self.file, LogPlace::Row(self.rows_before + row + 1), what, remedy))
+    }
+
     /// The error of a row that is not later than the row before.
     pub fn out_of_order(&self, row: usize) -> LogError {
         let clock = self.clock.as_ref().map_or("row", |clock| clock.column.as_str());

@@ -8,7 +8,7 @@ use crate::agreement;
 use crate::clock::ClockUnit;
 use crate::error::LogError;
 use crate::kind::{self, Format};
-use crate::table::Run;
+use crate::table::{Run, Table};
 use crate::topics::Topics;
 use crate::{arrays, bag, csv, lerobot, mcap, parquet};
 
@@ -96,8 +96,14 @@ impl Source {
     /// Reads everything.
     ///
     /// # Errors
-    /// A damaged file, with the byte or row.
+    /// A damaged file, with the byte or row. So is one whose clock has a cell without a number.
     pub fn read(&self) -> Result<Vec<Run>, LogError> {
+        let runs = self.runs()?;
+        let mut tables = runs.iter().flat_map(|run| &run.tables);
+        tables.find_map(Table::without_time).map_or(Ok(runs), Err)
+    }
+
+    fn runs(&self) -> Result<Vec<Run>, LogError> {
         match self.format {
             Format::Mcap | Format::Sqlite => self.bag(),
             Format::Npy => Ok(vec![arrays::npy(&self.files[0], self.clock)?]),

@@ -74,7 +74,7 @@ pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result
     }
     if let Some(writer) = writer {
         writer.finish(&mut survey)?;
-    } else if let Some(note) = unpaired::note(&survey) {
+    } else if let Some(note) = unpaired::note(&survey.joints, survey.lead.as_ref()) {
         survey.notes.push(note);
     }
     Ok(survey)

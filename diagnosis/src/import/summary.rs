@@ -97,7 +97,7 @@ fn lost(table: &Table) -> (usize, f64) {
     for pair in table.times_s.windows(2) {
         let missing = ((pair[1] - pair[0]) * rate_hz).round() - 1.0;
         if missing >= 1.0 {
-            lost = (lost.0 + missing as usize, lost.1.max(missing / rate_hz));
+            lost = (lost.0.saturating_add(missing as usize), lost.1.max(missing / rate_hz));
         }
     }
     lost

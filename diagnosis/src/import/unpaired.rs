@@ -7,7 +7,6 @@ use indexmap::IndexMap;
 use super::follow::{Follow, follow};
 use super::role::Role;
 use super::roles::Guess;
-use super::survey::Survey;
 
 /// Columns without names that are compared with each other, at most.
 const MOST_COMPARED: usize = 6;
@@ -43,14 +42,14 @@ fn is_nameless(table: &Table) -> bool {
 }
 
 /// A note on the options to state, if no joint of the logs has both an input and a position.
-pub(super) fn note(survey: &Survey) -> Option<String> {
+pub(super) fn note(joints: &IndexMap<String, Guess>, lead: Option<&Lead>) -> Option<String> {
     let has = |guess: &Guess, role: Role| guess.columns.contains_key(&role);
     let has_input = |guess: &Guess| has(guess, Role::Target) || has(guess, Role::Command);
-    if survey.joints.values().any(|guess| has_input(guess) && has(guess, Role::Position)) {
+    if joints.values().any(|guess| has_input(guess) && has(guess, Role::Position)) {
         return None;
     }
     let nothing = "no dataset can be written: no joint has both a target (or command) and a position";
-    if let Some(Lead { first, then, follow }) = &survey.lead {
+    if let Some(Lead { first, then, follow }) = lead {
         return Some(format!(
             "{nothing}. The columns have no names, only numbers. `{then}` follows `{first}` {} ms later \
              (correlation {:.4}); if they are position and target: `--target {first} --position {then}`",
@@ -58,7 +57,7 @@ pub(super) fn note(survey: &Survey) -> Option<String> {
             follow.correlation
         ));
     }
-    let column = |role: Role| survey.joints.values().find_map(|guess| guess.columns.get(&role));
+    let column = |role: Role| joints.values().find_map(|guess| guess.columns.get(&role));
     let input = column(Role::Target).or_else(|| column(Role::Command));
     Some(match (input, column(Role::Position)) {
         (Some(input), None) => format!(

@@ -106,6 +106,11 @@ impl<'a> Cells<'a> {
             let cell = record.get(i).unwrap_or_default().trim_ascii();
             if self.clock == Some(i) {
                 push_whole(&mut self.whole, cell, self.layout.kinds[i]);
+                if self.layout.kinds[i] == CellKind::Calendar {
+                    let time = std::str::from_utf8(cell).ok().and_then(clock::calendar_ns);
+                    columns[0].values.push(time.map_or(f64::NAN, |ns| ns as f64));
+                    continue;
+                }
             }
             if let CellKind::List(_) = self.layout.kinds[i] {
                 push_list(columns, cell);

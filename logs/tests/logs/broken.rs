@@ -150,6 +150,20 @@ fn regress_a_compression_that_does_not_exist_is_placed() {
     assert!(is_clear(&error, "a.mcap") && error.to_string().contains(r#""\0std""#), "{error}");
 }
 
+/// Row 3 of the file, in seconds and as calendar times; times of day with zones among commas are times too.
+#[test]
+fn regress_a_clock_without_a_time_is_refused_with_its_row() {
+    for rows in [["0.00", "oops", "0.02"], ["12:00:00.00Z", "", "12:00:00.02Z"]] {
+        let text = |times: [&str; 3]| {
+            let of = |time: &str| format!("{time},0.10314,0.00008\n");
+            format!("time,target,position\n{}", times.map(of).concat())
+        };
+        let error = read("a.csv", text(rows).as_bytes()).expect_err("refused");
+        assert!(error.to_string().contains("row 3") && error.to_string().contains("`time`"), "{error}");
+        assert!(read("a.csv", text([rows[0], rows[2], rows[2]]).as_bytes()).is_ok());
+    }
+}
+
 #[test]
 fn prop_files_that_are_cut_off_say_where() {
     for (name, bytes) in whole().into_iter().filter(|(name, _)| *name != "a.csv") {

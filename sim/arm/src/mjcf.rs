@@ -317,6 +317,16 @@ impl<'a> Model<'a, '_> {
             _ => return Ok(()),
         };
         let one = |name: &str| self.one(node, kind, "main", name);
+        if kind != "motor" {
+            let remedy = "state `kp` and `kv` of the joint itself, and leave it out";
+            let gear = self.numbers(node, kind, "main", "gear")?;
+            if gear.first().is_some_and(|gear| *gear != 1.0) {
+                return wrong(node, "the `gear` of an actuator is not read", remedy);
+            }
+            if is_position && one("dampratio")? != 0.0 && one("kv")? == 0.0 {
+                return wrong(node, "a damping by `dampratio` is not read", remedy);
+            }
+        }
         let mut belief = self.joints[at].clone();
         if is_position {
             // MuJoCo's own default.

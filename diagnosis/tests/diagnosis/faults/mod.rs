@@ -135,7 +135,7 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
     let row = sound.lines().nth(101).expect("a row");
     error_says(
         &sound.replacen(row, "0.1,1.0,oops,1.0", 1),
-        &["a.csv:102", "`encoder_m`", "no number", "1 such cell"],
+        &["a.csv:102", "`encoder_m`", "no number here (cut the file there"],
     );
     error_says(
         &spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }),

@@ -93,7 +93,7 @@ fn duration(table: &Table) -> f64 {
 /// Missing rows, from row distances that are whole multiples of the usual one.
 fn lost(table: &Table) -> (usize, f64) {
     let Some(rate_hz) = table.rate_hz() else { return (0, 0.0) };
-    let mut lost = (0, 0.0_f64);
+    let mut lost = (0_usize, 0.0_f64);
     for pair in table.times_s.windows(2) {
         let missing = ((pair[1] - pair[0]) * rate_hz).round() - 1.0;
         if missing >= 1.0 {

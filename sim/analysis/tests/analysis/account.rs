@@ -46,7 +46,7 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     {
         assert!(pair[1].bandwidth_at_gain_before_hz.is_some(), "{pair:?}");
     }
-    // What a loop lacks has no row.
+    // A loop without filters has no row for them, nor for a delay of zero.
     for (delay_s, end) in [(0.0, "hold"), (0.7e-3, "delay")] {
         let stages = clamped(&force_loop(0.5, delay_s), None).looped.unwrap().waterfall.unwrap().stages;
         let last = stages.last().unwrap();

@@ -320,10 +320,10 @@ impl<'a> Model<'a, '_> {
         if kind != "motor" {
             let remedy = "state `kp` and `kv` of the joint itself, and leave it out";
             let gear = self.numbers(node, kind, "main", "gear")?;
-            if gear.first().is_some_and(|gear| *gear != 1.0) {
+            if gear.first().is_some_and(|gear| (gear - 1.0).abs() > f64::EPSILON) {
                 return wrong(node, "the `gear` of an actuator is not read", remedy);
             }
-            if is_position && one("dampratio")? != 0.0 && one("kv")? == 0.0 {
+            if is_position && one("dampratio")? > 0.0 && one("kv")? <= 0.0 {
                 return wrong(node, "a damping by `dampratio` is not read", remedy);
             }
         }

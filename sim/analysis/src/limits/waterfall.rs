@@ -214,6 +214,25 @@ impl ControlLoop {
             })
     }
 
+    /// Hold, and what else the loop has between reading and command, one more in each row.
+    fn sampled_rows(&self) -> Result<Vec<(String, Self)>, AnalysisError> {
+        let held = self.altered(|assembly, controllers| {
+            without_delay(assembly, controllers);
+            without_filters(assembly, controllers);
+        })?;
+        let mut rows = vec![("hold".to_owned(), held)];
+        if self.has_delay() {
+            rows.push((
+                "delay".into(),
+                self.altered(|assembly, controllers| without_filters(assembly, controllers))?,
+            ));
+        }
+        if self.has_filters() {
+            rows.push(("filters".into(), self.clone()));
+        }
+        Ok(rows)
+    }
+
     /// The waterfall of one gain. `modes` and `pairs` are those of the loop's own actuator and sensor.
     ///
     /// # Errors
@@ -245,18 +264,7 @@ impl ControlLoop {
             loops.push((row.name.clone(), softer));
         }
         let sampled_from = loops.len();
-        let held = self.altered(|assembly, controllers| {
-            without_delay(assembly, controllers);
-            without_filters(assembly, controllers);
-        })?;
-        loops.push(("hold".into(), held));
-        if self.has_delay() {
-            let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
-            loops.push(("delay".into(), late));
-        }
-        if self.has_filters() {
-            loops.push(("filters".into(), self.clone()));
-        }
+        loops.extend(self.sampled_rows()?);
         let bands = workers.collect(loops.len(), |i| match &loops[i].1 {
             continuous if i < sampled_from => continuous.continuous_bands(key),
             sampled => sampled.sampled_bands(key),

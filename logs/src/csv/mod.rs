@@ -105,9 +105,11 @@ impl<'a> Cells<'a> {
         for (i, columns) in self.columns.iter_mut().enumerate() {
             let cell = record.get(i).unwrap_or_default().trim_ascii();
             if self.clock == Some(i) {
-                push_whole(&mut self.whole, cell, self.layout.kinds[i]);
-                if self.layout.kinds[i] == CellKind::Calendar {
-                    let time = std::str::from_utf8(cell).ok().and_then(clock::calendar_ns);
+                let text = std::str::from_utf8(cell).unwrap_or_default();
+                let is_calendar = self.layout.kinds[i] == CellKind::Calendar;
+                let time = if is_calendar { clock::calendar_ns(text) } else { text.parse().ok() };
+                push_whole(&mut self.whole, time);
+                if is_calendar {
                     columns[0].values.push(time.map_or(f64::NAN, |ns| ns as f64));
                     continue;
                 }
@@ -172,13 +174,11 @@ impl<'a> Cells<'a> {
     }
 }
 
-fn push_whole(whole: &mut Option<Vec<i64>>, cell: &[u8], kind: CellKind) {
-    let Some(values) = whole else { return };
-    let text = std::str::from_utf8(cell).unwrap_or_default();
-    let value = if kind == CellKind::Calendar { clock::calendar_ns(text) } else { text.parse().ok() };
-    match value {
-        Some(value) => values.push(value),
-        None => *whole = None,
+/// One time that is not a whole number ends them.
+fn push_whole(whole: &mut Option<Vec<i64>>, time: Option<i64>) {
+    match (whole.as_mut(), time) {
+        (Some(values), Some(time)) => values.push(time),
+        _ => *whole = None,
     }
 }
 

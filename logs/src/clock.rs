@@ -183,7 +183,7 @@ pub(crate) fn calendar_ns(text: &str) -> Option<i64> {
 }
 
 /// The median distance of neighbouring times that increase.
-pub(crate) fn median_step(times: &[f64]) -> Option<f64> {
+pub fn median_step(times: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
     if steps.is_empty() {

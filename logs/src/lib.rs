@@ -38,7 +38,7 @@ mod sqlite;
 mod table;
 mod topics;
 
-pub use clock::{Clock, ClockUnit};
+pub use clock::{Clock, ClockUnit, median_step};
 pub use error::{LogError, LogPlace};
 pub use grid::{Pick, Series, on_one_grid};
 pub use kind::Format;

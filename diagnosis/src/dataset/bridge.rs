@@ -1,5 +1,7 @@
 //! Rows that a recorder lost and cells that it left empty: counted, and bridged if there are few.
 
+use feeler_logs::median_step;
+
 use super::fault::FaultKind;
 
 /// Largest number of consecutive missing rows that is bridged.
@@ -14,12 +16,8 @@ pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
 
 /// Rows after which a stretch without rows ends that is too long for interpolation.
 pub(crate) fn breaks(times_s: &[f64]) -> Vec<usize> {
-    let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return Vec::new();
-    }
-    let middle = steps.len() / 2;
-    let longest_s = (MOST_TOGETHER as f64 + 1.5) * *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(usual_s) = median_step(times_s) else { return Vec::new() };
+    let longest_s = (MOST_TOGETHER as f64 + 1.5) * usual_s;
     (1..times_s.len()).filter(|row| times_s[*row] - times_s[row - 1] > longest_s).collect()
 }
 

@@ -6,16 +6,18 @@
 //!   Only the lines of a short list are not run ([`reader::NOT_RUN`]). After a line `# long: ...` commands
 //!   run with `FEELER_BOOK_LONG=1 cargo test -p feeler --test commands book`; otherwise only their
 //!   arguments are checked. `FEELER_BOOK_LONG=bench-axis` runs the pages with this in their path. After
-//!   `# needs: PATH` the same holds without this file or folder.
-//! - `output`: each line appears in the output of the block before it; `...` stands for any text.
+//!   `# needs: PATH` the same holds without this file or folder, and after `# needs: network` without one.
+//! - `output`: each line appears in the output of the block before it, if all its commands ran. `...` stands
+//!   for any text.
 //! - `toml`: passes `feeler check`. A first line `# NAME.toml` makes it a file for the commands after it. Any
-//!   other block is laid on a file of its page or of the project.
+//!   other block is laid on the file that the page wrote last ([`reader`] names the exceptions).
 //! - `json` parses, `python` runs. `text` is formulas and help, on pages of a short list.
 #![cfg(unix)]
 
 mod definitions;
 mod keys;
 mod page;
+mod pictures;
 mod reader;
 mod reference;
 

@@ -1,10 +1,11 @@
 //! A reader who does what a page says: runs its commands, writes its files, compares its output.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpStream, ToSocketAddrs};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use super::page::{Block, blocks, has_ending, root, text_of};
 
@@ -27,11 +28,15 @@ fn say_skipped(what: &str) {
 const TEXT: [(&str, &str); 3] = [
     ("docs/arms.md", "formulas"),
     ("docs/commands.md", "help pages, which a test of the arguments compares"),
-    ("docs/tutorials/servo-joint.md", "an answer that depends on the computer, and how to fetch data"),
+    ("docs/tutorials/servo-joint.md", "an answer that depends on the computer"),
 ];
 
-/// Files on which a snippet may lie, besides those that its page writes.
-const BASES: [&str; 3] = ["servo.toml", "scenarios/effects/ideal.toml", "scenarios/surface/waves.toml"];
+/// Files on which the snippets of a page lie. On any other page it is the file that the page wrote last.
+const BASES: [(&str, &str); 3] = [
+    ("docs/effects.md", "scenarios/effects/ideal.toml"),
+    ("docs/servos.md", "servo.toml"),
+    ("docs/surfaces.md", "scenarios/surface/waves.toml"),
+];
 
 /// Pages whose long commands run, and not only their arguments are checked: `1` for all, or a part of a path.
 pub(crate) fn long_pages() -> Option<String> {
@@ -42,12 +47,18 @@ fn is_long() -> bool {
     long_pages().is_some()
 }
 
+fn has_network() -> bool {
+    let found = ("github.com", 443).to_socket_addrs().ok().and_then(|mut places| places.next());
+    found.is_some_and(|place| TcpStream::connect_timeout(&place, Duration::from_secs(5)).is_ok())
+}
+
 /// A folder in which the commands of one page run, one after the other. It holds what they need of the
 /// project.
 pub(crate) struct Reader {
     around: tempfile::TempDir,
     page: String,
-    printed: String,
+    /// By the commands of the block before, if they ran.
+    printed: Option<String>,
     /// Files that the page has written.
     written: Vec<String>,
 }
@@ -68,12 +79,15 @@ fn copy(from: &Path, to: &Path) {
 impl Reader {
     pub(crate) fn new(page: &str) -> Self {
         let around = tempfile::tempdir().unwrap();
-        let reader = Self { around, page: page.to_owned(), printed: String::new(), written: Vec::new() };
+        let reader = Self { around, page: page.to_owned(), printed: None, written: Vec::new() };
         copy(&root().join("scenarios"), &reader.folder().join("scenarios"));
         let project = root().canonicalize().unwrap();
         symlink(project.join("logs"), reader.folder().join("logs")).unwrap();
         // Data that are too large for the project lie beside it.
-        symlink(project.join("../shared"), reader.around.path().join("shared")).unwrap();
+        let beside = project.join("../shared");
+        if beside.exists() {
+            symlink(beside, reader.around.path().join("shared")).unwrap();
+        }
         reader
     }
 
@@ -114,31 +128,40 @@ impl Reader {
     }
 
     /// In the project's folder, and with the long commands only.
-    fn cargo(&self, line: &str) -> Result<String, String> {
+    fn cargo(&self, line: &str) -> Result<Option<String>, String> {
         if !is_long() {
-            return Ok(String::new());
+            return Ok(None);
         }
         let project = root().canonicalize().map_err(|error| error.to_string())?;
         let installed = self.folder().join("installed");
         let root = installed.display();
-        self.shell(&format!("cd '{}' && CARGO_INSTALL_ROOT='{root}' {line}", project.display()))
+        self.shell(&format!("cd '{}' && CARGO_INSTALL_ROOT='{root}' {line}", project.display())).map(Some)
+    }
+
+    /// Not over data that are there already.
+    fn fetch(&self, line: &str, runs: bool) -> Result<Option<String>, String> {
+        let is_there = self.around.path().join("shared").is_symlink();
+        if runs && !is_there { self.shell(line).map(Some) } else { Ok(None) }
     }
 
     /// With the long commands only; its file exists in any case.
-    fn script(&self, line: &str) -> Result<String, String> {
+    fn script(&self, line: &str) -> Result<Option<String>, String> {
         let file = line.split(' ').find(|word| has_ending(word, "py")).ok_or("no script is named")?;
         if !self.folder().join(file).exists() {
             return Err(format!("there is no {file}"));
         }
-        if is_long() { self.shell(line) } else { Ok(String::new()) }
+        if is_long() { self.shell(line).map(Some) } else { Ok(None) }
     }
 
     fn console(&mut self, block: &Block) -> Result<(), String> {
-        self.printed.clear();
+        self.printed = None;
+        let mut printed = Some(String::new());
         let mut runs = true;
         for line in block.text.replace("\\\n", " ").lines().map(str::trim).filter(|line| !line.is_empty()) {
             if let Some(needed) = line.strip_prefix("# needs: ") {
-                runs &= self.folder().join(needed).exists();
+                let is_there =
+                    if needed == "network" { has_network() } else { self.folder().join(needed).exists() };
+                runs &= is_there;
                 if !runs {
                     say_skipped(&format!("{}:{}: no {needed}", self.page, block.line));
                 }
@@ -151,36 +174,35 @@ impl Reader {
             let line = line.replace("cargo run --release -- ", "feeler ");
             let line = line.replace("/usr/bin/time -v target/release/feeler ", "feeler ");
             let command = line.split(" # ").next().unwrap_or(&line).trim();
-            if NOT_RUN.iter().any(|(known, _)| *known == command) {
-                continue;
-            }
             let said = match command.split(' ').next() {
-                Some("feeler") if !runs => self.understands(command).map(|()| String::new()),
-                Some("feeler") if command.starts_with("feeler live ") => self.live(command),
-                Some("feeler") => self.shell(command),
+                _ if NOT_RUN.iter().any(|(known, _)| *known == command) => Ok(None),
+                Some("feeler") if !runs => self.understands(command).map(|()| None),
+                Some("feeler") if command.starts_with("feeler live ") => self.live(command).map(Some),
+                Some("feeler") => self.shell(command).map(Some),
                 Some("cargo" | "FEELER_BENCH_QUICK=1") => self.cargo(command),
                 Some("python3") => self.script(command),
+                Some("git" | "mkdir" | "cp" | "for") => self.fetch(command, runs),
                 _ => Err("no test runs it".to_owned()),
             };
-            self.printed.push_str(&said.map_err(|said| format!("`{command}`: {said}"))?);
+            let said = said.map_err(|said| format!("`{command}`: {said}"))?;
+            printed = printed.zip(said).map(|(before, said)| before + &said);
         }
+        self.printed = printed;
         Ok(())
     }
 
     fn output(&self, block: &Block) -> Result<(), String> {
-        if self.printed.is_empty() {
-            return Ok(());
-        }
+        let Some(printed) = &self.printed else { return Ok(()) };
         let plain = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
-        let printed: Vec<String> = self.printed.lines().map(plain).collect();
+        let lines: Vec<String> = printed.lines().map(plain).collect();
         for wanted in block.text.lines().map(plain).filter(|line| !line.is_empty()) {
             let parts: Vec<&str> = wanted.split("...").map(str::trim).collect();
             let holds = |line: &String| {
                 let mut rest = line.as_str();
                 parts.iter().all(|part| rest.find(part).map(|at| rest = &rest[at + part.len()..]).is_some())
             };
-            if !printed.iter().any(holds) {
-                return Err(format!("not printed: {wanted}\nprinted:\n{}", self.printed));
+            if !lines.iter().any(holds) {
+                return Err(format!("not printed: {wanted}\nprinted:\n{printed}"));
             }
         }
         Ok(())
@@ -213,22 +235,16 @@ impl Reader {
     }
 
     fn snippet(&self, block: &Block) -> Result<(), String> {
-        let mut refused = Vec::new();
-        for base in self.written.iter().map(String::as_str).chain(BASES) {
-            let path = self.folder().join(base);
-            let Some(file) = path.file_name().and_then(std::ffi::OsStr::to_str).filter(|_| path.exists())
-            else {
-                continue;
-            };
-            let snippet = path.with_file_name("snippet.toml");
-            std::fs::write(&snippet, format!("machine = \"{file}\"\n{}", block.text))
-                .map_err(|error| error.to_string())?;
-            match self.shell(&format!("feeler check {}", snippet.display())) {
-                Ok(_) => return Ok(()),
-                Err(why) => refused.push(format!("on {base}: {why}")),
-            }
-        }
-        Err(refused.join("\n"))
+        let known = BASES.iter().find(|(page, _)| *page == self.page).map(|(_, base)| *base);
+        let base = known.or(self.written.last().map(String::as_str)).ok_or("no file on which it lies")?;
+        let path = self.folder().join(base);
+        let file = path.file_name().and_then(std::ffi::OsStr::to_str).ok_or("no name of a file")?;
+        let snippet = path.with_file_name("snippet.toml");
+        std::fs::write(&snippet, format!("machine = \"{file}\"\n{}", block.text))
+            .map_err(|error| error.to_string())?;
+        self.shell(&format!("feeler check {}", snippet.display()))
+            .map(|_| ())
+            .map_err(|why| format!("on {base}: {why}"))
     }
 
     pub(crate) fn block(&mut self, block: &Block) -> Result<(), String> {

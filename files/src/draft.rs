@@ -190,6 +190,11 @@ impl Draft {
             _ => path.split('.').collect(),
         };
         self.check_path(path, &segments, at)?;
+        // Its keys are in this draft already.
+        if path == BASE.name {
+            let remedy = "change its keys one by one, or write a file that begins with another `machine`";
+            return Err(self.refuse(at, path, "the base file cannot be exchanged".into(), remedy));
+        }
         if segments.len() == 2
             && ELEMENTS.iter().any(|element| element.table == segments[0])
             && node.as_table().is_none()

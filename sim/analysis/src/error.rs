@@ -29,7 +29,7 @@ pub enum AnalysisError {
     NoEquilibrium { residual_m_per_s2: f64 },
     #[error("there is no controller `{name}`")]
     NoController { name: String, known: Vec<String> },
-    /// Its loop is a part of the machine: it is broken at the samples of a servo only.
+    /// The loop of a continuous servo is part of the machine. A servo loop can be broken only at its samples.
     #[error("the servo `{name}` has no period, so its loop cannot be broken")]
     ContinuousServo { name: String },
     /// A controller closes a loop around the loop of a sampled servo, or drives an input besides its target.

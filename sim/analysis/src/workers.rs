@@ -59,7 +59,7 @@ impl fmt::Debug for Workers {
 }
 
 impl PartialEq for Workers {
-    /// Who works changes no result.
+    /// All workers are equal, since they give equal results.
     fn eq(&self, _: &Self) -> bool {
         true
     }

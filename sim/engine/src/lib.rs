@@ -1,9 +1,9 @@
 //! Steps a machine through time.
 //!
-//! A [`Scenario`] describes a run. A [`Program`] is the same, checked and resolved. A [`Simulation`] runs one
-//! variant of it, or several side by side. Between events a machine with held inputs is linear. The default
-//! integrator moves it by matrix exponentials and locates every event to machine precision. Modes with
-//! nonlinear laws are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
+//! A [`Scenario`] describes a run. A [`Program`] is a scenario that is checked and resolved. A [`Simulation`]
+//! runs one variant of it, or several side by side. Between events a machine with held inputs is linear. The
+//! default integrator moves it by matrix exponentials and locates every event to machine precision. Modes
+//! with nonlinear laws are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
 mod carry;
 mod error;

@@ -25,8 +25,8 @@ pub(crate) struct WithoutDrift {
     left_out: Vec<LeftOut>,
 }
 
-/// A state whose value only measures the drift, and how far the drift moves the other states while it moves
-/// this one by 1.
+/// A state whose value only measures the drift. While the drift moves this state by 1, it moves the other
+/// states by known distances.
 #[derive(Clone, Debug)]
 struct LeftOut {
     state: usize,

@@ -15,7 +15,7 @@ pub(crate) struct Springs<'a> {
     pub(crate) links: &'a [(usize, ModeClass)],
 }
 
-/// The same with two nodes joined.
+/// The representative of each node after two nodes are joined.
 fn merged(joined: &[NodeId], a: NodeId, b: NodeId) -> Vec<NodeId> {
     joined.iter().map(|&of| if of == joined[b] { joined[a] } else { of }).collect()
 }

@@ -41,7 +41,7 @@ const DRIFT_HZ: f64 = 1e-3;
 /// Static gains are evaluated at z - 1 equal to this, so that an integrator's gain is finite.
 const NEARLY_STATIC: f64 = 1e-9;
 
-/// A limit cycle as first harmonics see it.
+/// A limit cycle, approximated by the first harmonic of each signal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LimitCycle {
     /// Of its first harmonic, Hz.
@@ -66,8 +66,8 @@ pub struct LimitCycle {
 struct Ramp {
     /// Mean value over `a`.
     mean: f64,
-    /// First harmonic over `a`. Also the ratio between a damper that acts only while `x > 0` and one that
-    /// always acts.
+    /// First harmonic over `a`. A damper that acts only while `x > 0` has this share of the effect of one
+    /// that always acts.
     harmonic: f64,
     /// Share of the time with `x > 0`.
     share: f64,
@@ -321,7 +321,7 @@ mod tests {
     const STEPS: u32 = 200_000;
     /// The midpoint rule errs by the square of the step at a kink of the integrand.
     const KINK: f64 = 1e-9;
-    /// It also errs over one step by the height of each jump; there are two jumps of up to 2.
+    /// The midpoint rule also errs by the height of each jump, over one step. There are two jumps of up to 2.
     const JUMP: f64 = 4.0 / STEPS as f64;
 
     /// Mean and first harmonic of a function of `offset + sin`, and of its damper.

@@ -13,7 +13,7 @@ pub(crate) struct Fineness {
     /// Rounds of refinement.
     passes: usize,
     most_gains: usize,
-    /// Whether its zeros are exact to machine precision, or only to the eye.
+    /// Whether the zeros are exact to machine precision. Otherwise they are accurate enough for a picture.
     exact_zeros: bool,
 }
 
@@ -40,7 +40,7 @@ const FINEST: f64 = 16.0;
 /// Tolerance of matrices, relative to their largest element. Within it they are affine in the gain, and a
 /// slope is the product of one column and one row.
 const AFFINE: f64 = 1e-10;
-/// Within this they are affine up to rounding.
+/// Within this tolerance only rounding separates matrices from affine ones.
 const EXACT: f64 = 1e-13;
 /// The picture extends this many times beyond the oscillating poles at gain zero and the oscillating zeros.
 /// Its width is at least this share of its height.
@@ -63,7 +63,7 @@ pub struct Locus {
     pub zeros: Vec<C64>,
     /// The gain of the file.
     pub present_gain: f64,
-    /// Poles at it.
+    /// Poles at the present gain.
     pub present: Vec<C64>,
 }
 
@@ -79,7 +79,7 @@ pub(crate) fn follow(
 ) -> Result<Locus, AnalysisError> {
     let zero = closed(0.0)?;
     let present = eigenvalues(&closed(present_gain)?)?;
-    // Whether the law accepts a gain does not depend on its value, and zero has succeeded.
+    // A law accepts either every gain or none, and it has accepted zero.
     let plain = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
     let affine = Affine::new(&plain, scale);

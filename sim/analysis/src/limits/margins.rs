@@ -9,7 +9,8 @@ use crate::error::AnalysisError;
 
 /// Factors below this are zero up to rounding: no gain stabilises.
 const NO_GAIN: f64 = 1e-9;
-/// Ratio of a frequency that shows the behaviour at rest, up to this share.
+/// A response at this share of the peak's frequency counts as the response at rest. A peak that exceeds it by
+/// less than [`FLAT`] is not a resonance.
 const TOWARDS_REST: f64 = 1e-3;
 const FLAT: f64 = 1e-6;
 

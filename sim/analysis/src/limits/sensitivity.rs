@@ -20,7 +20,8 @@ use crate::workers::Workers;
 
 /// Relative step of the central differences; their error is its square.
 const DIFFERENCE: f64 = 1e-3;
-/// Of more numbers than this, those with the largest effect on the response of the machine are taken.
+/// Of a machine with more parameters than this, only those with the largest effect on its response are
+/// analysed.
 const MOST_NUMBERS: usize = 32;
 /// A loss below this share of the gain does not count.
 const NO_LOSS: f64 = 0.1;
@@ -261,7 +262,7 @@ impl ControlLoop {
 
 /// The machine between drive and sensor at one frequency.
 struct Probe {
-    /// States under a unit input, and of the transposed machine.
+    /// States of the machine, and of the transposed machine, under a unit input.
     states: [DMatrix<C64>; 2],
     value: C64,
     /// Logarithmic derivative over the logarithm of the frequency.
@@ -286,7 +287,8 @@ impl Probe {
         change[(0, 0)] / self.value
     }
 
-    /// Relative change of the gain at which the loop swings: its phase stays, so its frequency moves.
+    /// Relative change of the gain at which the loop oscillates. The phase of the loop is fixed there, so the
+    /// frequency changes.
     fn of_gain(&self, change: C64) -> f64 {
         (change.re - self.slope.re * change.im / self.slope.im).abs()
     }

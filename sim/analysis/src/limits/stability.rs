@@ -69,12 +69,12 @@ pub(crate) struct BelowZero {
 }
 
 impl BelowZero {
-    /// Of a search that ends at zero.
+    /// No intervals: the result of a search that ends at zero.
     pub(crate) fn not_sought() -> Self {
         Self { bands: Vec::new(), at_zero: Edge { gain: 0.0, frequency_hz: 0.0, mode: None } }
     }
 
-    /// From the intervals, from zero onwards, of the gain with its sign reversed.
+    /// Intervals below zero, from those of the gain with reversed sign, which begin at zero.
     fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
         let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };
         let bands = turned
@@ -166,7 +166,7 @@ impl ControlLoop {
             .filter(|gain| *gain > 0.0))
     }
 
-    /// The same in the continuous loop.
+    /// Stable values from zero onwards, in the continuous loop, of the gain with this key.
     ///
     /// # Errors
     /// As [`Self::sampled_bands`], and [`AnalysisError::Improper`].
@@ -185,7 +185,7 @@ impl ControlLoop {
         Ok(self.sampled_bands(key)?.joined(self.sampled_bands_below_zero(key)?))
     }
 
-    /// The same in the continuous loop.
+    /// Every interval of stable values of a gain in the continuous loop, on both sides of zero, rising.
     ///
     /// # Errors
     /// As [`Self::continuous_bands`].
@@ -212,7 +212,7 @@ impl ControlLoop {
         self.bands_below_zero(sampled.domain()?, matrix, sampled.expand(), sampled.alias_s())
     }
 
-    /// The same in the continuous loop.
+    /// Stable values below zero of a gain in the continuous loop; empty if the law allows none.
     ///
     /// # Errors
     /// As [`Self::continuous_bands`].
@@ -268,9 +268,9 @@ impl ControlLoop {
         expand: &DMatrix<f64>,
         alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
-        // But for loops without a solution at single gains, errors do not depend on the value of the gain, so
-        // these calls find them all. It must not be one: an impedance with force gain -1 does not respond to
-        // motion.
+        // Errors do not depend on the value of the gain, so these calls find them all. The exceptions are
+        // loops without a solution at single gains. One example is an impedance with force gain -1, which
+        // does not respond to motion. So the gain must not have size one.
         let (unit, [low, middle, high]) = finite_unit(&matrix)?;
         let slope = (&middle - &low) / (2.0 * unit);
         let zero = &low - &slope * (2.0 * unit);
@@ -376,9 +376,9 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
-/// The largest power of ten, up to one, of which small multiples give finite matrices, and those of 2, 4 and
-/// 6 times it. An unstable loop lifted over thousands of periods overflows, and one with direct feed-through
-/// has no solution at single gains.
+/// The largest power of ten, up to one, whose multiples by 2, 4 and 6 all give finite matrices, with these
+/// matrices. An unstable loop lifted over thousands of periods overflows, and one with direct feed-through has
+/// no solution at single gains.
 fn finite_unit(
     matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
 ) -> Result<(f64, [DMatrix<f64>; 3]), AnalysisError> {

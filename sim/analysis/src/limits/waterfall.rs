@@ -44,7 +44,7 @@ pub enum Limit {
     Nothing,
 }
 
-/// One step down.
+/// One stage of the waterfall: the loop with one more ingredient.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stage {
     /// The ingredient that this stage adds.
@@ -83,7 +83,7 @@ impl Stage {
 /// The largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"` or `"none"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relief {
-    /// It is this many times as large.
+    /// The largest gain is this many times as large.
     Times(f64),
     /// Every gain is stable.
     Unlimited,
@@ -94,8 +94,8 @@ pub enum Relief {
 }
 
 impl Relief {
-    /// From the largest gain with an ingredient to that without: zero if nothing is stable, infinite if
-    /// everything is.
+    /// Compares the largest gain with an ingredient to the one without. A gain is zero if no gain is stable,
+    /// and infinite if every gain is.
     fn new(with: f64, without: f64) -> Self {
         match (with > 0.0, without > 0.0) {
             (_, true) if without.is_infinite() => Self::Unlimited,
@@ -126,7 +126,7 @@ impl Serialize for Relief {
     }
 }
 
-/// The whole account.
+/// All stages of a loop, and the cause that limits its bandwidth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Waterfall {
     /// From the ideal loop to the loop as built.
@@ -214,7 +214,8 @@ impl ControlLoop {
             })
     }
 
-    /// Hold, and what else the loop has between reading and command, one more in each row.
+    /// The loops with a hold, and then with each further ingredient between reading and command; one more in
+    /// each row.
     fn sampled_rows(&self) -> Result<Vec<(String, Self)>, AnalysisError> {
         let held = self.altered(|assembly, controllers| {
             without_delay(assembly, controllers);
@@ -392,7 +393,7 @@ impl ControlLoop {
         })
     }
 
-    /// The same with a gain at half of its largest stable value.
+    /// This loop with a gain at half of its largest stable value.
     pub(crate) fn at_half_of(
         &self,
         controller: usize,

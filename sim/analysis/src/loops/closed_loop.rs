@@ -18,7 +18,7 @@ use crate::loops::late::Evaluator;
 const LOWEST_HZ: f64 = 1e-3;
 /// Highest frequency of the search in a continuous loop, Hz.
 const HIGHEST_HZ: f64 = 1e5;
-/// Ratio of neighbouring frequencies of the search: it misses a notch that is narrower.
+/// Ratio of neighbouring frequencies of the search; it misses a narrower notch.
 const STEP: f64 = 1.02;
 /// Multiples of the bandwidth at which a shelf is measured. A first-order fall leaves a fifth and a tenth
 /// there; a shelf leaves about the same at both, and at least this share.
@@ -37,7 +37,7 @@ pub struct ClosedLoop<T: TimeDomain> {
     domain: T,
     /// From the controller's output to the reading, with this loop open.
     plant: Evaluator,
-    /// Around the loop.
+    /// Response of the loop broken at the controller.
     around: Evaluator,
     law: ReferencePath,
     highest_hz: f64,
@@ -221,8 +221,8 @@ pub(crate) fn law_of_reference(controller: &LoopController) -> Result<DiscreteSt
     )?)
 }
 
-/// From the reference to the output of a continuous law: it enters with the reading, with opposite sign, and
-/// may be fed forward.
+/// From the reference to the output of a continuous law. The reference enters with the reading, with opposite
+/// sign, and may be fed forward.
 fn continuous_reference(spec: &ControllerSpec, law: &DMatrix<C64>, s: C64) -> C64 {
     let of = |value: usize, rate: usize| -(law[(0, value)] + s * law[(0, rate)]);
     match &spec.law {

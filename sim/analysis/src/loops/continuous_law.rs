@@ -83,7 +83,8 @@ impl ContinuousLaw {
         Self { a, b, c, d: self.d }
     }
 
-    /// The law followed by `(1 + s / w_z) / (1 + s / w_p)`: `r` at once, and the rest through a lag.
+    /// The law followed by a lead `(1 + s / w_z) / (1 + s / w_p)`. Its share `r = w_p / w_z` acts at once,
+    /// and the rest through a lag.
     fn with_lead(self, lead: &LeadSpec) -> Self {
         let r = lead.pole_hz / lead.zero_hz;
         let w = TAU * lead.pole_hz;

@@ -53,7 +53,7 @@ impl ContinuousLoop {
         Ok(self.assemble(&self.whole.specs(), None)?.a().clone())
     }
 
-    /// The same with one gain changed.
+    /// State matrix of the closed loop with one gain changed. The plant's states come first.
     ///
     /// # Errors
     /// [`AnalysisError::NoGain`], [`AnalysisError::Improper`].
@@ -80,7 +80,7 @@ impl ContinuousLoop {
         &self.plant.reduced.expand
     }
 
-    /// All states, and each controller's inputs as `H x + J u`; then the loop closed around them.
+    /// Collects all states and each controller's inputs as `H x + J u`, then closes the loop.
     fn assemble(
         &self,
         specs: &[ControllerSpec],

@@ -26,12 +26,12 @@ pub struct LoopController {
     pub reading: Option<usize>,
     /// Sensor of position or velocity.
     pub motion: Option<usize>,
-    /// Which of the two.
+    /// Whether the motion sensor measures velocity rather than position.
     pub motion_is_velocity: bool,
     /// Drive that it commands.
     pub drive: usize,
-    /// The loop of a sampled servo whose target it gives, by its number. Its output then reaches the drive
-    /// through that loop only.
+    /// Index of the sampled servo's loop whose target this controller gives. The controller's output then
+    /// reaches the drive through that loop only.
     pub aims_at: Option<usize>,
 }
 
@@ -97,7 +97,7 @@ impl ControlLoop {
         Self::build(scenario, view, false)
     }
 
-    /// The same with the open-loop commands of sampled servos: they are targets of the servos' loops.
+    /// Linearises a scenario, with the open-loop commands of sampled servos as targets of the servos' loops.
     pub(crate) fn with_targets(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
         Self::build(scenario, view, true)
     }
@@ -112,7 +112,8 @@ impl ControlLoop {
         // A command for the target of a sampled servo acts on the servo's loop and not on the drive.
         let aims =
             |wiring: &LoopWiring<'_>| !wiring.is_servo && assembly.drives[wiring.drive].sampling().is_some();
-        // A closed loop around it, and a response to another input than its target, are beyond linear theory.
+        // A closed loop around the servo, and a response to another input than its target, are beyond linear
+        // theory.
         let around = |wiring: &LoopWiring<'_>| {
             let drive = &assembly.drives[wiring.drive];
             let servo = drive.feeds.map_or(drive, |feed| &assembly.drives[feed.servo]);
@@ -252,7 +253,7 @@ impl ControlLoop {
         self.controllers.iter().map(|c| c.spec.clone()).collect()
     }
 
-    /// The same with one gain changed.
+    /// The specifications of all controllers with one gain changed.
     pub(crate) fn specs_with(
         &self,
         controller: usize,

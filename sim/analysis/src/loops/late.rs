@@ -30,10 +30,10 @@ const LATE: usize = 12;
 const MOST_LATE: usize = 2000;
 /// A delay within this share of a whole number of samples is that number.
 const WHOLE: f64 = 1e-9;
-/// Shares of half of the sampling rate at which the size of a loop is measured, and whether it is affine in
+/// Shares of half of the sampling rate at which the search measures a loop and checks that it is affine in
 /// the gain.
 const PROBES: [f64; 7] = [1e-3, 3.1e-3, 1.1e-2, 3.3e-2, 0.1, 0.31, 0.93];
-/// Rounding within which it is.
+/// Departure from a straight line within which a loop counts as affine in its gain.
 const AFFINE: f64 = 1e-9;
 /// A gain is real if its imaginary part is below this share of it; bisection leaves about 1e-12.
 const REAL: f64 = 1e-6;
@@ -113,9 +113,9 @@ impl ControlLoop {
         Ok(LateResponse { system: SampledLoop::response_to(&short, controller, output)?, samples })
     }
 
-    /// The same loop without its whole samples of delay, and their number. They lie between the output of a
-    /// controller and the plant, and in its sensor if that is part of the loop. If they are few, the loop is
-    /// unchanged. A delay that another controller shares stays.
+    /// The same loop without its whole samples of delay, and their number. The delay lies between the output
+    /// of a controller and the plant, and in its sensor if that is part of the loop. A few samples stay in
+    /// the loop. A delay that another controller shares stays, too.
     fn without_dead_time(
         &self,
         controller: usize,
@@ -126,7 +126,7 @@ impl ControlLoop {
         let others = || {
             self.controllers().iter().enumerate().filter(|(i, _)| *i != controller).map(|(_, other)| other)
         };
-        // A target reaches the drive through the servo's loop, whose delay is another one.
+        // A target reaches the drive through the servo's loop, which has a delay of its own.
         let aims = own.aims_at.is_some();
         let own_drive = aims || others().all(|other| other.drive != drive);
         // If the law also uses a second sensor, this sensor's delay is not a factor of the loop.
@@ -344,7 +344,7 @@ impl LateSearch {
             (one * 2.0 - two + (two - one) * gain, two - one)
         };
         let ((value, slope), (derivative, _)) = (at(|p| p.0[(0, 0)]), at(|p| p.1[(0, 0)]));
-        // Of z^n + H0 + k H1 = 0, which has the same roots there.
+        // The derivative of z^n + H0 + k H1, which has the same roots on the unit circle.
         let late = z.powf(self.samples as f64 - 1.0) * self.samples as f64;
         debug_assert!((z.powf(self.samples as f64) + value).norm() <= 1e-3 * (1.0 + value.norm()), "no root");
         let moved = -slope / (late + derivative);

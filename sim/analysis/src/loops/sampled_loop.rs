@@ -18,7 +18,7 @@ use crate::loops::schedule::{Action, Schedule, Timing};
 use crate::loops::spans::{self, Span};
 use crate::machine::linearise::OutputRow;
 
-/// Spans that differ by less than this share one exponential, s: the engine's time grid.
+/// Spans whose lengths differ by less than this, in s, use one exponential. It is the engine's time grid.
 const SAME_SPAN_S: f64 = 1e-15;
 /// Largest number of outputs and readings in transit if eigenvalues are needed. Each is a state. An analysis
 /// takes about ten seconds with a hundred of them, and eight times as long with twice as many.
@@ -32,13 +32,13 @@ pub struct SampledLoop<'a> {
     schedule: Schedule,
     /// Transition and input matrix of the plant over each span that differs.
     spans: Vec<Span>,
-    /// Per instant, which of them leads to the next.
+    /// Per instant, the index of the span that leads to the next instant.
     steps: Vec<usize>,
-    /// Which leads from the start of the period to the first instant.
+    /// Index of the span from the start of the period to the first instant.
     lead_in: usize,
 }
 
-/// Everything over the lifted vector.
+/// All quantities as rows over the lifted vector.
 struct Walk {
     width: usize,
     /// Plant states, one row each.
@@ -116,7 +116,7 @@ impl<'a> SampledLoop<'a> {
         self.closed_with(&self.whole.specs())
     }
 
-    /// The same with the gain of every drive multiplied by a factor.
+    /// State matrix of the closed loop with the gain of every drive multiplied by a factor.
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
@@ -131,7 +131,7 @@ impl<'a> SampledLoop<'a> {
         driven.closed_loop()
     }
 
-    /// The same with one gain changed.
+    /// State matrix of the closed loop with one gain changed.
     ///
     /// # Errors
     /// [`AnalysisError::NoGain`], [`AnalysisError::Control`].
@@ -214,7 +214,8 @@ impl<'a> SampledLoop<'a> {
     }
 
     /// One common period: every entry of the lifted vector at its end, as rows over the vector. If the loop
-    /// is broken, the last column is the output that enters instead. Also the broken controller's response.
+    /// is broken, the last column is the output that enters instead. Also returns the response of the broken
+    /// controller.
     fn walk(
         &self,
         specs: &[ControllerSpec],

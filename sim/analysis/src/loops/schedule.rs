@@ -16,9 +16,9 @@ pub(crate) struct Timing {
     pub(crate) offset_s: f64,
     /// Time from a sample until its output acts, s.
     pub(crate) output_delay_s: f64,
-    /// Delays of the two sensors, absent if there is none.
+    /// Delays of the two sensors; `None` without a sensor.
     pub(crate) sensor_delay_s: [Option<f64>; 2],
-    /// Whether it is the loop of a sampled servo. It samples after all others of its instant, with the
+    /// Whether this is the loop of a sampled servo. It samples after all others of its instant, with the
     /// targets that they give.
     pub(crate) is_servo: bool,
 }

@@ -1,4 +1,4 @@
-//! Transitions of a plant over spans of time. Loops that differ in controllers and readings only share them.
+//! Transitions of a plant over spans of time. Loops that differ only in controllers and readings share them.
 
 use std::cell::RefCell;
 
@@ -60,8 +60,8 @@ fn has_bits(known: &DMatrix<f64>, asked: &DMatrix<f64>) -> bool {
 mod tests {
     use super::*;
 
-    /// x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a, to a few roundings. More of them than
-    /// are kept, each asked for twice.
+    /// x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a, to a few roundings. The test uses more
+    /// spans than are kept, and asks twice for each.
     #[test]
     fn truth_what_is_remembered_is_what_was_asked_for() {
         let one = DMatrix::from_element(1, 1, 1.0);

@@ -76,7 +76,7 @@ impl ResponseChannel {
     }
 }
 
-/// A system with fewer states, and what its states say of those it came from.
+/// A system with fewer states, and the map from these to the original states.
 #[derive(Clone, Debug)]
 pub(crate) struct Reduction {
     pub(crate) a: DMatrix<f64>,
@@ -84,7 +84,7 @@ pub(crate) struct Reduction {
     pub(crate) c: DMatrix<f64>,
     /// Original states from those kept.
     pub(crate) expand: DMatrix<f64>,
-    /// The states kept. Each may be a distance from another state, whose index follows.
+    /// The states kept. A state may be its distance from another state, whose index is then the second entry.
     pub(crate) kept: Vec<(usize, Option<usize>)>,
 }
 

@@ -13,7 +13,8 @@ use crate::machine::channel::{ResponseChannel, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 
 const GIVEN: usize = 4;
-/// Factors from a derivative of the position to its state: two of them are scaled as those of a moving gap.
+/// Factors from a derivative of the position to its state. Two of them have the scale of a moving gap's
+/// states.
 const SCALES: [f64; GIVEN] = [1.0, 1.0, GAP_TIME_S, GAP_TIME_S * GAP_TIME_S];
 
 /// The states of a machine whose body `drive` moves: those that are given, and all others.
@@ -33,8 +34,8 @@ impl Parts {
     }
 }
 
-/// From an imposed position to an output; `None` if the drive imposes no motion. Terms with derivatives of
-/// the position become terms without, by a change of the states.
+/// From an imposed position to an output; `None` if the drive imposes no motion. A change of the states
+/// removes the derivatives of the position.
 pub(crate) fn channel(
     plant: &LinearMachine,
     drive: usize,

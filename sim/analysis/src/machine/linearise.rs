@@ -61,8 +61,8 @@ impl LinearMachine {
         Self::of_assembly(machine, &assembly, view)
     }
 
-    /// Linearises an assembly of this machine. It may differ from the machine in numbers and in what is
-    /// rigid.
+    /// Linearises an assembly of this machine. The assembly may have other parameter values, and more rigid
+    /// links.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -90,12 +90,12 @@ impl LinearMachine {
         &self.machine
     }
 
-    /// Its motion, with contacts, friction and limits as in the view.
+    /// The machine's motion, with contacts, friction and limits as in the view.
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
 
-    /// Its equations of motion there.
+    /// The equations of motion at the operating point.
     pub fn equations(&self) -> &Equations {
         &self.equations
     }

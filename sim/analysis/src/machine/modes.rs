@@ -99,16 +99,16 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<VibrationMode>, AnalysisError>
 /// The class of a mode for an actuator and a sensor (Eppinger and Seering, sections V and VI).
 ///
 /// The class is relative to rigid-body motion, the phase is relative to the modes below. Between neighbouring
-/// modes of one class there is a pair of zeros; where the class changes there is none. The first noncolocated
-/// mode thus takes 180 degrees permanently. A second one above it has zeros beside it and takes only what
-/// they gave. An example is the workpiece's mode above that of the transmission, in the paper's machine with
-/// all three.
+/// modes of one class there is a pair of zeros; between modes of different classes there is none. The first
+/// noncolocated mode therefore lowers the phase by 180 degrees permanently. A second noncolocated mode above
+/// it has zeros beside it and lowers the phase only by what they added. An example is the workpiece's mode
+/// above that of the transmission, in the paper's machine with all three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModeClass {
     /// Actuator and sensor move in the phase relation of rigid-body motion.
     Colocated,
-    /// They move opposite to it.
+    /// Actuator and sensor move opposite to that relation.
     Noncolocated,
     /// Actuator or sensor does not take part.
     Uninvolved,
@@ -265,8 +265,8 @@ fn pair_zeros(
     given
 }
 
-/// Pairs of zeros that are not half of a quadruple, each by its zero above the axis. A right zero takes as
-/// much phase as its mirror image on the left gives, so a quadruple belongs to no mode.
+/// Pairs of zeros that are not half of a quadruple, each by its zero above the axis. A zero on the right
+/// lowers the phase as much as its mirror image on the left raises it, so a quadruple belongs to no mode.
 fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
     let pairs = zeros.iter().copied().filter(|z| z.im > 1e-9 * z.norm());
     let (right, mut left): (Vec<C64>, Vec<C64>) = pairs.partition(|z| z.re > 0.0);

@@ -3,7 +3,7 @@
 use feeler_plant::assembly::{Assembly, Friction, GROUND_NODE};
 use feeler_plant::description::Engagement;
 
-/// How the contacts are taken.
+/// The state of the contacts in a linear view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ContactView {
     /// Clamped and free contacts as in the machine; a unilateral one touches, without preload.
@@ -20,7 +20,7 @@ pub enum ContactView {
     Free,
 }
 
-/// How dry friction is treated, which has no linear counterpart.
+/// The treatment of dry friction, which has no linear counterpart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrictionView {
     /// Everything slides in one direction: a constant force, which small motions do not feel.
@@ -30,7 +30,7 @@ pub enum FrictionView {
     Stuck,
 }
 
-/// How free play is taken.
+/// The treatment of free play.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PlayView {
     /// Closed on one side, so that the link acts.
@@ -124,8 +124,8 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
     frozen
 }
 
-/// Moves the tip of each unilateral contact that is taken as attached to where it touches. The last comes
-/// first, so a tip still touches if its workpiece moves to another contact.
+/// Moves the tip of each unilateral contact that counts as attached to the place where it touches. The last
+/// contact comes first, so a tip still touches if its workpiece moves to another contact.
 fn close_gaps(frozen: &mut Assembly, described: &Assembly) {
     for (i, contact) in described.contacts.iter().enumerate().rev() {
         let is_attached = frozen.contacts[i].engagement == Engagement::Clamped;

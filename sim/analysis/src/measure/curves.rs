@@ -31,8 +31,9 @@ const POINTS_BESIDE: i32 = 12;
 /// scale and in the plane.
 const CHANGE: f64 = 0.12;
 const ARC: f64 = 0.02;
-/// Duration of a step response in periods of the crossover: this at a phase margin of 60°, more at less. Also
-/// the lower limit of the margin in degrees, and the duration without a crossover.
+/// Duration of a step response in periods of the crossover, at a phase margin of 60°; it grows as the margin
+/// falls. The second number is the lower limit of the margin in degrees. The third is the duration without a
+/// crossover.
 const STEP_PERIODS: f64 = 5.0;
 const LITTLE_DEG: f64 = 6.0;
 const STEP_S: f64 = 0.5;
@@ -49,7 +50,8 @@ pub struct Curves {
     pub frequencies_hz: Vec<f64>,
     /// From command to output in continuous time, delays of drive and sensor exact; empty in a brief report.
     pub plant: Vec<C64>,
-    /// The same under the controller's hold, sampled; `None` without a controller, or in a brief report.
+    /// Response of the plant under the controller's hold, sampled; `None` without a controller, or in a brief
+    /// report.
     pub plant_sampled: Option<Vec<C64>>,
     /// The loop broken at its controller, without sampling, delay and filters; `None` if the [`Report`] has
     /// no continuous gain.

@@ -80,7 +80,7 @@ pub enum Excitation {
     /// A linear chirp, recorded until the machine is at rest again.
     Chirp {
         sweep_s: f64,
-        /// Silence after it, s.
+        /// Rest after the sweep, s.
         rest_s: f64,
         /// Neighbouring lines averaged on each side, at least one.
         half_width: usize,
@@ -106,9 +106,9 @@ pub struct MeasuredResponse {
     /// Per frequency, variance of a single realisation due to nonlinear distortion; only for a multisine with
     /// two or more realisations.
     pub distortion_variance: Option<Vec<f64>>,
-    /// Per frequency, variance of the estimate due to noise alone; available as the distortion is.
+    /// Per frequency, variance of the estimate due to noise alone; `None` without `distortion_variance`.
     pub noise_variance: Option<Vec<f64>>,
-    /// Whether there is distortion beyond the noise; available as the distortion is.
+    /// Whether there is distortion beyond the noise; `None` without `distortion_variance`.
     pub evidence: Option<Evidence>,
 }
 

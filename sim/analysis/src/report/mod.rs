@@ -43,11 +43,11 @@ pub struct Request {
     pub output: Option<SignalName>,
     /// A gain; by default the first controller's leading one.
     pub gain: Option<String>,
-    /// How the machine is taken.
+    /// The linear view of the machine.
     pub view: View,
     /// Whether to compute sensitivities of the bandwidth to every mass, stiffness and damping.
     pub sensitivities: bool,
-    /// Who finds them out.
+    /// Threads that compute the sensitivities.
     pub workers: Workers,
     /// Whether to skip the slow parts: the waterfall of the bandwidth, chatter by describing functions, and
     /// the curves of the plant.
@@ -197,7 +197,7 @@ impl Report {
         self.looped.as_ref().map_or(&[], |of| &of.sensitivities)
     }
 
-    /// By what these are ranked.
+    /// The criterion of their ranking.
     pub fn ranked_by(&self) -> Option<RankedBy> {
         self.looped.as_ref()?.ranked_by
     }

@@ -241,7 +241,7 @@ fn regress_a_driven_body_on_a_spring_to_ground_keeps_its_account() {
     let report = clamped(&scenario, None);
     let stages: Vec<&str> =
         report.waterfall().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
-    // The transmission can be taken for rigid, the spring that holds the motor cannot: nothing could move.
+    // The transmission can be made rigid. The spring that holds the motor cannot: nothing could move.
     assert!(stages.contains(&"springs.transmission") && !stages.contains(&"springs.guide"), "{stages:?}");
     assert!(report.waterfall().unwrap().without.iter().all(|(name, _)| name != "springs.guide"));
 }

@@ -47,9 +47,9 @@ fn truth_a_uniform_chain_swings_at_its_closed_form() {
     }
 }
 
-/// Neighbouring springs share a row of the waterfall, and of the numbers those that matter are varied. Where
-/// all masses, stiffnesses and dampings are doubled, forces stay as they are: the relative sensitivities of
-/// all numbers have no sum. What is left out could only change this by its own effect.
+/// Neighbouring springs share a row of the waterfall, and only the most important parameters are varied. If
+/// all masses, stiffnesses and dampings double, forces do not change, so the relative sensitivities of all
+/// parameters add up to zero. The parameters left out can change this sum only by their own effect.
 #[test]
 fn truth_what_is_left_out_of_a_long_chain_matters_little() {
     let request = Request { view: View::CLAMPED, sensitivities: true, ..Request::default() };

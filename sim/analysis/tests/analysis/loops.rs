@@ -32,7 +32,7 @@ fn truth_it_does_not_matter_where_in_the_loop_a_delay_is() {
     for other in [bands(&late_sensor, "kp"), bands(&both, "kp")] {
         assert!((other / late_controller - 1.0).abs() < SAME_EDGE, "{other} {late_controller}");
     }
-    // Nor does the instant of the first sample.
+    // The instant of the first sample does not matter either.
     let mut shifted = force_loop(0.1, 1.3e-3);
     shifted.controllers["force"].spec.offset_s = 0.37e-3;
     assert!((bands(&shifted, "kp") / late_controller - 1.0).abs() < SAME_EDGE);

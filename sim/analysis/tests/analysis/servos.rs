@@ -14,7 +14,8 @@ use feeler_plant::effects::{EffectUse, find};
 
 const MASS_KG: f64 = 2.0;
 const DAMPING: f64 = 20.0;
-/// A multisine leaves its transient: exp(-5 / s times 5 s) of it, and less where the machine is damped more.
+/// A multisine leaves its transient: a share of exp(-5 / s times 5 s), and less if the machine has more
+/// damping.
 const PERIODIC: f64 = 1e-6;
 /// A hold of 0.1 ms mirrors what lies above 5 kHz. At 5 Hz that is the third power of 5 Hz over 10 kHz.
 const MIRRORED: f64 = 1e-8;
@@ -65,7 +66,7 @@ fn close(found: C64, expected: C64, tolerance: f64, what: &str) {
     assert!((found - expected).norm() < tolerance * expected.norm(), "{what}: {found} {expected}");
 }
 
-/// The hold of a command and the delay of a whole run, as the closed forms of continuous machines see it.
+/// The hold of a command and the delay of a whole run, as factors of the closed forms of continuous machines.
 fn held(s: C64, hold_s: f64) -> C64 {
     (C64::new(1.0, 0.0) - (-s * hold_s).exp()) / (s * hold_s)
 }
@@ -158,7 +159,7 @@ fn regress_a_servo_with_a_target_a_second_late_follows_it() {
     let kind = ActuatorKind::PositionServo(PositionServo { delay_s: 1.0, ..servo(Some(2e-3)) });
     let found = experiment(machine(kind, DAMPING), "motor.position", 2e-3).linear_response(&[1e-3]).unwrap();
     let late = C64::new(0.0, -TAU * 1e-3).exp();
-    // It lags by (kd + b) / kp = 0.06 s more: 4e-4 at 1 mHz.
+    // The body lags by (kd + b) / kp = 0.06 s more: 4e-4 at 1 mHz.
     close(found[0], late, 1e-3, "1 mHz");
 }
 

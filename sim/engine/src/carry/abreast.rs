@@ -61,8 +61,9 @@ impl<L: Lane> Abreast<L> {
         }
         let level = self.force_n * L::splat(1.0 + CREST);
         let peaks = rise.gt(zero) & fall.lt(zero) & room([start, end], [rise, fall], h, level).gt(zero);
-        // At least the ends show a turn, though tangents do not bound it. The cubic through both ends exceeds
-        // the higher one by at most 4/27 of the slopes over the span; the bound leaves seven times as much.
+        // The values at the ends may show a maximum or minimum in between, even if tangents do not bound it.
+        // The cubic through both ends exceeds the higher one by at most 4/27 of the slopes over the span; the
+        // bound leaves seven times as much.
         let turns =
             (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
         let bound = start.max(end) + h * (rise.abs() + fall.abs()) + (end - start).abs();

@@ -24,7 +24,7 @@ const FEMTOSECONDS: f64 = 1e15;
 #[derive(Clone, Copy, Default)]
 struct Gone {
     gone_s: f64,
-    /// Whether it has passed the note.
+    /// Whether the lane has passed the note.
     has_noted: bool,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Carrier<L: Lane> {
     ends_s: Option<f64>,
     /// The signals that late readings take.
     noted: Vec<usize>,
-    /// Instant within the interval at which they take them, s; `None` if they do not.
+    /// Instant within the interval at which late readings take their signals, s; `None` if none does.
     note_s: Option<f64>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     steps: u64,
@@ -86,7 +86,7 @@ impl<L: Lane> Carrier<L> {
         self.fixed.is_none() && !lanes.keeps_energy()
     }
 
-    /// The note of the interval that has ended, s. The lanes have the signals.
+    /// Instant of the note in the interval that has ended, s. The lanes store its signals.
     #[inline(always)]
     pub(crate) fn finished_note_s(&mut self) -> Option<f64> {
         self.note_s.take()

@@ -178,8 +178,8 @@ impl<L: Lane> FixedStep<L> {
         }
     }
 
-    /// Drives and filters move by semi-implicit Euler. The lane's other engine moves the bodies under the
-    /// forces at the start of the step.
+    /// Drives and filters move by semi-implicit Euler. The external engine of the lane moves the bodies under
+    /// the forces at the start of the step.
     fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) -> Result<(), EngineError> {
         let n = self.coordinates;
         lane.motion.fill_terms(&lane.flow().equations, xi);

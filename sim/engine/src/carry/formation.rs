@@ -39,7 +39,7 @@ impl<L: Lane> Formation<L> {
         formation
     }
 
-    /// Looks at every lane again.
+    /// Recomputes the shared properties from every lane.
     pub(crate) fn form(&mut self, lanes: &[LaneCore]) {
         self.number += 1;
         self.travelling = L::Mask::from_fn(|l| lanes[l].flow().linear && !lanes[l].has_ended());

@@ -30,9 +30,10 @@ pub(crate) struct Passage {
     span_s: f64,
     elapsed_s: f64,
     has_begun: bool,
-    /// Time from its start to the note, at which late readings take their signals; `None` once it is taken.
+    /// Time from the start to the note, at which late readings take their signals; `None` once they are
+    /// taken.
     note_s: Option<f64>,
-    /// Whether it has a note, ahead or taken.
+    /// Whether the passage has a note, ahead or past.
     pub(crate) has_note: bool,
 }
 
@@ -49,7 +50,7 @@ impl Passage {
         self.elapsed_s >= self.span_s
     }
 
-    /// A piece has gone `moved_s`.
+    /// Records that the lane has moved by `moved_s`.
     fn go(&mut self, moved_s: f64) {
         self.elapsed_s += moved_s;
         if self.span_s - self.elapsed_s <= self.resolution_s() {
@@ -63,7 +64,7 @@ impl Passage {
         Some(if left_s <= self.resolution_s() { 0.0 } else { left_s })
     }
 
-    /// Resolution of the clock at its end.
+    /// Resolution of the clock at the end of the passage.
     fn resolution_s(&self) -> f64 {
         f64::EPSILON * (self.from_s + self.span_s)
     }
@@ -83,7 +84,7 @@ pub(crate) struct LaneCore {
     pub(crate) peaks: Option<Peaks>,
     /// Why the lane has stopped moving; `None` while it moves.
     pub(crate) end: Option<RunEnd>,
-    /// Whether it has stopped because the ledger follows its linear motion in too many pieces.
+    /// Whether the lane has stopped because the ledger follows its linear motion in too many pieces.
     pub(crate) outpaces_ledger: bool,
     /// Time since the last event within the present span, s.
     calm_s: f64,
@@ -213,7 +214,7 @@ impl LaneCore {
             let (moved, event) = if self.flow().linear {
                 self.linear_piece(xi, passage, remaining, push)
             } else {
-                // Only polynomials give the motion on the way.
+                // Only polynomials give the motion within a piece, so a nonlinear piece ends at the note.
                 let remaining = until_note.unwrap_or(remaining);
                 self.nonlinear_piece(xi, passage.time_s(), remaining, push)
             };

@@ -25,8 +25,8 @@ pub(crate) struct Lanes<L: Lane> {
     /// Instant that all lanes have reached, s.
     pub(super) t_s: f64,
     pub(super) signals: Signals<L>,
-    /// Largest forces of the present stretches of contact, one per contact. Empty if peaks are not kept, and
-    /// with fixed steps, where each lane has its own.
+    /// Largest forces of the present stretches of contact, one per contact. Empty if peaks are not kept. Also
+    /// empty with fixed steps, since each lane then keeps its own peaks.
     pub(super) peaks: Vec<Abreast<L>>,
     has_events: bool,
     pub(super) scratch: Vec<f64>,
@@ -70,7 +70,7 @@ impl<L: Lane> Lanes<L> {
         self.t_s
     }
 
-    /// Every lane has reached `t_s`.
+    /// Records that every lane has reached `t_s`.
     #[inline(always)]
     pub(crate) fn arrive(&mut self, t_s: f64) {
         self.t_s = t_s;

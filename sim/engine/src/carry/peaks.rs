@@ -12,8 +12,8 @@ use crate::solve::taylor::Series;
 /// Relative height by which an unexamined peak may exceed the known maximum. Slopes from differences resolve
 /// no more, and a force at rest must not be examined for its rounding.
 pub(super) const CREST: f64 = 1e-9;
-/// The same in spans in which the force may oscillate more than once. A force that creeps to its maximum is
-/// then not examined all the way.
+/// The same height for spans in which the force may oscillate more than once. It is larger, so a force that
+/// creeps to its maximum is not examined all the way.
 pub(super) const NEAR: f64 = 1e-6;
 /// Relative agreement required of two polynomials through the ends of a span; otherwise the motion itself is
 /// searched for the peak.
@@ -72,8 +72,8 @@ impl Peaks {
         Self { finished: vec![Vec::new(); contacts], present: vec![None; contacts] }
     }
 
-    /// The machine enters the mode of `flow`, or is still in it at the end of a fixed step. Stretches begin,
-    /// rise and end.
+    /// Records that the machine enters the mode of `flow`, or is still in it at the end of a fixed step.
+    /// Stretches begin, rise and end.
     pub(crate) fn enter(&mut self, flow: &Flow, xi: &[f64], t_s: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if flow.pushing[i] {
@@ -92,7 +92,7 @@ impl Peaks {
         self.finished[i].iter().copied().chain(present).collect()
     }
 
-    /// A piece of length `h` of a linear mode, from `xi` at `t_s`.
+    /// Examines a piece of length `h` of a linear mode, from `xi` at `t_s`.
     pub(crate) fn linear_piece(&mut self, flow: &Flow, series: &Series, xi: &[f64], t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
@@ -105,7 +105,7 @@ impl Peaks {
         }
     }
 
-    /// A piece of length `h` from `t_s`, of a mode without a polynomial.
+    /// Examines a piece of length `h` from `t_s`, of a mode without a polynomial.
     pub(crate) fn piece(&mut self, piece: &mut impl Piece, t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
@@ -166,7 +166,7 @@ impl Peaks {
         Ok(())
     }
 
-    /// The same on the motion itself, by its series; `xi` is moved.
+    /// Finds the peak of a span on the motion itself, by its series; `xi` is moved.
     fn crest_of_motion(&mut self, flow: &Flow, series: &mut Series, xi: &mut [f64], t_s: f64, span_s: f64) {
         let mut gone_s = 0.0;
         while gone_s < span_s {
@@ -185,8 +185,8 @@ fn point(piece: &mut impl Piece, row: &[f64], s: f64, h: f64) -> Option<Point> {
     Some(Point { s, force_n: dot(row, &xi), slope: piece.slope(row, &xi, h) })
 }
 
-/// The maximum between two ends of a piece, of which the force rises at one and falls at the other. Secant
-/// steps on the slope go on until the tangents bound it.
+/// The maximum within a piece in which the force rises at one end and falls at the other. Secant steps on the
+/// slope go on until the tangents bound the maximum.
 fn crest(
     piece: &mut impl Piece,
     row: &[f64],
@@ -203,7 +203,7 @@ fn crest(
         {
             return;
         }
-        // Kept away from the ends, so that both bounds move.
+        // The share stays away from the ends, so that both bounds move.
         let share = (a.slope / (a.slope - b.slope)).clamp(0.05, 0.95);
         let s = a.s + share * (b.s - a.s);
         let Some(middle) = point(piece, row, s, h) else { return };
@@ -217,9 +217,9 @@ fn crest(
 pub(crate) struct Span {
     /// Force at start and end, N.
     pub(crate) ends: [f64; 2],
-    /// Its slopes there, N/s.
+    /// Slopes of the force at start and end, N/s.
     pub(crate) slopes: [f64; 2],
-    /// Its second derivatives there, N/s2.
+    /// Second derivatives of the force at start and end, N/s2.
     pub(crate) bends: [f64; 2],
     pub(crate) length_s: f64,
     /// Whether the force may have oscillated more than once.
@@ -229,19 +229,19 @@ pub(crate) struct Span {
 /// The peak of a force within a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum PeakWithin {
-    /// Nowhere.
+    /// There is no peak.
     None,
     /// `s` after the start, with the force `force_n`.
     At { s: f64, force_n: f64 },
-    /// The ends do not decide it.
+    /// The ends do not show whether there is a peak.
     Unclear,
 }
 
 impl Span {
     /// The peak, by the polynomials of third and fifth degree through the ends. For a sine that turns by `q`
-    /// over the span their errors are `q^4 / 384` and `q^6 / 46080`. If they agree to [`AGREE`], the second
-    /// is therefore correct to `q^2 / 120` of that. An oscillation with many periods in the span separates
-    /// them by many times its size, since its curvature exceeds what they can follow.
+    /// over the span their errors are `q^4 / 384` and `q^6 / 46080`. If both agree to [`AGREE`], the second
+    /// is therefore correct to `q^2 / 120` times [`AGREE`]. An oscillation with many periods in the span
+    /// separates the polynomials by many times its size, since its curvature exceeds what they can follow.
     pub(crate) fn peak(&self) -> PeakWithin {
         let ([start, end], [rise, fall]) = (self.ends, self.slopes);
         let [cubic, quintic] = self.polynomials();

@@ -10,7 +10,7 @@ use crate::carry::lane::LaneCore;
 #[derive(Debug)]
 pub(super) struct Signals<L: Lane> {
     pub(super) values: Vec<L>,
-    /// The signals at the note of the last interval, for late readings. Others than these are zero.
+    /// The signals at the note of the last interval, for late readings. All other signals are zero.
     pub(super) noted: Vec<L>,
     /// Lanes whose signals came with their motion to the present instant.
     pub(super) are_fresh: L::Mask,

@@ -87,7 +87,7 @@ pub(crate) struct StepMap<L> {
     filled_for: Vec<usize>,
     /// Rows of each lane: the states after the step, then the guards.
     of_lanes: Vec<Vec<f64>>,
-    /// The same side by side.
+    /// Rows of all lanes, side by side.
     matrix: Matrix<L>,
     width: usize,
     states: usize,
@@ -154,9 +154,9 @@ impl<L: Lane> StepMap<L> {
         self.matrix.padded_rows()
     }
 
-    /// Moves the lanes of `here` by up to `most` steps and returns the number. It is smaller if a lane has
-    /// left its mode at the end of a step (first mask). So it is if one has diverged and stays where it was
-    /// (second).
+    /// Moves the lanes of `here` by up to `most` steps and returns the number of steps. The number is smaller
+    /// if a lane has left its mode at the end of a step (first mask). It is also smaller if a lane has
+    /// diverged; that lane stays where it was (second mask).
     #[inline(always)]
     pub(crate) fn steps(
         &self,

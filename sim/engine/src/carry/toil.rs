@@ -1,10 +1,10 @@
 //! Detects motions that are too fast to follow: steps so short that a run would not end.
 
-/// Largest number of steps within [`SPAN_S`] of simulated time; beyond it the run ends. It is some seconds of
-/// work for ten milliseconds.
+/// Largest number of steps within [`SPAN_S`] of simulated time; beyond it the run ends. These steps take some
+/// seconds of computation.
 const MOST_STEPS: u64 = 3_000_000;
 const SPAN_S: f64 = 0.01;
-/// Cost of a polynomial of a linear mode whose energies are kept, in those without.
+/// Cost of a polynomial of a linear mode with the ledger, in polynomials without it.
 pub(crate) const WITH_ENERGY: u64 = 3;
 /// Cost of a step of a nonlinear mode, in polynomials of a linear one.
 pub(crate) const NONLINEAR: u64 = 20;

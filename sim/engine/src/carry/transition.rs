@@ -10,7 +10,7 @@ use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 
 /// Spans closer than this are equal on the grid of femtoseconds.
 const SAME_SPAN_S: f64 = 0.49e-15;
-/// In place of the time of a note where there is none.
+/// Value for the time of a note if there is none.
 const NO_NOTE_S: f64 = -1.0;
 
 /// Carries every lane over the same span, each in its own mode.
@@ -20,7 +20,7 @@ pub(crate) struct Transition<L: Lane> {
     span_s: f64,
     /// Time from the start to the note; `None` if no late reading takes a signal on the way.
     pub(crate) note_fs: Option<u64>,
-    /// The same, s; negative without a note.
+    /// Time from the start to the note, s; negative without a note.
     note_s: f64,
     /// Part of the span of each lane that contains the note.
     pub(crate) note_parts: Vec<u64>,
@@ -39,9 +39,9 @@ pub(crate) struct Transition<L: Lane> {
     matrix: Blocks<L>,
     width: usize,
     states: usize,
-    /// Lines that there is room for.
+    /// Largest number of lines that the matrix can hold.
     lines: usize,
-    /// Start of the signals, and of those noted.
+    /// First rows of the signals, and of the noted signals.
     signals_from: usize,
     noted_from: usize,
     /// Lanes in which the first lines, those of contacts with peaks, are guards, and lanes in which they are
@@ -53,7 +53,7 @@ pub(crate) struct Transition<L: Lane> {
 }
 
 impl<L: Lane> Transition<L> {
-    /// Over a span with a note of some signals, if there is one.
+    /// A transition over a span. With a note, `signals` are those to note.
     pub(crate) fn new(span_fs: u64, note_fs: Option<u64>, signals: &[usize], lanes: &[LaneCore]) -> Self {
         let layout = lanes[0].motion.layout();
         let (states, width) = (layout.states(), layout.linear_width());
@@ -93,7 +93,7 @@ impl<L: Lane> Transition<L> {
         self.matrix.padded_rows()
     }
 
-    /// Fills in the rows of lanes whose mode has changed since.
+    /// Fills in the rows of lanes whose mode has changed since the last call.
     #[inline(always)]
     pub(crate) fn refresh(&mut self, formation: u64, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
         if self.filled_at == formation {

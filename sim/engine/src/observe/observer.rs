@@ -1,4 +1,4 @@
-//! Who watches a run.
+//! Observers of a run.
 
 use feeler_lanes::Lane;
 
@@ -16,7 +16,7 @@ pub trait Observer<L: Lane> {
     fn event(&mut self, lane: usize, event: &Event);
 }
 
-/// Watches nothing.
+/// An observer that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unobserved;
 

@@ -109,7 +109,7 @@ impl RunSettings {
         get: |run| run.energy.then_some(Content::Flag(true)),
         set: |run, content| run.energy = bool::of(content).unwrap_or(run.energy),
     };
-    /// How long it runs.
+    /// The duration.
     pub const DURATION: Field<Self> = field!(RunSettings: duration_s,
         number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long"));
     /// The base step.

@@ -69,7 +69,8 @@ impl<L: Lane> Simulation<L> {
         Self::with_bodies(programs, Vec::new())
     }
 
-    /// The same for [`crate::Integrator::External`], with the engines that move the bodies, one per lane.
+    /// A simulation with [`crate::Integrator::External`], with the engines that move the bodies, one per
+    /// lane.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -140,13 +141,13 @@ impl<L: Lane> Simulation<L> {
         )
     }
 
-    /// Runs on to whatever comes first: an event, a sample, a record, or `until_s`. A loop over it goes
-    /// through the same numbers as [`Self::run_to`], to the bit.
+    /// Runs until the next event, sample or record, or until `until_s`. A loop over this method gives the
+    /// same numbers as [`Self::run_to`], bit for bit.
     ///
-    /// At an event its lane stands right behind it. The others stand within the same interval between
-    /// instants ([`Self::lane_time_s`] gives the time); the next steps finish that interval. The ledger
-    /// charges controllers at the ends of intervals. With fixed steps every lane is at the end of the
-    /// interval.
+    /// At an event, the lane of the event is in the state just after it. The other lanes are within the same
+    /// interval between instants ([`Self::lane_time_s`] gives the time); the next steps finish that interval.
+    /// The ledger charges controllers at the ends of intervals. With fixed steps every lane is at the end of
+    /// the interval.
     ///
     /// A 10 kg axis, 5 mm off a wall, is pushed towards it with 40 N. How fast does it hit?
     ///
@@ -237,9 +238,9 @@ impl<L: Lane> Simulation<L> {
         Ok(if due(until_s, self.lanes.time_s()) { Reached::End } else { Reached::Between })
     }
 
-    /// The next instant, s, and the instant on the way at which late readings take their signals. That is
-    /// one row more of the same product. If there are several, or if the interval ends before, the next of
-    /// them is an instant of its own.
+    /// The next instant, s, and the instant before it at which late readings take their signals. Taking them
+    /// costs one more row of the same product. If there are several such instants, or if the interval ends
+    /// before, the next of them is an instant of its own.
     #[inline(always)]
     fn next_instant(&self, until_s: f64) -> (f64, Option<f64>) {
         let instant_s = earlier(self.recorder.next_instant_s(), self.sampling.next_instant_s());
@@ -372,8 +373,9 @@ impl<L: Lane> Simulation<L> {
         self.lanes.peaks(lane)
     }
 
-    /// Whether a lane has ended as an event storm because it keeps the ledger. Powers are followed through
-    /// every swing of the fastest motion; states are not, so the lane may complete without the ledger.
+    /// Whether a lane has ended as an event storm because it keeps the ledger. The ledger must follow every
+    /// oscillation of the fastest motion. The states need not be followed so closely, so the lane may
+    /// complete without the ledger.
     pub fn outpaces_ledger(&self, lane: usize) -> bool {
         self.lanes.outpaces_ledger(lane)
     }

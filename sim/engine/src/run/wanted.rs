@@ -6,7 +6,7 @@ use feeler_plant::assembly::Source;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tapped {
     pub sensor: usize,
-    /// Which of the signals it reads.
+    /// Index of its signal among the wanted ones.
     pub signal: usize,
 }
 
@@ -17,7 +17,7 @@ pub(crate) struct Wanted {
 }
 
 impl Wanted {
-    /// The number of a signal, which is added if it is new.
+    /// The index of a signal; a new signal is added.
     pub(crate) fn index(&mut self, source: Source) -> usize {
         self.sources.iter().position(|&s| s == source).unwrap_or_else(|| {
             self.sources.push(source);

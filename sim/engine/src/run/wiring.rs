@@ -12,8 +12,8 @@ const FORCE: [Quantity; 2] = [Quantity::Force, Quantity::SpringForce];
 const MOTION: [Quantity; 2] = [Quantity::Position, Quantity::Velocity];
 
 impl ControllerUse {
-    /// The sensor of position or velocity that it uses. It is the one that it names, else the first that
-    /// reads the motion of the driven body, if it needs one.
+    /// The sensor of position or velocity that the controller uses. It is the one that the controller names,
+    /// else the first that reads the motion of the driven body. `None` if it needs no such sensor.
     pub fn motion_sensor<'a>(&'a self, machine: &'a Machine) -> Option<&'a str> {
         if let Some(named) = &self.motion {
             return Some(named);

@@ -16,7 +16,7 @@ pub fn due(instant_s: f64, t_s: f64) -> bool {
 #[derive(Clone, Debug)]
 pub(crate) struct GapClock {
     starts_s: Vec<f64>,
-    /// The next of them.
+    /// Index of the next start time.
     next: usize,
 }
 

@@ -12,7 +12,7 @@ use crate::sample::taps::Tap;
 #[derive(Clone, Debug)]
 pub(crate) struct Reading<L> {
     tapped: Tapped,
-    /// If the sensor is delayed.
+    /// Past values of the signal; `None` without a delay.
     tap: Option<Tap<L>>,
     draws: Draws,
 }

@@ -60,8 +60,8 @@ impl<L: Lane, O> Sampler<L, O> {
         }
     }
 
-    /// Takes the sample that is due at `t_s`. Its time and its reading give the reference, and a force that
-    /// the law adds.
+    /// Takes the sample that is due at `t_s`. From its time and its reading, `asked` gives the reference and
+    /// a force that the law adds.
     #[inline(always)]
     pub fn sample(
         &mut self,

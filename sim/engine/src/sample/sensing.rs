@@ -49,13 +49,13 @@ impl<L: Lane> Sensing<L> {
         self.read_with(signal, || self.stream.normal_at(noise_index(t_s)))
     }
 
-    /// The same with the numbers that one reader has drawn ahead.
+    /// The reading at `t_s`, with noise values that one reader has drawn ahead.
     #[inline(always)]
     pub(crate) fn read_ahead(&self, t_s: f64, signal: L, draws: &mut Draws) -> L {
         self.read_with(signal, || draws.normal_at(noise_index(t_s)))
     }
 
-    /// The numbers of its noise for one reader.
+    /// The noise values of this sensor for one reader.
     pub(crate) fn draws(&self) -> Draws {
         Draws::new(self.stream.clone())
     }

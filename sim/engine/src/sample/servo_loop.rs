@@ -18,13 +18,13 @@ pub(crate) struct ServoLoop<L: Lane> {
     target: L,
     /// The rate-limited target, after the first sample.
     followed: L,
-    /// Its largest change between samples on the way to the present target.
+    /// Largest change of the followed target per sample, on the way to the present target.
     step: L,
     /// Processing of the target in every lane.
     chains: Vec<TargetChain>,
     period_s: f64,
     error_deadband: L,
-    /// Its inputs besides the target: their drives, force per unit, and what has arrived.
+    /// Inputs besides the target: index of the drive, force per unit, and the value that has arrived.
     fed: Vec<(usize, L, L)>,
 }
 
@@ -91,8 +91,8 @@ impl<L: Lane> ServoLoop<L> {
     }
 }
 
-/// The reference of a servo at a sample: its target, limited in rate to `step`. Errors within `deadband` are
-/// left out.
+/// The reference of a servo at a sample: its target, limited in rate to `step`. An error within `deadband`
+/// counts as zero.
 pub fn follow<L: Lane>(followed: &mut L, target: L, reading: L, step: L, deadband: L) -> L {
     *followed += (target - *followed).clamp_to(step);
     let error = *followed - reading;

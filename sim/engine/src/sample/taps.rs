@@ -18,7 +18,7 @@ pub struct Tap<L> {
     initial_left: u64,
     taken: VecDeque<L>,
     pub next_s: f64,
-    /// Time of the signal after it, s; not later than it before the first is taken.
+    /// Time of the signal after the next one, s; not later than `next_s` before the first signal is taken.
     pub(crate) after_s: f64,
     /// Readings whose signal has been taken so far.
     count: u64,

@@ -73,7 +73,7 @@ pub(crate) fn exponential(
     Ok(value)
 }
 
-/// The same for any span, never shared.
+/// `exp(span [derivative; 0])` for any span, never shared.
 pub(crate) fn over(derivative: &[f64], width: usize, span_s: f64) -> Result<DMatrix<f64>, EngineError> {
     let states = derivative.len() / width;
     let mut augmented = DMatrix::zeros(width, width);
@@ -87,7 +87,8 @@ mod tests {
 
     #[test]
     fn truth_what_is_remembered_is_what_was_asked_for() {
-        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a. More of them than are kept, twice.
+        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a. The loop uses more of them than are
+        // kept, twice.
         for i in (0..2 * REMEMBERED).chain(0..2 * REMEMBERED) {
             let a = 0.1 * (i + 1) as f64;
             let of = || exponential(&[-a, 1.0], 2, 1_000_000_000_000_000).unwrap();

@@ -116,7 +116,7 @@ impl Extrapolation {
             let last_resort = h <= SMALLEST_SHARE * span_s;
             if let Some((result, column)) = self.attempt(motion, flow, xi, meters, h, last_resort) {
                 let reach = if column <= EASY_COLUMN { 2.0 * h } else { h };
-                // A step that the span cut short does not argue against a longer one.
+                // A step that the end of the span cuts short does not limit the next step.
                 self.reach_s = Some(if h < span_s {
                     reach
                 } else {

@@ -90,9 +90,9 @@ impl Polynomial {
 
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
-    /// A value at zero that is the rounded trace of an event counts as positive if it grows. If it does not,
-    /// it has already crossed. `slope_size` gives the sum of the magnitudes of the parts of its slope at
-    /// zero. It is called if the sign of that slope may be rounding.
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows. Otherwise it has
+    /// already crossed. `slope_size` gives the sum of the magnitudes of the parts of its slope at zero. It is
+    /// called only if the sign of that slope may be rounding.
     pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
         let start = self.c[0];
         let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
@@ -172,8 +172,8 @@ impl Polynomial {
         Self { c: self.c.map(|c| -c), ..*self }
     }
 
-    /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case,
-    /// decided without a search.
+    /// Whether the value is so far from zero that no sum of its terms reaches it. This is the most frequent
+    /// case, decided without a search.
     fn stays_positive(&self, start: f64, span: f64) -> bool {
         self.swing(span) < start
     }

@@ -123,7 +123,8 @@ impl Series {
     }
 
     /// Whether a linear functional surely stays positive up to `span_s`, at most the span of the expansion.
-    /// Then it starts above the sum of the magnitudes of all its terms, and above the trace of an event.
+    /// It does if it starts above the sum of the magnitudes of all its terms, and above the trace of an
+    /// event.
     pub(crate) fn stays_positive(&self, row: &[f64], xi: &[f64], width: usize, span_s: f64) -> bool {
         let n = self.states;
         let (mut start, mut size, mut swing) = (0.0, 0.0, 0.0);

@@ -142,7 +142,7 @@ fn truth_ledger_closes_for_many_effects_at_once() {
     closes("many at once", &scenario);
 }
 
-/// Only the controller does work on these drives, so its account equals that of the drive.
+/// Only the controller does work on these drives, so its work equals that of the drive.
 #[test]
 fn truth_controllers_are_charged_what_the_drive_did() {
     for masses in [1, 2, 4] {

@@ -47,8 +47,8 @@ fn truth_a_body_of_a_microgram_moves_with_its_neighbours() {
     assert!(forces[0].iter().zip(forces[1]).all(|(a, b)| (a - b).abs() < LAG_N));
 }
 
-/// A velocity source of 1e15 N s/m with a lag of 0.1 ms swings at 190 MHz on its body: a polynomial reaches a
-/// nanosecond. What rests is not followed through that.
+/// A velocity source of 1e15 N s/m with a lag of 0.1 ms oscillates at 190 MHz on its body, so one polynomial
+/// reaches a nanosecond. A machine at rest needs no such polynomials.
 #[test]
 fn regress_a_machine_at_rest_takes_no_steps_however_stiff_it_is() {
     let mut scenario = axis(0.1);
@@ -56,7 +56,8 @@ fn regress_a_machine_at_rest_takes_no_steps_however_stiff_it_is() {
     scenario.machine.actuators["drive"].kind =
         ActuatorKind::VelocitySource { damping_n_s_per_m: 1e15, time_constant_s: 1e-4 };
     let (trace, simulation) = run(&scenario);
-    // Followed, ten milliseconds would take ten million polynomials, and end as a storm.
+    // With polynomials, ten milliseconds would take ten million of them, and the run would end as an event
+    // storm.
     assert_eq!(simulation.end(0), Some(RunEnd::Completed));
     assert!(trace.column("motor.position").unwrap().iter().all(|x| *x == 0.0));
 }

@@ -181,8 +181,8 @@ fn truth_a_contact_pushes_as_its_law_says_and_never_pulls() {
     ];
     for (law, k) in laws {
         for (c, cubic) in [(0.0, 0.0), (150.0, 0.0), (0.0, 1e12), (150.0, 1e12)] {
-            // Pressed in by a soft spring with tension, so that it bounces; first ejected so fast that most
-            // laws would pull, then pressed in.
+            // A soft spring with tension presses the mass against the wall, so that it bounces. At the first
+            // speed the mass leaves the wall so fast that most laws would pull.
             for velocity_m_per_s in [-0.6, -0.1, 0.4] {
                 let mut machine = free_mass(2.0, 6e-4, velocity_m_per_s);
                 machine.springs.insert(

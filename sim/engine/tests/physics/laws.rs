@@ -182,8 +182,8 @@ fn truth_a_body_crosses_a_table_by_straight_lines_with_rounded_corners() {
     crosses("friction-table", -0.4, 0.1, [-0.6, 2.6], end);
 }
 
-/// A body slides into a stretch of friction and stays. A force that rises there moves it as it exceeds the
-/// level of the place, and no earlier.
+/// A body slides into a stretch of friction and stays. A force that rises there moves the body once it
+/// exceeds the level at that place, and not earlier.
 #[test]
 fn truth_a_table_of_friction_holds_up_to_the_level_of_the_place() {
     let levels = [2.0, 2.0, 2.0, 2.0, 6.0, 2.0, 2.0, 2.0, 2.0];
@@ -193,8 +193,8 @@ fn truth_a_table_of_friction_holds_up_to_the_level_of_the_place() {
         held.machine.springs["guide"].effects.push(effect("constant-load", &[force]));
         last(&run(&held).0, "tip.position")
     };
-    // At the middle the rounding takes an eighth of the turn of 8 N off, and the corners beside it give back
-    // less than a tenth of that.
+    // At the middle the rounding lowers the level by an eighth of the change of slope, 8 N. The corners
+    // beside it give back less than a tenth of that.
     assert!(under(0.0, 4.9).to_bits() == 0 && under(0.0, 5.2) > 0.0);
     assert!(under(0.3, 1.9).to_bits() == 0.3_f64.to_bits() && under(0.3, 2.1) > 0.3);
 }
@@ -281,7 +281,7 @@ fn lugre(run_s: f64, every_s: f64) -> Scenario {
     lugre
 }
 
-/// The same under a force that moves to each level in turn at `rate_n_per_s`.
+/// The paper's body under a force that moves to each level in turn at `rate_n_per_s`.
 fn pushed(levels: &[(f64, f64)], rate_n_per_s: f64, run_s: f64, every_s: f64) -> Scenario {
     let mut pushed = lugre(run_s, every_s);
     let mut ramp = drive("tip", GROUND);
@@ -365,15 +365,15 @@ fn reference_lugre_sticks_and_slips_as_published() {
         .map(|(t, x)| 2.0 * (0.1 * t - x))
         .collect();
     let most = force.iter().copied().fold(0.0, f64::max);
-    // It breaks away below the static level. From there at least `0.5 N - 0.4 N s/m * 0.1 m/s` accelerates 1
-    // kg, so it reaches the speed of the cart after 0.22 s at most. It is then half of that behind the cart:
-    // 1.522 N.
+    // The body breaks away below the static level. From there at least `0.5 N - 0.4 N s/m * 0.1 m/s`
+    // accelerates 1 kg, so the body reaches the speed of the cart after 0.22 s at most. It is then behind the
+    // cart by half of the cart's travel in that time: 1.522 N.
     let catches_up_s = 0.1 / (STATIC - COULOMB - SIGMA_2 * 0.1);
     assert!(most > 1.4 && most < STATIC + 2.0 * 0.1 * 0.5 * catches_up_s, "{most}");
     // The other integration has the same peak, up to the gap between the two.
     let theirs = (trace.t_s.iter().zip(&other)).map(|(t, [x, ..])| 2.0 * (0.1 * t - x)).fold(0.0, f64::max);
     close(most, theirs, 2.0 * gap);
-    // It rests while the spring is drawn, and in each slip the force falls below Coulomb's level.
+    // The body rests while the spring is drawn, and in each slip the force falls below Coulomb's level.
     let slips =
         trace.column("tip.velocity").unwrap().windows(2).filter(|v| v[0] < 0.05 && v[1] >= 0.05).count();
     assert!((2..=4).contains(&slips), "{slips}");

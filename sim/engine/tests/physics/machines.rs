@@ -32,7 +32,7 @@ fn truth_springs_in_parallel_and_in_a_loop_add() {
     parallel.machine.springs["transmission"] = spring("motor", "tip", 0.5e6, 100.0);
     parallel.machine.springs.insert("beside".into(), spring("tip", "motor", 0.7e6, 20.0));
     columns_agree(&base, &parallel, &["tool.force", "tip.position", "motor.velocity"]);
-    // A loop ground - motor - tip - ground, against the same as one spring to ground on each.
+    // A loop ground - motor - tip - ground, compared with one spring to ground on each body.
     let mut guided = base.clone();
     guided.machine.springs.insert("left".into(), spring(GROUND, "motor", 3e3, 0.0));
     guided.machine.springs.insert("right".into(), spring("tip", GROUND, 5e3, 0.0));

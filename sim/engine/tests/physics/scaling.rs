@@ -25,7 +25,7 @@ impl Units {
         self.mass.powf(dimension.mass) * self.length.powf(dimension.length) * self.time.powf(dimension.time)
     }
 
-    /// Of the stiffness of a power law.
+    /// Factor for the stiffness of a power law.
     fn power_stiffness(self, exponent: f64) -> f64 {
         self.of(Dimension::FORCE) / self.length.powf(exponent)
     }

@@ -142,7 +142,8 @@ fn truth_samples_are_taken_on_the_grid_and_jitter_takes_them_off_it() {
     for (i, t) in sample_times(0.0, &[], 0.0).iter().enumerate() {
         close(*t, 1e-2 * i as f64, EXACT);
     }
-    // Half a period later, so that each record shows the sample before it; the instant at zero shows none.
+    // Records come half a period after samples, so each shows the sample before it; the record at zero shows
+    // none.
     let nominal = |i: usize| 1e-2 * i as f64 - 5e-3;
     let sigma = 1e-3_f64.hypot(5e-4);
     let times = sample_times(1e-3, &[("timing-jitter", &[5e-4])], 5e-3);

@@ -186,8 +186,8 @@ fn truth_a_target_moves_no_faster_than_the_velocity_limit() {
     close(column(&trace, "tip.position")[at(1.5)], speed * 1.5 - kd * speed / kp, 1e-10);
 }
 
-/// A target that is interpolated is a ramp: a servo lags behind it by the damping, and the next target begins
-/// from where the last way ended.
+/// An interpolated target is a ramp. A servo lags behind it by the damping, and the next ramp begins where
+/// the last one ended.
 #[test]
 fn truth_an_interpolated_target_is_a_ramp_of_its_own_rate() {
     let (kp, kd, interval) = (2000.0, 100.0, 0.8);

@@ -377,8 +377,8 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
 }
 
 /// The largest power of ten, up to one, whose multiples by 2, 4 and 6 all give finite matrices, with these
-/// matrices. An unstable loop lifted over thousands of periods overflows, and one with direct feed-through has
-/// no solution at single gains.
+/// matrices. An unstable loop lifted over thousands of periods overflows, and one with direct feed-through
+/// has no solution at single gains.
 fn finite_unit(
     matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
 ) -> Result<(f64, [DMatrix<f64>; 3]), AnalysisError> {

@@ -35,8 +35,8 @@ pub struct Agreement {
     /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, with the
     /// drives' bandwidths: whole arm, axis. Zero if no gain is stable, infinite if all are.
     pub largest_kp: [f64; 2],
-    /// The same for integral control, 1/s. The motors are damped by [`Self::motor_damping_n_s_per_m`] on the
-    /// difference of their last two encoder positions.
+    /// Largest stable gain of integral control, 1/s. The motors are damped by
+    /// [`Self::motor_damping_n_s_per_m`] on the difference of their last two encoder positions.
     pub largest_ki_per_s: [f64; 2],
     /// Crossover frequency of that integral loop at half of its own largest stable gain: whole arm, axis; Hz.
     /// NaN if no gain is stable, or all are.
@@ -60,7 +60,7 @@ pub enum Landmark {
 }
 
 impl Landmark {
-    /// All, in the order of [`Agreement::misfits`].
+    /// All landmarks, in the order of [`Agreement::misfits`].
     pub const ALL: [Self; 4] = [Self::ContactMode, Self::PhaseCrossover, Self::StableKp, Self::StableKi];
 
     /// Whether it is a largest stable gain, which may be zero or unlimited.
@@ -94,7 +94,7 @@ impl Agreement {
         self.landmarks().map(apart)
     }
 
-    /// The largest of them.
+    /// The largest difference of a landmark.
     pub fn worst(&self) -> f64 {
         self.misfits().into_iter().fold(0.0, f64::max)
     }
@@ -115,7 +115,7 @@ impl Agreement {
         self.over_close().into_iter().fold(0.0, f64::hypot)
     }
 
-    /// Whether all are within [`Self::TRUSTED`].
+    /// Whether all differences are within [`Self::TRUSTED`].
     pub fn is_trusted(&self) -> bool {
         self.worst() <= Self::TRUSTED
     }

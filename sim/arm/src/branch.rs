@@ -6,15 +6,15 @@ use std::f64::consts::TAU;
 /// spring joins the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
-    /// Of the body, kg.
+    /// Mass of the body, kg.
     pub mass_kg: f64,
     /// Its spring to the motor.
     pub stiffness_n_per_m: f64,
     /// The damping of that spring.
     pub damping_n_s_per_m: f64,
-    /// Its spring to the tool; zero without one.
+    /// Stiffness of its spring to the tool; zero without one.
     pub to_tool_n_per_m: f64,
-    /// The damping of that one.
+    /// Damping of the spring to the tool.
     pub to_tool_n_s_per_m: f64,
 }
 

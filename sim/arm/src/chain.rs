@@ -7,11 +7,11 @@ use crate::error::ArmError;
 /// Motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// It turns, between limits.
+    /// Turns between limits.
     Revolute,
-    /// It turns without limits.
+    /// Turns without limits.
     Continuous,
-    /// It slides.
+    /// Slides.
     Prismatic,
 }
 
@@ -21,12 +21,12 @@ pub struct Inertial {
     pub mass_kg: f64,
     /// Centre of mass in the joint's frame, m.
     pub centre_m: Vector3<f64>,
-    /// About the centre of mass, in the joint's axes, kg m².
+    /// Inertia about the centre of mass, in the joint's axes, kg m².
     pub inertia_kg_m2: Matrix3<f64>,
 }
 
 impl Inertial {
-    /// Nothing.
+    /// No mass and no inertia.
     pub fn none() -> Self {
         Self { mass_kg: 0.0, centre_m: Vector3::zeros(), inertia_kg_m2: Matrix3::zeros() }
     }

@@ -18,13 +18,13 @@ use crate::sampled::{Edge, Law, PERIOD_S};
 
 /// Number of frequencies at which the response is compared with the arm's.
 const POINTS: u32 = 100;
-/// First of them over the contact mode, and last over the highest landmark.
+/// First of these frequencies over the contact mode, and last over the highest landmark.
 const SPAN: [f64; 2] = [0.2, 1.6];
 /// Further frequencies, up to half the sample rate, for the motor's displacement alone, and its weight there.
 const BEYOND: u32 = 24;
 const OF_MOTOR: f64 = 0.5;
-/// Smallest mass of motor, tool or body over the whole. A lighter one would be a damper between two springs,
-/// which no data determine, and stiff to simulate.
+/// Smallest mass of motor, tool or body over the whole. A lighter mass would only join two springs. No data
+/// determine it, and it is stiff to simulate.
 const LEAST: f64 = 1e-3;
 /// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight relative to the
 /// rest.
@@ -180,8 +180,8 @@ impl Wanted {
         shape.axis(self, start, &p)
     }
 
-    /// The same with `factor` times the weight of the landmarks: for an arm whose phase barely falls through
-    /// -180 degrees, or with a small slope.
+    /// These responses with `factor` times the weight of the landmarks: for an arm whose phase barely falls
+    /// through -180 degrees, or with a small slope.
     pub(crate) fn closer(&self, factor: f64) -> Self {
         Self { of_landmarks: factor * self.of_landmarks, ..self.clone() }
     }

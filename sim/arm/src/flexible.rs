@@ -85,9 +85,9 @@ pub(crate) struct LinearArm {
     pub(crate) system: LinearSystem,
     /// Directions of joint space in which the motors move, one per column.
     pub(crate) basis: DMatrix<f64>,
-    /// Joint motion per length of the tool along the normal when nothing bends.
+    /// Joint motion per metre of the tool along the normal if nothing bends.
     pub(crate) rigid: DVector<f64>,
-    /// The same in all coordinates.
+    /// The same motion in all coordinates.
     pub(crate) unbent: DVector<f64>,
     /// Joint motion per displacement of the rigid tool along the normal.
     pub(crate) along: DVector<f64>,
@@ -98,7 +98,8 @@ pub(crate) struct LinearArm {
     pub(crate) lags: Vec<Lag>,
 }
 
-/// Smallest joint motion's share below which the arm cannot move along the normal.
+/// Tool motion along the normal per joint motion, as a share of the largest, below which the arm cannot move
+/// along the normal.
 const SINGULAR: f64 = 1e-3;
 /// Tolerated error of the desired motion, as a share.
 const MISSED: f64 = 1e-6;

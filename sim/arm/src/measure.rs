@@ -36,13 +36,13 @@ pub struct MeasuredArm {
     pub response: Vec<Complex<f64>>,
     /// Frequency at which the phase falls through -90 degrees, the contact mode: simulated arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Frequency at which it falls through -180 degrees: simulated arm, axis; Hz.
+    /// Frequency at which the phase falls through -180 degrees: simulated arm, axis; Hz.
     pub phase_crossover_hz: [f64; 2],
     pub simulated_s: f64,
 }
 
 impl MeasuredArm {
-    /// Relative difference of the axis from the simulated arm in each.
+    /// Relative difference of the axis from the simulated arm in both frequencies.
     pub fn misfits(&self) -> [f64; 2] {
         [self.contact_mode_hz, self.phase_crossover_hz].map(apart)
     }

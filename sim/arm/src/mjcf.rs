@@ -36,7 +36,7 @@ pub struct JointBelief {
     pub friction: f64,
     /// Effort per position error of its position actuator.
     pub kp: Option<f64>,
-    /// Effort per speed of the same.
+    /// Effort per speed of that actuator.
     pub kd: f64,
     pub effort_limit: Option<f64>,
     /// Delay of a command, s.

@@ -54,7 +54,7 @@ pub(crate) struct Edge {
 }
 
 impl Edge {
-    /// None that could be found.
+    /// No edge could be found.
     pub(crate) const UNKNOWN: Self = Self { gain: f64::NAN, frequency_hz: f64::NAN, size_per_phase: 0.0 };
 }
 

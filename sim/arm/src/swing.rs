@@ -17,8 +17,8 @@ fn rk4<F: FnMut(&DVector<f64>) -> Option<DVector<f64>>>(
     Some(x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d))
 }
 
-/// A plane wall: a spring and damper that only push. It is apart from the contacts of a machine, so that
-/// what is measured against it is not measured by itself.
+/// A plane wall: a spring and damper that only push. It does not use the contacts of a machine, so a
+/// comparison with them is independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall {
     /// Its distance from the tool at the start, along the normal.
@@ -113,7 +113,7 @@ impl<'a> FlexibleArm<'a> {
         self.state.rows_mut(p, n).copy_from(&links);
     }
 
-    /// Moves on by one step under a drive force along the normal.
+    /// Advances by one step under a drive force along the normal.
     ///
     /// # Errors
     /// [`ArmError::Diverged`].

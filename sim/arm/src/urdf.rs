@@ -45,12 +45,12 @@ impl Link {
     }
 }
 
-/// An inertia of which products are absent. They count as zero here, but the format asks for all six numbers.
+/// An inertia that lacks products. They count as zero here, but the format asks for all six numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShortInertia {
     /// Link that states it.
     pub link: String,
-    /// The first that is absent.
+    /// The first absent product.
     pub lacks: &'static str,
     /// Line number, from 1.
     pub line: u32,
@@ -80,7 +80,7 @@ pub(crate) struct Described {
 /// Products of inertia.
 const PRODUCTS: [&str; 3] = ["ixy", "ixz", "iyz"];
 
-/// The inertia of a link, if it is short of products.
+/// The inertia of a link, if it lacks products.
 fn short_inertia(link: Node<'_, '_>, name: &str) -> Option<ShortInertia> {
     let inertia = child(child(link, "inertial")?, "inertia")?;
     let lacks = PRODUCTS.into_iter().find(|product| !inertia.has_attribute(*product))?;
@@ -302,7 +302,7 @@ impl Urdf {
         self.link_names.iter().flat_map(|name| &self.links[name].meshes)
     }
 
-    /// Every inertia of which products are absent.
+    /// Every inertia that lacks products.
     pub fn short_inertias(&self) -> &[ShortInertia] {
         &self.short_inertias
     }

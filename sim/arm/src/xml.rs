@@ -23,7 +23,7 @@ pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
     node.children().find(|child| child.has_tag_name(tag))
 }
 
-/// An attribute that must be there.
+/// A required attribute.
 pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
     node.attribute(name).map_or_else(
         || wrong(node, format!("`<{}>` has no `{name}`", node.tag_name().name()), format!("add `{name}`")),
@@ -62,7 +62,7 @@ pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Re
     }
 }
 
-/// The `origin` of a node; the identity where it has none.
+/// The `origin` of a node; the identity if it has none.
 pub(crate) fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
     let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
     let xyz = vector(origin, "xyz", Vector3::zeros())?;

@@ -1,4 +1,4 @@
-//! Arms: their files, their motion, and the axis that they are along a normal.
+//! Arms: their files, their motion, and the axis that represents them along a normal.
 
 mod reduction;
 mod two_link;

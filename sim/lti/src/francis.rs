@@ -10,7 +10,7 @@ use crate::domain::C64;
 
 /// Steps for one eigenvalue; two to four usually suffice.
 const MOST_STEPS: usize = 60;
-/// Elements whose largest lies within this factor of one: no product of a few of them overflows or vanishes.
+/// If the largest element lies within this factor of one, no product of a few elements overflows or vanishes.
 const ORDINARY: f64 = 1e90;
 /// After each of these numbers of steps the shift is replaced by an arbitrary one, which breaks cycles.
 const STUCK: usize = 10;
@@ -49,7 +49,7 @@ impl Rows {
         self.values[i * self.order + j] = value;
     }
 
-    /// Reduces to Hessenberg form by reflections, which it shows to `basis` as well.
+    /// Reduces to Hessenberg form by reflections, and applies these to `basis` as well.
     fn reduce_to_hessenberg(&mut self, mut basis: Option<&mut Self>) {
         let n = self.order;
         let mut v = vec![0.0; n];
@@ -123,8 +123,8 @@ impl Rows {
         [C64::new(corner + far, 0.0), C64::new(corner + near, 0.0)]
     }
 
-    /// One double step on the block from `low` to `high`, with shifts of the sum and product of the block's
-    /// last pair. Else with arbitrary ones. With a basis, the rest of the matrix takes part.
+    /// One double step on the block from `low` to `high`. The shifts have the sum and product of the block's
+    /// last pair, or are arbitrary. With a basis, the rest of the matrix takes part.
     fn step(&mut self, low: usize, high: usize, arbitrary: bool, mut basis: Option<&mut Self>) {
         let (x, y, w) = if arbitrary {
             let s = self.at(high, high - 1).abs() + self.at(high - 1, high - 2).abs();
@@ -258,7 +258,7 @@ pub(crate) fn eigenvalues_by_francis(matrix: &DMatrix<f64>) -> Option<Vec<C64>> 
 /// A real Schur form `A = unit Q T Q^T`.
 pub(crate) struct Schur {
     pub(crate) unit: f64,
-    /// T, upper triangular but for blocks of two.
+    /// T, upper triangular except for blocks of two.
     pub(crate) form: Rows,
     /// Q.
     pub(crate) basis: DMatrix<f64>,
@@ -276,7 +276,8 @@ pub(crate) fn schur_by_francis(matrix: &DMatrix<f64>) -> Option<Schur> {
     Some(Schur { unit, form, basis: DMatrix::from_row_slice(n, n, &basis.values), blocks })
 }
 
-/// Splits a matrix from its end into blocks of one or two rows; shows the first and last row of each.
+/// Splits a matrix from its end into blocks of one or two rows; passes the first and last row of each to
+/// `show`.
 fn iterate(
     h: &mut Rows,
     mut basis: Option<&mut Rows>,

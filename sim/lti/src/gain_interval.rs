@@ -305,8 +305,8 @@ pub(crate) fn sample_growth<T: TimeDomain>(
     let balanced = checked_balance(a)?;
     let poles = eigenvalues_of_balanced(&balanced)?;
     // Rounding of an eigenvalue is relative to order and norm of the balanced matrix. In the z plane a growth
-    // rate is ln |z| / T, and no norm is below the 1 of the border. For lifted periods the norm may be many
-    // decades larger.
+    // rate is ln |z| / T, and the norm counts as at least 1, the modulus on the border. For lifted periods
+    // the norm may be many decades larger.
     let nyquist = domain.nyquist_rad_per_s();
     let norm = balanced.matrix.norm();
     let unit = |pole: C64| {

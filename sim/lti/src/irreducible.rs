@@ -2,8 +2,8 @@
 //!
 //! Many machines are rows of bodies, and the force passes from spring to spring. The system matrix is then
 //! block triangular in a suitable order of its rows and columns, and its zeros are those of the blocks: one
-//! for each spring. A block has a few rows, and its zeros are exact to machine precision. Those of the whole
-//! would be equal ones, which rounding throws apart. Source: Dulmage and Mendelsohn, Canadian Journal of
+//! for each spring. A block has a few rows, and its zeros are exact to machine precision. In the whole matrix
+//! they are multiple zeros, which rounding scatters. Source: Dulmage and Mendelsohn, Canadian Journal of
 //! Mathematics 10 (1958).
 
 use std::collections::VecDeque;
@@ -42,7 +42,7 @@ fn split(system: &Reduced) -> Option<Vec<Reduced>> {
             rows.iter().partition(|row| **row < n && columns.binary_search(row).is_ok());
         let inputs: Vec<usize> =
             columns.into_iter().filter(|column| states.binary_search(column).is_err()).collect();
-        // With several ways through a block, the rank of the whole is sharper.
+        // For a block with several outputs, the rank of the whole matrix is the sharper test.
         if outputs.len() > 1 {
             return None;
         }
@@ -110,7 +110,8 @@ fn matched(given: usize, count: usize, is_linked: impl Fn(usize, usize) -> bool)
 
 /// Groups of nodes that lead to each other, each rising.
 fn strongly_linked(count: usize, leads: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
-    // Nodes by the time at which a walk leaves them last; then walks against the links, from the end.
+    // First the nodes by the time at which a walk leaves them last; then walks against the links, from the
+    // last node.
     let mut left = Vec::with_capacity(count);
     let mut seen = vec![false; count];
     for start in 0..count {

@@ -24,13 +24,13 @@ const LARGE: f64 = 1e3;
 const MAX_SHRINKS: usize = 16;
 /// A pole whose damping ratio is below this counts as on the stability boundary.
 const ON_BOUNDARY: f64 = 1e-9;
-/// A pole this much slower than the fastest pole, or than half of the sampling rate, is an integrator. It is
-/// the square root of rounding, for double ones.
+/// A pole this much slower than the fastest pole, or than half of the sampling rate, is an integrator. The
+/// share is the square root of rounding, as double integrators require.
 const INTEGRATES: f64 = 1e-9;
 /// Smallest share of half of the sampling rate at which z can be distinguished from 1 despite rounding.
 const TOLD_APART: f64 = 1e-12;
-/// The same if the response is certainly infinite at zero frequency: the cube root of rounding, for triple
-/// integrators.
+/// This share applies if the response is certainly infinite at zero frequency. It is the cube root of
+/// rounding, as triple integrators require.
 const INTEGRATE_TOGETHER: f64 = 1e-5;
 
 /// An open loop with one input and one output and negative feedback: the closed loop has the poles where 1 +
@@ -92,7 +92,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let to_s = |points: Vec<C64>| {
             points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
         };
-        // They only say where to look closely. Those of a long chain that is sampled may be not a numbers.
+        // The zeros only show where the samples must be dense. Those of a sampled long chain may be NaN.
         let zeros = if system.states() < MANY_STATES { system.zeros() } else { system.unpolished_zeros() };
         let zeros = zeros.unwrap_or_default();
         let mut poles_s: Vec<C64> = to_s(system.poles()?);

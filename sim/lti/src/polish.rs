@@ -47,7 +47,7 @@ impl<'a> Polish<'a> {
         Self { system, factored: factored.flatten() }
     }
 
-    /// Improves all zeros, each where it is already close, and together where they are not.
+    /// Improves all zeros: poor ones together, then each by itself.
     pub(crate) fn all(&self, zeros: &mut Vec<C64>) {
         self.improve_together(zeros);
         self.in_pairs(zeros);
@@ -58,8 +58,8 @@ impl<'a> Polish<'a> {
         self.factored_step(point).unwrap_or_else(|| newton_step(self.system, point))
     }
 
-    /// The same from `det P(s) = det(s I - A) G(s)`, whose logarithmic derivative is that of the poles and of
-    /// the response; `None` beside a pole.
+    /// Newton's step from `det P(s) = det(s I - A) G(s)`, whose logarithmic derivative is that of the poles
+    /// and of the response; `None` beside a pole.
     fn factored_step(&self, point: C64) -> Option<C64> {
         let (poles, response) = self.factored.as_ref()?;
         let beside = BESIDE_POLE * point.norm();

@@ -176,7 +176,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         })
     }
 
-    /// Those at which the response is not below `least` on both sides.
+    /// Crossings at which the response is not below `least` on both sides.
     fn crossings(&self, least: f64) -> Result<Vec<Crossing>, LtiError> {
         let frequencies = self.frequencies()?;
         let mut found = Vec::new();

@@ -56,8 +56,8 @@ impl TransferEvaluator {
         Self { a, is_hessenberg, modal: None, b, c, d }
     }
 
-    /// The same, prepared further if it has many states. A point then costs as much as there are states, and
-    /// the preparation as much as some hundred points.
+    /// This evaluator, prepared further if the system has many states. The cost of a point is then
+    /// proportional to the number of states. The preparation costs as much as some hundred points.
     #[must_use]
     pub fn for_many_points(self) -> Self {
         let real = |m: &DMatrix<C64>| m.map(|v| v.re);
@@ -230,8 +230,8 @@ mod tests {
         StateSpace::new(a, b, output, DMatrix::zeros(1, 1)).unwrap()
     }
 
-    /// Between walls on springs the chain is `U`-shaped. With `2 cos t = 2 + s^2 / (k + c s)` (masses of 1
-    /// kg) the transfer from the first force to the last position is `sin t / (sin((n + 1) t) (k + c s))`.
+    /// A chain between walls on springs. With `2 cos t = 2 + s^2 / (k + c s)` (masses of 1 kg) the transfer
+    /// from the first force to the last position is `sin t / (sin((n + 1) t) (k + c s))`.
     #[test]
     fn truth_a_long_chain_answers_as_its_closed_form() {
         for bodies in [4, 12, 40, 90] {
@@ -252,7 +252,8 @@ mod tests {
         }
     }
 
-    /// Elimination errs by rounding of A, amplified as in the test above; the modes by their condition too.
+    /// Elimination errs by rounding of A, amplified as in the test above. The sum over modes also errs by
+    /// their condition.
     #[test]
     fn truth_the_sum_over_modes_is_the_response_by_elimination() {
         for bodies in [12, 40] {

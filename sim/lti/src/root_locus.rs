@@ -88,8 +88,8 @@ mod tests {
 
     use super::*;
 
-    /// A delay of two samples has a double pole at zero. Rounding scatters it, which no step resolves, and
-    /// each step was halved to the last.
+    /// A delay of two samples has a double pole at zero. Rounding scatters the pole, which no step resolves,
+    /// so every step was halved to the limit.
     #[test]
     fn regress_a_double_pole_does_not_halve_every_step() {
         let turn =

@@ -2,7 +2,7 @@
 
 /// Bisections after which a bracket of doubles cannot shrink any more, whatever its ends.
 const MAX_HALVINGS: usize = 200;
-/// Share of the first bracket by which interpolation is moved towards its middle there.
+/// In the first bracket, interpolation is moved towards the middle by this share of the bracket.
 const TRUNCATION: f64 = 0.2;
 /// A step of Newton's method below this, relative to the position, ends the search: the next step would be
 /// its square.
@@ -10,7 +10,7 @@ const PLACE: f64 = 1e-12;
 
 /// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
 ///
-/// Bisection, because the functions of this crate (largest growth rate, crossings of a phase) have kinks and
+/// It bisects because the functions of this crate (largest growth rate, crossings of a phase) have kinks and
 /// square-root behaviour. There faster methods lose their advantage.
 pub(crate) fn bisect<E>(
     mut a: f64,

@@ -48,8 +48,8 @@ fn null_of_pair(t: &Rows, low: usize, value: C64) -> [(usize, C64); 2] {
     [(low, x), (low + 1, y)]
 }
 
-/// The eigenvector that is `start` in its own block, and in the blocks above what (T - value) x = 0 asks. A
-/// pivot of rounding only is replaced by `smallest`.
+/// The eigenvector that equals `start` in its own block; the blocks above follow from (T - value) x = 0. A
+/// pivot that is only rounding is replaced by `smallest`.
 fn vector(
     schur: &Schur,
     above: &[(usize, bool)],

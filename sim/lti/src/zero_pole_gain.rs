@@ -5,7 +5,7 @@ use crate::error::LtiError;
 use crate::response::TransferEvaluator;
 use crate::state_space::StateSpace;
 
-/// With more poles than zeros than this, the response beyond all of them is rounding.
+/// If poles outnumber zeros by more than this, the response beyond all of them is rounding.
 const LARGE_EXCESS: usize = 8;
 
 /// H(p) = `leading_coefficient` * product of (p - zero) / product of (p - pole).
@@ -59,7 +59,7 @@ impl<T: TimeDomain> StateSpace<T> {
 
     /// C A^(step - 1) B of one input and one output.
     fn markov(&self, step: usize) -> f64 {
-        // By powers of two apart, since powers of A soon leave the range of numbers.
+        // Powers of two are kept apart, since powers of A soon leave the range of doubles.
         let (mut reached, mut exponent) = (self.b().clone(), 0.0);
         for _ in 1..step {
             reached = self.a() * reached;

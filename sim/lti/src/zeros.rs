@@ -54,9 +54,10 @@ impl<T: TimeDomain> StateSpace<T> {
         Ok(zeros)
     }
 
-    /// The same for a picture, in a fraction of the time. Two errors remain. Of m zeros at one place each is
-    /// only found to within the m-th root of the rounding. And rounding of large zeros may hide very small
-    /// ones.
+    /// Zeros for a picture, in a fraction of the time. Two errors remain. Each of m equal zeros is only found
+    /// to within the m-th root of rounding. Rounding of large zeros may hide very small ones.
+    ///
+    /// # Errors
     ///
     /// # Errors
     /// As [`Self::zeros`].

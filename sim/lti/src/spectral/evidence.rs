@@ -11,9 +11,9 @@ const CHANCE: f64 = 1e-3;
 /// differences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ComplexDegrees {
-    /// Of the variance that may hold more than noise.
+    /// Degrees of the variance that may hold more than noise.
     pub total: usize,
-    /// Of the noise.
+    /// Degrees of the variance of the noise.
     pub noise: usize,
 }
 

@@ -37,7 +37,7 @@ impl Root {
 /// (Hz). `pairs` pairs are sought from evenly spaced ones over the band.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`] where a response has another length than the frequencies.
+/// [`LtiError::RecordLengths`] if a response has another length than the frequencies.
 /// [`LtiError::RecordTooShort`] for fewer frequencies than unknowns; [`LtiError::OutOfRange`] for a negative
 /// frequency. [`LtiError::Degenerate`] if the responses do not determine the poles.
 ///

@@ -9,7 +9,8 @@ use crate::error::{LtiError, require_finite, require_positive};
 
 /// A period repeats if its repetition differs by at most this share of the power.
 const REPEATS: f64 = 1e-3;
-/// In between, one difference must exceed this share: a slow record resembles itself one sample later.
+/// Before the first repetition the difference must exceed this share: a slow record resembles itself one
+/// sample later.
 const DIFFERS: f64 = 0.5;
 /// A record is a sum of sines if they explain this share of its power. For white noise the search explains
 /// about two thirds.
@@ -34,7 +35,7 @@ const SMOOTH: f64 = 0.07;
 #[derive(Debug, Clone, PartialEq)]
 pub enum RecordedExcitation {
     Periodic {
-        /// Samples after which it does.
+        /// Samples after which the command repeats.
         samples_per_period: usize,
         /// Whole periods in the record, at least two.
         periods: usize,

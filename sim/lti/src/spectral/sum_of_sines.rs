@@ -34,8 +34,8 @@ const LONGEST_STEP: f64 = 0.3;
 /// Lines on each side of a sine that give the noise there, and the smallest number of them that must remain.
 const NOISE_LINES: usize = 8;
 const LEAST_NOISE_LINES: f64 = 6.0;
-/// Lines of noise that the fit of one sine removes under a Hann window: 2 (1 + 2/3) - (1 + 1/2). It follows
-/// from the transforms of window and square.
+/// Lines of noise that the fit of one sine removes under a Hann window: 2 (1 + 2/3) - (1 + 1/2). The number
+/// follows from the transforms of the window and of its square.
 const LINES_TAKEN: f64 = 11.0 / 6.0;
 /// Lines per independent line under a Hann window: 1 + 2 (4/9 + 1/36).
 const LINES_PER_INDEPENDENT: f64 = 35.0 / 18.0;
@@ -211,7 +211,7 @@ struct Fit {
     angles: Vec<f64>,
     /// A sine is Re(amplitude exp(j angle m)).
     amplitudes: Vec<C64>,
-    /// The record without line and sines.
+    /// The record without the straight line and the sines.
     rest: Vec<f64>,
 }
 

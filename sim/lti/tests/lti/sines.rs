@@ -66,8 +66,8 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
         let values = estimate.response.iter().zip(truth(&system, &wanted)).zip(bands);
         held += values.filter(|((g, t), band)| (*g - t).norm() <= band.magnitude_high - g.norm()).count();
     }
-    // Several hundred values: the share is known to about 1 %; noise known from a few lines only spreads by
-    // the same again.
+    // Several hundred values: the share is known to about 1 %. Noise that is known from a few lines only adds
+    // the same spread.
     let share = f64::from(u32::try_from(held).unwrap()) / (10.0 * wanted.len() as f64);
     assert!((0.92..=0.98).contains(&share), "{share}");
 }
@@ -91,8 +91,8 @@ fn truth_each_way_to_excite_is_recognised() {
     let chirp: Vec<f64> =
         (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
     assert_eq!(recognise(&chirp), RecordedExcitation::Sweep);
-    // The same in a record that begins or ends in silence, from some frequency on, or spaced by frequency
-    // ratios.
+    // Further sweeps, in records that begin or end in silence: from a higher frequency, with a geometric
+    // course, and over less than an octave.
     let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
     let geometric = |t: f64| (TAU * 2.0 * 2.5 / 80_f64.ln() * (80_f64.powf(t / 2.5) - 1.0)).sin();
     let octave = |t: f64| (TAU * (60.0 + 12.0 * t) * t).sin();

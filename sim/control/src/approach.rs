@@ -100,7 +100,7 @@ impl<L: Lane> ApproachState<L> {
         Self { contact: none, moving: none, origin: L::zero(), since: L::zero() }
     }
 
-    /// In the contact phase since the last sample at least.
+    /// A state that has been in the contact phase since the last sample at least.
     pub(crate) fn in_contact() -> Self {
         Self { contact: L::Mask::splat(true), ..Self::new() }
     }
@@ -115,8 +115,8 @@ impl ApproachConfig<f64> {
         self.present
     }
 
-    /// The phases of [`Self::update`] as lines of a program. Gives what holds where the law starts, and what
-    /// holds where it runs, if it does not always.
+    /// The phases of [`Self::update`] as lines of a program. Gives the condition under which the law starts,
+    /// and the one under which it runs; `None` if it always runs.
     pub(crate) fn list_phase(&self, l: &mut Listing, y: &str, x: &str) -> (String, Option<String>) {
         l.truth_state("contact");
         if !self.present {

@@ -44,7 +44,7 @@ struct LawState<L> {
 
 #[derive(Clone)]
 struct Config<L: Lane> {
-    /// The law's.
+    /// Name of the law.
     name: &'static str,
     law: LawConfig<L>,
     low_pass: Option<Section<L>>,
@@ -135,7 +135,8 @@ impl<L: Lane> Controller<L> {
         self.sample_fed(t_s, inputs, reference, L::zero())
     }
 
-    /// The same with a force that the force and the position law add to their output before its limit.
+    /// [`Self::sample`] with a force that the force and the position law add to their output before its
+    /// limit.
     #[inline(always)]
     pub fn sample_fed(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L, fed: L) -> L {
         let Self { config, state } = self;
@@ -263,7 +264,7 @@ impl Controller<f64> {
 }
 
 impl<L: Lane> LawConfig<L> {
-    /// All of `per_lane` have the same kind of law as the first.
+    /// Compiles the laws of the lanes. All of `per_lane` have the same kind of law as the first.
     fn new(per_lane: &[ControllerSpec], period_s: f64) -> Self {
         match per_lane[0].law {
             Law::OpenLoop => Self::OpenLoop,

@@ -77,7 +77,7 @@ impl Remedy for ControlError {
     }
 }
 
-/// `value` where it obeys `bound`.
+/// `value` if it obeys `bound`.
 fn within(key: &str, value: f64, bound: Bound) -> Result<f64, ControlError> {
     if bound.admits(value) {
         Ok(value)
@@ -96,7 +96,7 @@ pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::NotNegative)
 }
 
-/// `value` where it is finite.
+/// `value` if it is finite.
 pub(crate) fn finite(key: &str, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::Any)
 }

@@ -19,7 +19,8 @@ pub enum Line {
     Set(String, String),
 }
 
-/// A program. Expressions are those that C and Rust share; `s.name` is a state as the sample before left it.
+/// A program. Expressions are those that C and Rust share; `s.name` is the value of a state after the
+/// previous sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Listing {
     /// Names and values of the constants.
@@ -102,7 +103,7 @@ impl Line {
     }
 }
 
-/// Names in an expression; a state's begins with `s.`, so that it is not an input's.
+/// Names in an expression. The name of a state begins with `s.`, so that it differs from those of inputs.
 fn words(expression: &str) -> impl Iterator<Item = &str> {
     expression.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '.'))
 }

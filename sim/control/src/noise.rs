@@ -82,7 +82,7 @@ pub struct Draws {
     stream: Stream,
     /// Index and number of the next instants, if they keep their distance.
     ahead: [(u64, f64); ABREAST],
-    /// The next of these.
+    /// Position of the next of these numbers.
     next: usize,
     /// Index of the last instant, and its distance from the one before.
     last: u64,

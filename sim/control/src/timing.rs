@@ -1,4 +1,4 @@
-//! When a controller samples.
+//! Sample instants of a controller.
 
 use crate::{ControlError, ControllerSpec, Stream};
 

@@ -1,7 +1,7 @@
 //! References and excitations: the desired value of a loop, as a pure function of time.
 //!
-//! [`Reference::value`] accepts any instants in any order, and always gives the same answer; it draws nothing
-//! in passing. An excitation of the drive itself is an open-loop controller with such a reference.
+//! [`Reference::value`] accepts any instants in any order, and always gives the same answer, since it changes
+//! no random state. An excitation of the drive itself is an open-loop controller with such a reference.
 
 mod chirp;
 mod keys;

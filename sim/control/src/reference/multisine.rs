@@ -139,8 +139,8 @@ impl PeakMeter {
     }
 
     /// `x[j] = sum_k x[k] exp(2 pi i j k / n)` in place, for n a power of two (Cooley and Tukey, Mathematics
-    /// of Computation 19, 1965). A library's transforms of every length would be compiled anew for this
-    /// crate, as most of its code.
+    /// of Computation 19, 1965). A library with transforms of every length would be compiled into this crate,
+    /// as most of its code.
     fn transform(&mut self) {
         let n = self.sums.len();
         for i in 0..n {

@@ -18,12 +18,12 @@ const ORIGIN: u64 = 1 << 40;
 /// Index of the first draw for t = 0.
 const FIRST: u64 = ORIGIN - (HALF_WIDTH as u64 - 1);
 
-/// First draws that one block serves, and the number of blocks that are kept. A run samples each draw many
+/// Number of first draws in a block, and the number of blocks that are kept. A run samples each draw many
 /// times.
 const BLOCK: usize = 64;
 const BLOCKS: usize = 256;
 
-/// The draws of one block: those from its last first draw on, too.
+/// The draws of one block, with those that follow its last first draw.
 type Block = Box<[[f64; 2]; BLOCK + WIDTH]>;
 
 /// Noise of a band `f_c - B` to `f_c + B` as `a(t) cos(2 pi f_c t) - b(t) sin(2 pi f_c t)` (Rice,

@@ -281,7 +281,7 @@ fn prop_mistakes_are_refused_with_their_key() {
     );
 }
 
-/// The gain of a part is then the only one.
+/// So the gain of a part is unique.
 #[test]
 fn truth_no_law_has_two_gains_of_one_part() {
     for law in Law::FORMS.iter().map(|form| (form.start)()) {

@@ -15,14 +15,14 @@ const ROUNDING: f64 = 1e-12;
 /// A filter as a function of `s`.
 type OnPaper<'a> = &'a dyn Fn(Complex<f64>) -> Complex<f64>;
 
-/// Whether the row of this part says so.
+/// Asserts that the manual's row of this part contains `how`.
 fn states(part: &str, how: &str) {
     let table = MANUAL.split("### How a controller is discretised").nth(1).expect("the table");
     let row = table.lines().find(|line| line.starts_with(&format!("| {part} |")));
     assert!(row.is_some_and(|row| row.contains(how)), "{part}: {row:?}");
 }
 
-/// Outputs of a controller for random inputs, of which `fed` is the only one that is not zero.
+/// Outputs of a controller for random inputs; `fed` sets the only input that is not zero.
 fn sampled(spec: &ControllerSpec, signal: &[f64], fed: impl Fn(f64) -> Inputs<f64>) -> Vec<f64> {
     let mut controller = Controller::<f64>::new(std::slice::from_ref(spec)).expect("the spec is sound");
     let outputs = signal.iter().enumerate();

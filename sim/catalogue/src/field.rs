@@ -41,7 +41,7 @@ pub enum GainPart {
     Integral,
     /// The derivative of the error.
     Derivative,
-    /// A velocity, against which it acts.
+    /// A velocity, which the gain opposes.
     Damping,
     /// The reading itself, so that its loop closes through the reading.
     Reading,
@@ -146,9 +146,9 @@ fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
 pub struct Form<T: 'static> {
     /// Its word in files.
     pub name: &'static str,
-    /// For the schema and the manual.
+    /// Text for the schema and the manual.
     pub text: &'static str,
-    /// Before its keys are read.
+    /// The value before its keys are read.
     pub start: fn() -> T,
     /// Whether a value has this form.
     pub is: fn(&T) -> bool,

@@ -54,7 +54,7 @@ pub enum Kind {
 /// A possible value of a key, and its meaning.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
-    /// As it is written.
+    /// The word as written in a file.
     pub name: &'static str,
     /// Its meaning.
     pub text: &'static str,
@@ -63,7 +63,7 @@ pub struct Word {
 /// Unit of a quantity; some depend on other keys of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
-    /// This.
+    /// Unit of this dimension.
     Of(Dimension),
     /// Unit of the signal that a sensor reads.
     Signal,
@@ -71,7 +71,7 @@ pub enum Unit {
     PowerStiffness,
     /// N/m², of a material, whatever the axis.
     Pressure,
-    /// Of the drive's command.
+    /// Unit of the drive's command.
     Output,
     /// Unit of the drive's command, divided by this.
     OutputPer(Dimension),
@@ -81,7 +81,7 @@ pub enum Unit {
     Swept,
 }
 
-/// Values that make sense.
+/// Valid values of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// Any finite number.
@@ -99,7 +99,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether a value makes sense.
+    /// Whether a value is valid.
     pub fn admits(self, value: f64) -> bool {
         value.is_finite()
             && match self {
@@ -177,7 +177,7 @@ pub enum Absent {
     Number(f64),
     /// This whole number.
     Count(u64),
-    /// This.
+    /// True or false.
     Flag(bool),
     /// This word or name.
     Word(&'static str),

@@ -58,8 +58,8 @@ pub(crate) fn nearest(
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crosses;
 
-/// The nearest points of a segment from `a` to `b` and a triangle. They are an end of the segment over the
-/// face, or the segment over an edge. `None` if it crosses the face.
+/// The nearest points of a segment from `a` to `b` and a triangle. Either an end of the segment is nearest to
+/// the face, or the segment is nearest to an edge. `None` if the segment crosses the face.
 fn near(a: Vector, b: Vector, triangle: &Triangle) -> Option<Near> {
     let square = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     let heights = [a, b].map(|end| square.dot(end - triangle.a));

@@ -25,7 +25,7 @@ pub enum GeometryError {
     },
     #[error("point {index} of the path is at {t_s} s, which is not after the one before")]
     Path {
-        /// Which point, from 0.
+        /// Index of the point, from 0.
         index: usize,
         t_s: f64,
     },

@@ -24,7 +24,7 @@ const OBLIQUE: [f64; 3] = [0.412_943_1, 0.527_181_7, 0.742_839_3];
 #[derive(Clone)]
 pub struct Pair {
     pub(crate) tip: SharedShape,
-    /// Of the tip's shape in the frame of the tool.
+    /// Pose of the tip's shape in the frame of the tool.
     pub(crate) tip_pose: Pose,
     pub(crate) workpiece: SharedShape,
     pub(crate) workpiece_pose: Pose,

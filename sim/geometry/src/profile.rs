@@ -91,8 +91,8 @@ impl Probe<'_> {
 }
 
 impl Touching {
-    /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they
-    /// meet it.
+    /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until their
+    /// error is within this limit.
     ///
     /// A jump of the gap within `error_m` becomes a ramp of 0.1 us. So does a jump within 3e-5 of the size of
     /// both shapes if their distance comes from Parry's iteration, which jumps by as much. (A ball on

@@ -1,4 +1,4 @@
-//! Shapes and where they stand.
+//! Shapes and their places.
 
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::shape::SharedShape;
@@ -87,7 +87,7 @@ impl Shape {
         }
     }
 
-    /// The same shape for Parry, and its pose in this one's frame.
+    /// The shape for Parry, and its pose in the frame of this shape.
     pub(crate) fn build(&self) -> Result<(SharedShape, Pose), GeometryError> {
         let shape = match self {
             Self::Ball { radius_m } => SharedShape::ball(size("the radius of a ball", *radius_m)?),
@@ -115,7 +115,7 @@ impl Shape {
     }
 }
 
-/// Whether the points do not all lie (nearly) in one plane: hulls of such points fail in other ways.
+/// Whether the points span a body. Hulls of points that lie (nearly) in one plane fail in other ways.
 fn spans_a_body(points: &[Vector]) -> bool {
     /// Thinnest body over its size.
     const FLAT: f64 = 1e-9;

@@ -84,7 +84,7 @@ impl SweptBall {
     fn face(&self, a: Vector, b: Vector, c: Vector) -> Option<BallTouch> {
         let across = (b - a).cross(c - a);
         let area = across.length();
-        // The one of the two normals that the ball moves against.
+        // The normal against which the ball moves.
         let normal = if across.dot(self.along) > 0.0 { across / area } else { -across / area };
         let speed = normal.dot(self.along);
         if speed.is_nan() || speed <= 0.0 {

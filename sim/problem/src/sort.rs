@@ -1,13 +1,13 @@
-//! Files of a known sort by their first bytes, so that a wrong one is named alike wherever it is given.
+//! File formats by their first bytes, so that every command names a wrong file in the same way.
 
-/// A sort of file.
+/// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sort {
     /// Its first bytes.
     pub begins: &'static [u8],
-    /// The sort in a sentence.
+    /// The format in a sentence.
     pub what: &'static str,
-    /// How it becomes a file that is read; empty for a log, which `feeler import` takes.
+    /// How to convert the file into one that Feeler reads; empty for a log, which `feeler import` reads.
     pub remedy: &'static str,
 }
 
@@ -38,14 +38,14 @@ pub const ZIP: Sort = other(
     "unpack it, and name the file in it; an .npz goes to `feeler import` as it is",
 );
 
-/// Any file in the compression of `zstd`.
+/// Any file compressed by `zstd`.
 pub const ZSTD: Sort = other(b"\x28\xb5\x2f\xfd", "this is compressed by zstd", "unpack it: `zstd -d FILE`");
 
 const TO_NPZ: &str = "write its arrays with numpy.savez, and give that to `feeler import`";
 const PICTURE: &str = "this is a picture";
 const DRAWN: &str = "name the file that it was drawn from";
 
-/// Every sort with first bytes of its own.
+/// Every format with its own first bytes.
 pub const ALL: [Sort; 27] = [
     MCAP,
     SQLITE,
@@ -92,7 +92,7 @@ pub const ALL: [Sort; 27] = [
     other(b"\x7fELF", "this is a program", "name a log or a text file here"),
 ];
 
-/// The sort of a file that begins with these bytes.
+/// The format of a file that begins with these bytes.
 pub fn sort_of(bytes: &[u8]) -> Option<Sort> {
     ALL.into_iter().find(|sort| bytes.starts_with(sort.begins))
 }

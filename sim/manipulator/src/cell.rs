@@ -18,7 +18,7 @@ const REACHES: f64 = 2.0;
 /// An arm with few joints follows an arc along the normal: its largest lateral deviation over its path.
 const ON_AN_ARC: f64 = 0.1;
 
-/// A shape where it stands.
+/// A shape at a place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// Centred on its own origin.

@@ -15,7 +15,7 @@ const GUIDE: &str = "guide";
 const GEAR: &str = "gear";
 const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
-/// The chain has the link's own inertia.
+/// Any value serves here: the inertia of the link belongs to the chain.
 const ANY_INERTIA: f64 = 1.0;
 
 /// The elements of a joint: guide, gear, drive and encoder. Each has its kind in the library and the effects

@@ -33,11 +33,11 @@ impl CellMode {
 /// A switch, and its new state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change {
-    /// Of tip and workpiece.
+    /// The contact of tip and workpiece.
     Contact(ContactState),
-    /// Of a flank of a gear.
+    /// A flank of a gear.
     Flank(usize, StopSide, ContactState),
-    /// Of the dry friction of a motor. `None`: it comes to rest, and its torques decide.
+    /// The dry friction of a motor. `None`: the motor comes to rest, and its torques decide.
     Slide(usize, Option<FrictionState>),
 }
 

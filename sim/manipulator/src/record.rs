@@ -12,7 +12,7 @@ const MOST_EVENTS: usize = 1_000_000;
 
 /// A joint that reached the upper limit of its position.
 pub const UPPER: &str = "upper limit";
-/// The lower one.
+/// A joint that reached the lower limit of its position.
 pub const LOWER: &str = "lower limit";
 
 /// A joint that stuck or broke loose, met or left a flank of its play, or reached the end of its travel.
@@ -30,7 +30,7 @@ pub struct CellRecord {
     /// Force, compression and command along the normal, readings, and whether a joint's torque was at its
     /// limit (`joints.limited`). All are at the rate of the measures, with the contact's events.
     pub measures: Trace,
-    /// The same, with joints, tool, point of contact and normal, at the rate of the file.
+    /// The measures with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
     pub joint_events: Vec<JointEvent>,
 }

@@ -13,7 +13,7 @@ use crate::hold::HoldControl;
 /// Share of its limit from which a command of a drive counts as limited.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// The controller, with what holds the arm beside it.
+/// The controller, and the position control of the other directions.
 #[derive(Debug)]
 pub(crate) struct Control {
     /// It sends the force along the normal and the torques of the joints.

@@ -19,7 +19,7 @@ use crate::stepping::{advance, settle};
 
 /// Step over the time in which the fastest mode turns by a radian or decays by 1/e.
 const STEP_SHARE: f64 = 0.4;
-/// The same for the longest step; classical Runge-Kutta is stable up to 2.78.
+/// The share for the longest step; classical Runge-Kutta is stable up to 2.78.
 const LONGEST_SHARE: f64 = 2.5;
 /// Compression at which a nonlinear contact is linearised, m.
 const TYPICAL_DEPTH_M: f64 = 1e-4;
@@ -36,7 +36,7 @@ pub struct Finished {
     pub steps: u64,
 }
 
-/// A cell at work.
+/// A running simulation of a cell.
 #[derive(Debug)]
 pub struct CellSimulation {
     plant: Plant,
@@ -58,7 +58,7 @@ pub struct CellSimulation {
     every: u64,
     rows: u64,
     record: CellRecord,
-    /// Which limits links are beyond.
+    /// Per link, the position limit that it exceeds: -1 the lower, 1 the upper, 0 none.
     beyond: Vec<i8>,
 }
 

@@ -1,4 +1,4 @@
-//! The numbers that move.
+//! The layout of the state.
 
 use feeler_plant::assembly::SensorPart;
 use feeler_plant::description::LowPass;

@@ -10,8 +10,8 @@ const FOLDER: &str = "src/effects";
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed={FOLDER}");
-    // A copy of this tree that shares its build folder writes the same list: with its path, the next build
-    // elsewhere begins anew.
+    // Two copies of this tree may share a build folder; both write the same list. The full path makes the
+    // next build of the other copy run this script again.
     println!(
         "cargo::rerun-if-changed={}",
         Path::new(&env::var("CARGO_MANIFEST_DIR")?).join(FOLDER).display()

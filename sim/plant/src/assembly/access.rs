@@ -43,9 +43,8 @@ impl Assembly {
 
     /// The drive with an effect on its force.
     ///
-    /// # Errors
-    /// [`EffectError::WrongHost`] if the host is not an actuator, [`EffectError::WrongSite`] if its motion is
-    /// imposed, whatever force that takes, or if its command is an input of a servo.
+    /// [`EffectError::WrongHost`] if the host is not an actuator; [`EffectError::WrongSite`] if its motion is
+    /// imposed, or if its command is an input of a servo.
     pub(crate) fn force_drive_mut(
         &mut self,
         host: Host,
@@ -58,7 +57,7 @@ impl Assembly {
         Ok(drive)
     }
 
-    /// The error that names the elements for this effect.
+    /// The error of a wrong host; it names the elements that accept the effect.
     pub(crate) fn wrong_host(&self, host: Host, effect: &Definition) -> EffectError {
         EffectError::WrongHost { kind: effect.kind, found: self.host_kind(host), expected: effect.hosts }
     }
@@ -105,9 +104,9 @@ impl Assembly {
         drives.filter_map(move |(i, drive)| Some((i, drive.feeds.filter(|feed| feed.servo == servo)?)))
     }
 
-    /// Hangs the weights of a spring's first side, with all that moves as one with it, on its second body:
-    /// arms hang behind their joints. What the earth pulls stays with the body that states it, and the force
-    /// of a guide stays at the guide.
+    /// Moves the weights of a spring's first body, and of all bodies that move as one with it, to its second
+    /// body: an arm hangs behind its joint. A weight that the earth pulls stays with the body that states it,
+    /// and the force of a guide stays at the guide.
     pub(crate) fn hang_behind(&mut self, spring: usize) {
         let (a, b) = (self.links[spring].a, self.links[spring].b);
         if Self::is_ground(a) || Self::is_ground(b) {
@@ -121,8 +120,8 @@ impl Assembly {
         }
     }
 
-    /// Moves links, contacts, drives and weights from one node to another. Sensors stay, and so does what the
-    /// earth pulls.
+    /// Moves links, contacts, drives and weights from one node to another. Sensors stay, and so do weights
+    /// that the earth pulls.
     pub(crate) fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);

@@ -227,7 +227,7 @@ impl<'a> Build<'a> {
                 ordered.into_iter().map(move |effect| (table, name, host, effect))
             })
             .collect();
-        // Weights first: a joint that gives way takes those along that hang behind it.
+        // Weights come first: a joint that becomes flexible takes along the weights that hang behind it.
         uses.sort_by_key(|(.., effect)| effect.definition.kind != Kind::Gravity);
         for (table, name, host, effect) in uses {
             self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);

@@ -23,7 +23,7 @@ pub struct Drive {
     pub servo: Option<Servo>,
     /// The motor, whose current is a signal.
     pub motor: Option<Motor>,
-    /// The motion of the driven body, whatever forces act on it, if it is imposed.
+    /// The imposed motion of the driven body; `None` if its motion is not imposed.
     pub imposed: Option<Arc<Profile>>,
     /// The servo that takes the command as an input of its own. The drive then has no force.
     pub feeds: Option<ServoFeed>,
@@ -58,7 +58,7 @@ pub struct Drive {
 pub struct ServoFeed {
     /// Index of the servo's drive.
     pub servo: usize,
-    /// Whether it is the speed of the target, else a force.
+    /// Whether the input is the speed of the target; otherwise it is a force.
     pub is_velocity: bool,
 }
 
@@ -73,22 +73,22 @@ impl ServoFeed {
 /// a motor. Without a time constant the force follows immediately.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocitySource {
-    /// N per unit of the command.
+    /// Force per unit of the command, N.
     pub gain: f64,
-    /// `b_a`, N s/m.
+    /// Damping `b_a`, N s/m.
     pub damping: f64,
-    /// `tau`, s.
+    /// Time constant `tau` of the lag, s.
     pub time_constant: f64,
 }
 
 /// `f = kp e + ki int(e) - kd v`, where `e` is the target less the stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Servo {
-    /// N/m, > 0.
+    /// Gain on the error, N/m, > 0.
     pub kp: f64,
-    /// N/(m s).
+    /// Gain on the integral of the error, N/(m s).
     pub ki: f64,
-    /// N s/m.
+    /// Gain on the speed, N s/m.
     pub kd: f64,
     /// Its sampling; `None` if it is continuous.
     pub sampling: Option<ServoSampling>,
@@ -114,7 +114,7 @@ pub struct ServoSampling {
 /// Processing of a target on its way to a sampled loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetChain {
-    /// How late it arrives, s.
+    /// Delay of the target, s.
     pub delay: f64,
     pub gain: f64,
     /// Half-width of the deadband of the error, m.
@@ -144,7 +144,7 @@ fn pace(distance: f64, interval: f64, rate_limit: f64) -> f64 {
 /// The motor of a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
-    /// `N K_t`, N/A.
+    /// Gear ratio times torque constant, `N K_t`, N/A.
     pub force_per_current: f64,
 }
 
@@ -162,11 +162,11 @@ pub struct SpeedLine {
 /// `f / (1 + h)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warming {
-    /// Force that is halved in the end, N.
+    /// Cold force that the heat halves in the end, N.
     pub force: f64,
-    /// `tau`, s.
+    /// Time constant `tau` of the heat, s.
     pub time_constant: f64,
-    /// `h` at the start.
+    /// Heat `h` at the start.
     pub heat: f64,
 }
 
@@ -287,11 +287,12 @@ impl Drive {
         (self.deadband, self.rate_limit, self.interval) = (error_deadband, rate_limit, interval);
     }
 
-    /// Adds what the way from one command to the next does to a small motion, for linear theory. Commands
-    /// come every `period_s`; `None`: no faster than the way takes. Then it is a delay of half the interval.
+    /// Adds the effect of interpolation between commands on a small motion, for linear theory. Commands come
+    /// every `period_s`; `None` means no faster than the interval. The effect is then a delay of half the
+    /// interval.
     ///
-    /// Commands that come every `T` within an interval `I` move the drive by `T / I` of what is left each: a
-    /// lag of first order, which is late by `I - T / 2`.
+    /// Commands that come every `T`, shorter than the interval `I`, each move the drive by `T / I` of the
+    /// remaining distance. This is a first-order lag with the time constant `I - T / 2`.
     pub fn linearise_interpolation(&mut self, period_s: Option<f64>) {
         let late = |interval: f64| match period_s.filter(|period_s| *period_s < interval) {
             Some(period_s) => (interval - 0.5 * period_s, true),
@@ -303,7 +304,7 @@ impl Drive {
                 (delay, false) => self.delay += delay,
             }
         }
-        // A target has no lags: it is taken as late only.
+        // A target has no lags, so only its delay grows.
         if let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.as_mut()) {
             sampling.target.delay += late(sampling.target.interval).0;
         }
@@ -355,7 +356,7 @@ impl Drive {
         self.sampling().map_or_else(|| self.held(command), |sampling| sampling.target.gain * command)
     }
 
-    /// How late that is, s.
+    /// Delay of a command as received, s.
     pub fn received_late(&self) -> f64 {
         self.sampling().map_or(self.delay, |sampling| sampling.target.delay)
     }

@@ -38,7 +38,7 @@ pub struct Assembly {
     pub nodes: Vec<Node>,
     /// One per spring, then those that effects add.
     pub links: Vec<Link>,
-    /// Position-dependent forces that do not belong to a spring.
+    /// One per contact.
     pub contacts: Vec<ContactPart>,
     /// Forces over position that belong to no spring.
     pub weights: Vec<Weight>,
@@ -73,9 +73,9 @@ pub struct Link {
     pub b: NodeId,
     /// The two nodes move as one.
     pub rigid: bool,
-    /// `k`, N/m.
+    /// Stiffness `k`, N/m.
     pub stiffness: f64,
-    /// `c`, N s/m.
+    /// Damping `c`, N s/m.
     pub damping: f64,
     /// Share of `c` that is added while `e` grows and subtracted while it falls.
     pub asymmetry: f64,
@@ -103,12 +103,12 @@ pub struct Link {
 pub enum StopSide {
     /// Reached when the elongation grows.
     Upper,
-    /// Reached when it falls.
+    /// Reached when the elongation falls.
     Lower,
 }
 
 impl StopSide {
-    /// Sign of the elongations that compress it.
+    /// Sign of the elongations that compress this side.
     pub fn sign(self) -> f64 {
         match self {
             Self::Upper => 1.0,
@@ -138,15 +138,15 @@ pub struct ContactPart {
 /// The general law of a contact, of which the named ones are special cases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceLaw {
-    /// `k`, N/m^exponent.
+    /// Stiffness `k`, N/m^exponent.
     pub stiffness: f64,
-    /// `n`, >= 1.
+    /// Exponent `n`, >= 1.
     pub exponent: f64,
-    /// `c`, N s/m.
+    /// Damping `c`, N s/m.
     pub damping: f64,
-    /// `alpha`, s/m.
+    /// Growth `alpha` of the force with the rate of compression, s/m.
     pub alpha: f64,
-    /// N/m³.
+    /// Hardening, N/m³.
     pub cubic: f64,
 }
 
@@ -178,7 +178,7 @@ pub struct SensorPart {
     pub delay: f64,
     /// Quantisation steps, applied one after the other.
     pub resolutions: Vec<f64>,
-    /// One sigma.
+    /// Standard deviation of the noise.
     pub noise: f64,
 }
 

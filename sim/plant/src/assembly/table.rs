@@ -26,7 +26,7 @@ impl Table {
         Self { from, spacing: (to - from) / (POINTS - 1) as f64, forces }
     }
 
-    /// The table of these values: where it begins and ends, then the force at each point.
+    /// The table of these values: first and last place, then the force at each point.
     ///
     /// # Panics
     /// If there are fewer.
@@ -101,7 +101,7 @@ mod tests {
             let off = table.force(0.1 * i as f64 - 0.2) - force - turn(i) / 8.0;
             assert!(off.abs() <= far + 1e-12, "{i}: {off} beside {far}");
         }
-        // Beyond the ends nothing is known: the force stays.
+        // Beyond its ends the table keeps the force of the last point.
         for (x, force) in [(-10.0, 1.0), (10.0, 2.0)] {
             assert!((table.force(x) - force).abs() < 1e-3 && table.slope(x).abs() < 1e-4, "{x}");
         }

@@ -98,7 +98,7 @@ const HUNT_CROSSLEY: &[Field<Contact>] = &[
     Contact::EXPONENT,
 ];
 
-/// Before its keys are read.
+/// A contact before its keys are read.
 fn unread(law: ContactLaw) -> Contact {
     Contact { law, gap_m: 1.0, ..Contact::kelvin_voigt("", "", 1.0, 1.0) }
 }
@@ -107,7 +107,7 @@ impl Contact {
     /// Tip and workpiece.
     pub const BETWEEN: Field<Self> = field!(Contact: between,
         required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`"));
-    /// How they hold on to each other.
+    /// The engagement of tip and workpiece.
     pub const ENGAGEMENT: Field<Self> = field!(Contact: engagement,
         Key { name: "engagement", kind: Kind::Word(Engagement::WORDS),
             absent: Absent::Word(Engagement::Unilateral.name()),

@@ -66,7 +66,7 @@ impl Sensor {
     pub const READS: Field<Self> = field!(Sensor: reads,
         required("reads", Kind::Signal,
             "the signal, as in motor.position, tip.acceleration or tool.spring_force"));
-    /// The body that it rides on.
+    /// The body on which it is mounted.
     pub const RELATIVE_TO: Field<Self> = field!(Sensor: relative_to,
         optional("relative_to", Kind::Name("a body or `ground`"),
             "the body it rides on, for position and velocity; absolute if absent"));

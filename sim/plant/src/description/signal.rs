@@ -11,48 +11,48 @@ use thiserror::Error;
 /// A quantity of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
-    /// Of a body, or of a drive: of the driven body against the reacting one.
+    /// Position of a body, or of the driven body of a drive against the reacting one.
     Position,
-    /// Of a body, or of a drive.
+    /// Velocity of a body, or of the driven body of a drive against the reacting one.
     Velocity,
-    /// Of a body.
+    /// Acceleration of a body.
     Acceleration,
-    /// Of a contact (total, with damping), a spring, or a drive.
+    /// Force of a contact (total, with damping), a spring, or a drive.
     Force,
-    /// Of a contact or spring: the elastic part.
+    /// Elastic part of the force of a contact or spring.
     SpringForce,
-    /// Of a contact: `d`.
+    /// Compression `d` of a contact.
     Compression,
-    /// Of a contact: the distance of the two bodies along the axis, `-d`.
+    /// Distance of the two bodies of a contact along the axis, `-d`.
     Gap,
-    /// Of a contact: its rate.
+    /// Rate of the gap of a contact.
     GapRate,
-    /// Of a contact between shapes: the point of the workpiece that the tip touches on its way. It lies along
-    /// the axis, in the frame of the shapes.
+    /// Touching point of a contact between shapes: the point of the workpiece that the tip touches on its
+    /// way. Its x coordinate lies along the axis, in the frame of the shapes.
     PointX,
     /// See [`Self::PointX`].
     PointY,
     /// See [`Self::PointX`].
     PointZ,
-    /// Of a contact between shapes: unit vector from the tip into the workpiece there.
+    /// Unit vector from the tip into the workpiece at that point.
     NormalX,
     /// See [`Self::NormalX`].
     NormalY,
     /// See [`Self::NormalX`].
     NormalZ,
-    /// Of a contact: 1 while the force acts, else 0.
+    /// 1 while the force of a contact acts, else 0.
     Contact,
-    /// Of a drive: the command as the controller issued it.
+    /// Command of a drive as the controller issued it.
     Command,
-    /// Of a position servo: the target as issued, which is its command.
+    /// Target of a position servo as issued, which is its command.
     Target,
-    /// Of a motor whose command is a voltage: that voltage as issued.
+    /// Voltage of a motor whose command is a voltage, as issued.
     Voltage,
-    /// Of a motor: the actual current.
+    /// Actual current of a motor.
     Current,
     Reading,
     Output,
-    /// Of a controller: its reference.
+    /// Reference of a controller.
     Reference,
 }
 

@@ -93,7 +93,7 @@ impl Coordinates {
         if problems.is_empty() { Ok(Self { of_node, leads, masses, imposed }) } else { Err(problems) }
     }
 
-    /// How many coordinates there are.
+    /// Number of coordinates.
     pub fn count(&self) -> usize {
         self.leads.len()
     }

@@ -8,7 +8,7 @@ use crate::assembly::VelocitySource;
 pub(super) struct Path {
     /// The error of a continuous servo, before its deadband.
     error: Row,
-    /// The same after it.
+    /// The error after its deadband.
     acting: Row,
     /// The commanded force.
     wanted: Row,
@@ -16,7 +16,7 @@ pub(super) struct Path {
     limited: Row,
     /// The force within the speed line, before lags.
     pub(super) given: Row,
-    /// On the pushed node, before ripples.
+    /// Force on the pushed node, before ripples.
     pub(super) force: Row,
 }
 
@@ -26,7 +26,7 @@ impl Motion {
         self.layout.unit(self.layout.drives[i].ramp.unwrap_or_else(|| self.layout.input(i)))
     }
 
-    /// The same after its lags.
+    /// The command of drive `i` after its lags.
     fn lagged_command(&self, i: usize) -> Row {
         match self.layout.drives[i].lags.last() {
             Some(&last) => self.layout.unit(last),

@@ -26,11 +26,11 @@ pub struct Equations {
     pub compression: Vec<[Row; 2]>,
     /// Total force, per contact.
     pub contact_force: Vec<Row>,
-    /// Elastic part of it.
+    /// Elastic part of the force, per contact.
     pub contact_spring_force: Vec<Row>,
     /// Force on the second body with load and friction, per link.
     pub link_force: Vec<Row>,
-    /// Elastic part of it.
+    /// Elastic part of the force, per link.
     pub link_spring_force: Vec<Row>,
     /// Friction force on the second body, dry and of bristles, per link.
     pub link_friction: Vec<Row>,
@@ -155,14 +155,14 @@ impl Motion {
         level
     }
 
-    /// The term of the level of link `i` over its elongation, which it is made to follow.
+    /// The term of the friction level of link `i` over its elongation; also sets its arguments.
     fn level_over(&self, i: usize, forces: &mut Forces) -> Option<usize> {
         let j = self.level_term(i)?;
         forces.arguments[j] = Some([forces.elongation[i][0].clone(), self.layout.zero()]);
         Some(j)
     }
 
-    /// The term of the level of link `i` over its elongation.
+    /// The term of the friction level of link `i` over its elongation.
     pub(super) fn level_term(&self, i: usize) -> Option<usize> {
         let is_it = |law| matches!(law, super::NonlinearLaw::Level { link, .. } if link == i);
         self.terms.iter().position(|term| is_it(term.law))

@@ -20,7 +20,7 @@ pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
 pub(super) struct DriveStates {
     /// The ramping command, if its rate is limited or it is interpolated.
     pub(super) ramp: Option<usize>,
-    /// Its rate, if it is interpolated.
+    /// The rate of the ramping command, if it is interpolated.
     pub(super) pace: Option<usize>,
     /// Lags in series.
     pub(super) lags: Vec<usize>,

@@ -12,18 +12,18 @@ pub enum NonlinearLaw {
     Contact {
         contact: usize,
         law: ForceLaw,
-        /// Whether it pushes only.
+        /// Whether the contact only pushes.
         unilateral: bool,
     },
     /// The elastic part of that law: its spring force.
     Elastic {
         contact: usize,
         law: ForceLaw,
-        /// Whether it pushes only.
+        /// Whether the contact only pushes.
         unilateral: bool,
     },
-    /// The sign of that law, for an undamped contact that only pushes: its force over the power of `d` that
-    /// vanishes with it.
+    /// The sign of the contact law, for an undamped contact that only pushes: its force divided by the power
+    /// of `d` that vanishes with it.
     Release { contact: usize, law: ForceLaw },
     /// `cubic e^3` of a link (or of one side of its play).
     Cubic {
@@ -67,7 +67,7 @@ pub enum NonlinearLaw {
         /// rad.
         phase: f64,
     },
-    /// `(f / force)^2` of the cold force of a drive: what warms its winding.
+    /// The heating `(f / force)^2` of a winding by the cold force `f` of its drive.
     Heat {
         drive: usize,
         /// N.
@@ -186,7 +186,7 @@ impl NonlinearTerm {
     }
 }
 
-/// `3 - n` and `cubic / k`: the cubic part over the power law is this power law of `d`.
+/// `3 - n` and `cubic / k`: exponent and factor of the cubic part divided by the power law.
 fn release(law: &ForceLaw) -> (f64, f64) {
     (3.0 - law.exponent, law.cubic / law.stiffness)
 }

@@ -48,7 +48,7 @@ impl Build<'_> {
         }
     }
 
-    /// The input of a servo that an actuator is: of the only one between the same bodies.
+    /// The servo input that an actuator represents: an input of the only servo between the same bodies.
     fn feed(&mut self, name: &str, actuator: &Actuator) -> Option<ServoFeed> {
         let is_fed = |other: &Actuator| {
             matches!(other.kind, ActuatorKind::PositionServo(_))

@@ -3,8 +3,8 @@
 
 /// A guard this close to zero, relative to its terms, may be the trace of the last event.
 pub const AT_ZERO: f64 = 1e-12;
-/// So may a guard that was at zero this short a time ago, s: ten thousand times the rounding of an event's
-/// instant.
+/// A guard that was at zero less than this time ago, s, may also be such a trace. It is ten thousand times
+/// the rounding of an event's instant.
 pub const AT_ZERO_S: f64 = 1e-13;
 /// Bisections of a span in search of an instant at which a guard has grown from zero.
 const HALVINGS: i32 = 50;
@@ -25,7 +25,7 @@ pub trait Course {
     /// The guard `s` after the start of the span; `None` if the motion is not finite.
     fn at(&mut self, s: f64) -> Option<Instant>;
 
-    /// Its value alone.
+    /// The value of the guard alone.
     fn value(&mut self, s: f64) -> Option<f64> {
         self.at(s).map(|instant| instant.value)
     }

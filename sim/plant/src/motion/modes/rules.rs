@@ -56,7 +56,7 @@ impl ContactState {
     }
 
     /// The quantities that are positive while surfaces with penetration `depth` stay in this state, and the
-    /// next state. `pushing` gives the same for the law while it pushes.
+    /// next state. `pushing` gives those of the law while it pushes.
     ///
     /// Surfaces meet when their depth is no longer negative. A law that would pull releases: its surfaces are
     /// releasing until it would push again, or until they are apart.

@@ -168,7 +168,7 @@ impl Mode {
         ((self.0 >> (2 * i)) & 3).min(2) as usize
     }
 
-    /// The same with switch `i` in another state.
+    /// This mode with switch `i` in another state.
     #[must_use]
     pub fn with(self, i: usize, state: impl Into<SwitchState>) -> Self {
         Self(self.0 & !(3 << (2 * i)) | (u128::from(state.into().bits()) << (2 * i)))

@@ -22,7 +22,7 @@ pub struct Storm {
 }
 
 impl Storm {
-    /// A new span begins.
+    /// Begins a new span.
     pub fn begin(&mut self) {
         (self.at_instant, self.has_switched) = (0, false);
     }
@@ -33,7 +33,7 @@ impl Storm {
             .then(|| PUSH_S * f64::from(1_u32 << (self.at_instant - EVENTS_BEFORE_PUSH).min(20)))
     }
 
-    /// Time has advanced by `moved_s`.
+    /// Records that time has advanced by `moved_s`.
     pub fn moved(&mut self, moved_s: f64, is_push: bool) {
         if !is_push && moved_s > 10.0 * PUSH_S {
             self.at_instant = 0;
@@ -41,7 +41,7 @@ impl Storm {
         self.has_switched = false;
     }
 
-    /// A guard has fired at `t_s`. Returns whether there are more events than any machine has.
+    /// Records that a guard has fired at `t_s`. Returns whether there are more events than any machine has.
     pub fn fired(&mut self, t_s: f64) -> bool {
         self.has_switched = true;
         self.at_instant += 1;

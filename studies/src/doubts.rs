@@ -23,7 +23,7 @@ const SLOW_PER_S: f64 = 1.0;
 const IN_SECONDS: &str = "a number without a unit is in seconds";
 /// More samples than these are no usual delay of a controller or sensor.
 const MANY_SAMPLES: f64 = 10.0;
-/// Farthest that a tool plausibly sinks into its workpiece, m: a thick foam gives way by this.
+/// Largest plausible depth to which a tool sinks into its workpiece, m: a thick foam yields as much.
 const SOFT_M: f64 = 0.02;
 
 /// Implausible values: keys with the doubt, and the probable intention. Linear theory contributes if it
@@ -115,8 +115,8 @@ fn of_reference(scenario: &Scenario) -> Option<Problem> {
     })
 }
 
-/// Whether a contact pushes with its stiffness times its compression. A law of its own, or an effect, takes
-/// the place of the stiffness.
+/// Whether a contact pushes with its stiffness times its compression. Another law, or an effect, replaces the
+/// stiffness.
 fn is_plain(contact: &Contact) -> bool {
     contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty()
 }
@@ -240,8 +240,8 @@ impl Beyond<'_> {
         Some(Problem::new(key, doubt, format!("{remedy}; {IN_SECONDS}")))
     }
 
-    /// A delay of many samples, at which half a cycle of the slowest mode has passed, or after which the
-    /// feedback is reversed where the loop gain is above one.
+    /// A delay of many samples that lasts half a cycle of the slowest mode, or that reverses the feedback at
+    /// a frequency with a loop gain above one.
     fn late(&self, key: String, delay_s: f64) -> Option<Problem> {
         let period_s = self.own.spec.period_s;
         if delay_s <= MANY_SAMPLES * period_s {
@@ -279,7 +279,7 @@ fn off_in_contact(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
     let drive = scenario.machine.actuators.get_index_of(&used.drives)?;
     let plant = whole.plant();
     let contact = plant.output(Source::Contact(found.contact, Quantity::Force)).ok()?;
-    // With the contact held, the force that grows slowly with a pushing drive has the same sign. At rest, a
+    // With the contact held, a push of the drive that grows slowly gives a force of the same sign. At rest, a
     // body that nothing holds in place has no answer.
     let n = plant.a().nrows();
     let growing = (DMatrix::<f64>::identity(n, n) * SLOW_PER_S - plant.a()).lu();
@@ -393,8 +393,8 @@ reference = 20.0
         assert_eq!(every("5.0"), ["controllers.f.period"]);
     }
 
-    /// 8.2 cycles of the 20.5 Hz in contact; 20 ms are 0.4 of one, and 8 ms are 8 samples. Of the velocity
-    /// drive above, the loop gain at 1.25 Hz is 11.
+    /// 8.2 cycles of the 20.5 Hz in contact; 20 ms are 0.4 of one, and 8 ms are 8 samples. The loop gain of
+    /// the velocity drive above is 11 at 1.25 Hz.
     #[test]
     fn truth_a_delay_of_many_samples_and_cycles_is_doubted() {
         let late =

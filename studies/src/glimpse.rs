@@ -61,7 +61,7 @@ pub fn beginning(scenario: &Scenario) -> Scenario {
         ReferenceSpec::Steps(points) | ReferenceSpec::PiecewiseLinear(points) => {
             points.last().map_or(0.0, |(time_s, _)| *time_s)
         }
-        // They move to the end.
+        // All other references move to the end.
         _ => f64::INFINITY,
     });
     let whole_s = scenario.run.duration_s;

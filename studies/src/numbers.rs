@@ -21,7 +21,7 @@ pub fn split(value: f64, unit: &str) -> (String, String) {
     (plain(value / scale), format!("{prefix}{unit}"))
 }
 
-/// The same as one text.
+/// A number in its most readable unit, as one text.
 pub fn with_unit(value: f64, unit: &str) -> String {
     let (number, unit) = split(value, unit);
     if unit.is_empty() { number } else { format!("{number} {unit}") }
@@ -55,7 +55,7 @@ pub fn plain(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// Significant digits of a double, and how many decades below a tolerance are shown.
+/// Significant digits of a double, and the number of decades shown below a tolerance.
 const ALL_DIGITS: i32 = 15;
 const BELOW_TOLERANCE: i32 = 2;
 

@@ -22,8 +22,8 @@ pub enum Dependence {
     Position,
 }
 
-/// The part of a machine that depends on the contact's force, after effects, which change the laws. `clamped`
-/// includes contacts that are absent as described.
+/// The part of a machine that depends on the contact's force. Effects are included, since they change the
+/// laws. `clamped` includes contacts that are absent in the file.
 pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence> {
     let assembly = assemble(&scenario.machine).ok()?;
     let touching: Vec<_> = assembly

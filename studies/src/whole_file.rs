@@ -9,8 +9,8 @@ use std::path::Path;
 const UNFINISHED: &str = ".tmp";
 
 /// Writes a file completely or not at all, even if the process or the machine stops, or several processes
-/// write the same file. It uses another name beside it, synchronises, then renames; an existing `path` is
-/// replaced. `write` returns the file when it has finished. `told` converts a system error.
+/// write the same file. The data go to another name beside it, are synchronised, then renamed; an existing
+/// `path` is replaced. `write` returns the file when it has finished. `told` converts a system error.
 ///
 /// # Errors
 /// Those of `write`, and `told` of system errors; the new file is then removed.

@@ -3,10 +3,11 @@
 
 use super::response::Response;
 
-/// Smallest coherence of frequencies in the comparison of responses: the first of these with enough
-/// frequencies.
+/// Smallest coherence of frequencies in the comparison of responses: the first of these values that leaves
+/// enough frequencies.
 pub const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
-/// Without coherence, a frequency counts if its phase is known to this many degrees: half of the magnitude.
+/// Without coherence, a frequency counts if its phase is known to this number of degrees. The magnitude is
+/// then known to a half.
 pub const KNOWN_DEG: f64 = 30.0;
 /// Enough frequencies, as a share of all.
 const ENOUGH: f64 = 0.05;
@@ -30,10 +31,10 @@ pub struct LinearAgreement {
     pub widest: [f64; 2],
 }
 
-/// If the coherence is below [`INCOHERENT`].
+/// The frequencies at which the coherence is below [`INCOHERENT`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Incoherent {
-    /// Frequencies there.
+    /// Number of these frequencies.
     pub count: usize,
     /// First and last frequency of each span, Hz, rising.
     pub spans: Vec<[f64; 2]>,

@@ -14,7 +14,8 @@ const RATIO: f64 = std::f64::consts::SQRT_2;
 pub struct Separated {
     /// Variance of one realisation by noise, per frequency.
     pub noise: Vec<f64>,
-    /// The same by nonlinear distortion; without distortion negative by chance.
+    /// Variance of one realisation by distortion; without distortion it is negative at about half of the
+    /// frequencies.
     pub distortion: Vec<f64>,
     pub evidence: Evidence,
 }

@@ -41,7 +41,7 @@ pub struct FrfRequest {
     pub hold_s: Option<f64>,
     /// Seed of excitation and noise.
     pub seed: Option<u64>,
-    /// How every contact is taken.
+    /// Engagement of every contact.
     pub engagement: Option<Engagement>,
     /// Confidence of the bands, between 0 and 1.
     pub confidence: f64,
@@ -108,7 +108,8 @@ impl NoiseEstimator {
 }
 
 impl FrfRequest {
-    /// With the multisine that the file itself plays into the input, unless another excitation is asked for.
+    /// This request with the multisine that the file itself applies to the input, unless it asks for another
+    /// excitation.
     #[must_use]
     pub fn excited_as(self, scenario: &Scenario) -> Self {
         let has_own = self.excitation.is_some()

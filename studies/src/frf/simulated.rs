@@ -24,7 +24,8 @@ const HOLD_S: f64 = 1e-3;
 /// Default root mean square of the excitation, N (or N m), and m/s (rad/s) for a velocity source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
-/// The same of a position: 2 mm, or about a tenth of a degree; then of a voltage (V) and a current (A).
+/// Default root mean square of a position: 2 mm, or about a tenth of a degree; then of a voltage (V) and a
+/// current (A).
 const RMS_POSITION: f64 = 2e-3;
 const RMS_VOLTAGE: f64 = 1.0;
 const RMS_CURRENT: f64 = 0.1;
@@ -33,7 +34,7 @@ const TIMES_FRICTION: f64 = 5.0;
 /// Share of the drive's limit. Noise has peaks of three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
 /// Time constants after which a transient is below rounding: exp(-36) = 2e-16. It then does not appear as
-/// distortion far below a resonance. Then the limits of the waiting time, s.
+/// distortion far below a resonance. The second constant limits the waiting time, s.
 const TIME_CONSTANTS: f64 = 36.0;
 const WAIT_S: (f64, f64) = (0.5, 120.0);
 /// Largest number of samples of an excitation; each takes some tens of bytes and at least half a microsecond.

@@ -29,7 +29,7 @@ const LIMITED: &str = "joints.limited";
 pub struct CellRun {
     /// The record for the measures, at 10 kHz or more, with the contact's events.
     pub record: Trace,
-    /// The same with joints, tool, point of contact and normal, at the rate of the file.
+    /// The record with joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
     /// The contact, with its intervals of pushing.
     pub contact: ContactRun,

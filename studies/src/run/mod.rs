@@ -1,4 +1,4 @@
-//! Runs a scenario and says what happened in it.
+//! Runs a scenario and reports what happened in it.
 //!
 //! ```
 //! use feeler_files::Document;
@@ -88,7 +88,7 @@ pub struct Progress {
     pub duration_s: f64,
 }
 
-/// All that a run gave.
+/// All results of a run.
 #[derive(Clone, Debug)]
 pub struct RunResult {
     /// The requested signals of the scenario, at its rate.

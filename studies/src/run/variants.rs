@@ -14,8 +14,8 @@ use crate::run::{Ended, Judged, Outcome, Summary, engine};
 
 /// Number of variants side by side.
 pub const LANES: usize = 8;
-/// A step of all lanes costs as much as one of this many lone variants. As few undecided ones run again alone
-/// instead of keeping the others' lanes, which would idle.
+/// A step of all lanes costs as much as one of this many lone variants. As few undecided variants run again
+/// alone, since the other lanes would idle.
 const CHEAPER_ALONE: usize = 2;
 
 /// A variant prepared for measuring.
@@ -103,7 +103,7 @@ impl Candidate {
             return force_n.last().copied().into_iter().collect();
         }
         let periods_s = self.scenario.controllers.values().map(|used| used.spec.period_s);
-        // Without a controller, two rows.
+        // Without a controller, the delay is two rows.
         let delay_s = periods_s.reduce(f64::min).unwrap_or(2.0 * self.program.record_spacing_s());
         let values_n =
             Strobe { t_s: &record.t_s, force_n, contact, tail_s: summary.verdict.tail_s, delay_s }.values_n();
@@ -304,7 +304,8 @@ mod tests {
         assert!((far.simulated_s - 0.1 * MOST_EXTENSION).abs() < 1e-9, "{}", far.simulated_s);
     }
 
-    /// At rest it is the force of rest; a force at which a run happens to end is not a point of any map.
+    /// The strobe of a run at rest is its force. A force at which a run happens to end is not a point of any
+    /// map.
     #[test]
     fn regress_a_run_that_is_undecided_has_no_strobe() {
         let of = |duration: f64| {

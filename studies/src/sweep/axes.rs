@@ -8,11 +8,11 @@ pub struct DrawnAxis {
     pub key: String,
     /// SI unit; empty for a number without one.
     pub unit: String,
-    /// Ends.
+    /// First and last value.
     pub range: [f64; 2],
     /// Values of a grid; `None` if they are drawn at random.
     pub points: Option<u64>,
-    /// By ratio.
+    /// Whether the values are spaced by ratio.
     pub log: bool,
 }
 
@@ -62,7 +62,7 @@ impl DrawnAxis {
         sweep.refine.map_or(1, |refine| refine.stride(index))
     }
 
-    /// This many values at even distances, ends included.
+    /// `count` values at even distances, ends included.
     pub fn values(&self, count: usize) -> Vec<f64> {
         (0..count).map(|i| self.value(i as f64 / count.saturating_sub(1).max(1) as f64)).collect()
     }

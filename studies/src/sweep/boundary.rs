@@ -24,13 +24,14 @@ pub type BoundaryLine = Vec<[f64; 2]>;
 /// The limits that linear theory gives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinearLimits {
-    /// Of the sampled loop, with its delays, filters and hold.
+    /// Limits of the sampled loop, with its delays, filters and hold.
     pub sampled: Vec<BoundaryLine>,
-    /// Of the loop in continuous time.
+    /// Limits of the loop in continuous time.
     pub continuous: Vec<BoundaryLine>,
 }
 
-/// The limits on the map of two axes, with `fixed` settings. Parts without an answer of theory are omitted.
+/// The limits on the map of two axes, with `fixed` settings. Parts for which theory has no result are
+/// omitted.
 pub(super) fn linear_limits(
     document: &Document,
     [x, y]: [&DrawnAxis; 2],
@@ -109,8 +110,8 @@ fn edges(bands: &[Band]) -> Vec<f64> {
 }
 
 /// Edges of consecutive sections, by rising gain, as lines of section and gain. If the next section has fewer
-/// or more edges, the nearest ones belong together. Of the others, two neighbours are the two ends of a line
-/// that turns back between the sections. A single one is where a line leaves or enters.
+/// or more edges, the nearest ones belong together. Two neighbouring edges without partners are both ends of
+/// a line that turns back between the sections. A single one is where a line leaves or enters.
 fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
     let mut lines: Vec<Vec<(usize, f64)>> = Vec::new();
     // The lines of the last section's edges.
@@ -218,7 +219,7 @@ fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits 
     LinearLimits { sampled: lines(0), continuous: lines(1) }
 }
 
-/// Rate at which the sampled loop's fastest growing motion grows, 1/s; negative where all decay.
+/// Rate at which the sampled loop's fastest growing motion grows, 1/s; negative if all motions decay.
 ///
 /// # Errors
 /// As [`SampledLoop::new`].
@@ -306,11 +307,11 @@ mod tests {
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert_eq!(lines[0], [(0, 1.0), (1, 1.1), (2, 1.2), (3, 1.3), (4, 1.4), (5, 1.5)]);
         assert_eq!(lines[1].len(), 7);
-        // Below the edge that goes on too.
+        // Also below the edge that continues.
         let below = joined(&[vec![8.0], vec![1.0, 2.0, 8.1], vec![8.2]]);
         assert_eq!(below[0], [(0, 8.0), (1, 8.1), (2, 8.2)]);
         assert_eq!(below.len(), 2);
-        // One more edge is one that comes in from beyond the search.
+        // A single additional edge enters from beyond the search.
         assert_eq!(joined(&[vec![1.0], vec![1.0, 50.0]]).iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
     }
 }

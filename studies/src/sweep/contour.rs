@@ -79,7 +79,7 @@ mod tests {
         assert!(meets(lines[0][0], lines[0][lines[0].len() - 1]));
     }
 
-    /// A strip about the falling diagonal, narrower than a cell, and the same with the signs turned.
+    /// A strip about the falling diagonal, narrower than a cell, and the same with the signs reversed.
     #[test]
     fn regress_a_strip_narrower_than_a_cell_is_two_lines() {
         for sign in [1.0, -1.0] {

@@ -34,12 +34,13 @@ impl Remedy for ParseShardError {
 }
 
 impl Shard {
-    /// Whether there are others.
+    /// Whether there are other shards.
     pub(super) fn is_part(self) -> bool {
         self.count > 1
     }
 
-    /// Whether it has a chunk. Chunks are dealt out in turn, so that slow parts of a map are shared.
+    /// Whether a chunk belongs to this shard. Chunks are assigned in turn, so that slow parts of a map are
+    /// shared.
     pub(super) fn has(self, chunk: usize) -> bool {
         chunk % self.count == self.index - 1
     }

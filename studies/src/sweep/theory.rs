@@ -44,7 +44,7 @@ pub struct CyclesAt {
 }
 
 impl Theory {
-    /// For the first `panels` panels of a sweep, with the drawn variants in `table`.
+    /// The theory for the first `panels` panels of a sweep, with the drawn variants in `table`.
     pub fn of(sweep: &Sweep, table: &SweepTable, panels: usize) -> Self {
         let settings = Panels::of(&sweep.file);
         let settings = settings.settings().take(panels);
@@ -67,7 +67,7 @@ fn limits(sweep: &Sweep, axes: [&DrawnAxis; 2], panel: &[(String, Setting)]) -> 
     let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
     let margins = axes.map(|axis| axis.last_index(&sweep.file).map_or(0.0, |last| 0.5 / last as f64));
     let limits = if varied.is_empty() {
-        // Up to the edges of the plot.
+        // The lines reach the edges of the plot.
         let [x, y] = [0, 1].map(|i| beyond(sweep, axes[i], margins[i]));
         linear_limits(&sweep.document, [&x, &y], panel)
     } else {

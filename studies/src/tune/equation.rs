@@ -45,7 +45,7 @@ pub struct Linear {
 }
 
 impl Equation {
-    /// Of a controller of a scenario.
+    /// The equations of a controller of a scenario.
     ///
     /// # Errors
     /// A machine or wiring with mistakes.
@@ -77,7 +77,7 @@ impl Equation {
     }
 }
 
-/// Whether a line only keeps a number under its own name, which `name[n-1]` says too.
+/// Whether a line only keeps a number under its own name, since `name[n-1]` shows the same number.
 fn keeps(line: &Line) -> bool {
     matches!(line, Line::Set(state, value) if state == value)
 }

@@ -9,7 +9,7 @@ use super::error::{TuneError, refused};
 use super::spec::{Spec, TuneLimit, TunedPart};
 use crate::why::scale_errors;
 
-/// How far the gains on errors may be scaled, either way.
+/// Largest factor on the gains on errors, up and down.
 const FACTOR: f64 = 1e3;
 /// Range of a gain about a size that its unit suggests.
 const BELOW: f64 = 1e-3;
@@ -17,9 +17,9 @@ const ABOVE: f64 = 1e2;
 /// Range of the filters' frequencies, over the sampling rate; above it the bilinear transform distorts them.
 const SLOWEST: f64 = 2e-3;
 const FASTEST: f64 = 0.45;
-/// Range of a lead's pole over its zero: above it noise grows by as much.
+/// Range of a lead's pole over its zero: the lead amplifies noise by this ratio.
 const LEAD_RATIO: [f64; 2] = [1.5, 12.0];
-/// Numbers tuned at most: a grid grows by a power of them.
+/// Largest number of tuned numbers: the size of a grid is a power of it.
 const MOST: usize = 6;
 /// Digits that are enough for any gain.
 const DIGITS: usize = 4;
@@ -32,27 +32,27 @@ enum What {
     /// The corner of the low-pass.
     Filter,
     Lead,
-    /// Its pole over its zero.
+    /// Ratio of the lead's pole to its zero.
     LeadRatio,
     Notch,
 }
 
-/// A number that is turned.
+/// A number that is tuned.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Knob {
     what: What,
-    /// Of its size.
+    /// Range of its magnitude.
     pub(super) range: [f64; 2],
-    /// Whether it may be zero, which leaves its part out.
+    /// Whether the number may be zero, which removes its part of the controller.
     pub(super) may_be_zero: bool,
     /// Whether its values are below zero.
     is_negative: bool,
-    /// Its present size.
+    /// Present magnitude of the number.
     now: f64,
 }
 
 impl Knob {
-    /// Size of a limit, and whether it is the smallest.
+    /// Magnitude of a limit, and whether it is the smallest one allowed.
     fn size_of(&self, limit: &TuneLimit<String>) -> (f64, bool) {
         (if self.is_negative { -limit.bound } else { limit.bound }, limit.at_least != self.is_negative)
     }
@@ -66,7 +66,7 @@ impl Knob {
         }
     }
 
-    /// Cuts the range at a limit; whether any value is left.
+    /// Cuts the range at a limit; returns whether any value is left.
     fn keep(&mut self, limit: &TuneLimit<String>) -> bool {
         match self.size_of(limit) {
             (size, true) => {
@@ -78,7 +78,7 @@ impl Knob {
         0.0 < self.range[0] && self.range[0] <= self.range[1]
     }
 
-    /// The decimal logarithm of its present size within its range; minus infinity for zero.
+    /// The decimal logarithm of the present magnitude within the range; minus infinity for zero.
     pub(super) fn present(&self) -> f64 {
         if self.now == 0.0 && self.may_be_zero {
             f64::NEG_INFINITY
@@ -155,7 +155,7 @@ impl Knobs {
         Ok(Self { base: base.clone(), knobs })
     }
 
-    /// The controller with these sizes of its knobs, in digits that a file shows.
+    /// The controller with these magnitudes of its knobs, in digits that a file shows.
     pub(super) fn spec(&self, sizes: &[f64]) -> ControllerSpec {
         let mut spec = self.base.clone();
         let mut lead_hz = None;
@@ -196,13 +196,13 @@ impl Knobs {
         spec
     }
 
-    /// The controller with every part and gain at work, whose wiring is that of all others.
+    /// The controller with all parts and gains active. Its wiring serves every other one.
     pub(super) fn all_at_work(&self) -> ControllerSpec {
         let middle: Vec<f64> = self.knobs.iter().map(|knob| (knob.range[0] * knob.range[1]).sqrt()).collect();
         self.spec(&middle)
     }
 
-    /// A controller with a share of its gains on errors, all else as it is.
+    /// A controller with a share of its gains on errors, and everything else unchanged.
     pub(super) fn with_share(spec: &ControllerSpec, share: f64) -> ControllerSpec {
         let mut less = spec.clone();
         scale_errors(&mut less.law, share);
@@ -232,7 +232,7 @@ fn round_gains(law: &mut Law, was: &Law) {
     }
 }
 
-/// The gains on errors as one, and damping by itself where there is some.
+/// One knob for all gains on errors, and one for damping if there is any.
 fn usual(scenario: &Scenario, base: &ControllerSpec, leading: &str) -> Result<Vec<Knob>, TuneError> {
     if gain(base, leading)? == 0.0 {
         return Ok(vec![gain_knob(scenario, base, leading)?]);
@@ -267,8 +267,7 @@ fn gain_knob(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<K
     })
 }
 
-/// The size of a gain that is zero so far: what its unit makes of the leading gain, the period and the
-/// masses.
+/// A typical magnitude of a gain that is zero so far, from the leading gain, the period and the masses.
 fn typical(scenario: &Scenario, base: &ControllerSpec, name: &str) -> Result<f64, TuneError> {
     let leading = leading_gain(base).map_or(Ok(1.0), |leading| gain(base, leading))?.abs();
     let leading = if leading > 0.0 { leading } else { 1.0 };

@@ -1,9 +1,9 @@
 //! Chooses gains, and a filter, lead or notch, for the largest bandwidth under limits.
 //!
-//! Linear theory proposes: a grid over the knobs, a finer one, and a pattern search. The full simulation
-//! confirms, best proposal first, on every machine that the uncertainty allows. Such a point comes to rest,
-//! and so do its neighbours and every share of its gains on the way to it. If machines are many, the search
-//! tries a few of them, and from then on each at which a proposal fails.
+//! Linear theory proposes points: a grid over the knobs, a finer one, and a pattern search. The full
+//! simulation confirms them, the best first, on every machine that the uncertainty allows. A confirmed point
+//! comes to rest, and so do its neighbours and every share of its gains on the way to it. With many machines
+//! the search uses a few of them, and then adds each one on which a proposal fails.
 
 mod code;
 mod draws;
@@ -159,7 +159,7 @@ fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
 struct Found {
     point: Point,
     score: f64,
-    /// Of each share of the gains, the whole last.
+    /// Runs of each share of the gains, the whole last.
     runs: Vec<Runs>,
     simulated: usize,
     theory_alone_hz: Option<f64>,
@@ -297,8 +297,8 @@ impl Tuning<'_> {
         self.with_those_around(point, alone, machines, simulated)
     }
 
-    /// The same of a point that has been run. Limits bind the point alone: of shares and neighbours, rest is
-    /// all that is asked for.
+    /// The results for a point that has been run already. Limits apply to the point alone; its shares and
+    /// neighbours must only come to rest.
     fn with_those_around(
         &self,
         point: &[f64],
@@ -334,8 +334,9 @@ impl Tuning<'_> {
         Ok(runs)
     }
 
-    /// Results of all runs, `known` if all machines are in use, or machines not in use yet on which a point
-    /// fails. These are those that miss limits of theory by most, else the first whose runs do not pass.
+    /// Results of all runs, `known` if all machines are in use; otherwise machines not in use yet on which a
+    /// point fails. These are the ones that miss limits of theory by most, else the first whose runs do not
+    /// pass.
     fn failing(
         &self,
         point: &[f64],
@@ -361,7 +362,7 @@ impl Tuning<'_> {
     }
 }
 
-/// No gains meet the limits of theory.
+/// The error if no gains meet the limits of theory.
 fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError {
     let asked: Vec<&str> = spec.limits_of(true).map(|limit| limit.of.name()).collect();
     let near = nearest.map_or_else(
@@ -379,7 +380,7 @@ fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError {
     )
 }
 
-/// Gains meet the limits of theory, and no run does.
+/// The error if gains meet the limits of theory, but no run does.
 fn nothing_settles(trouble: Option<Trouble>, axis: Axis) -> TuneError {
     match trouble {
         Some(Trouble::Misses(limit, value)) => refused(
@@ -428,7 +429,7 @@ fn values(name: &str, spec: &ControllerSpec) -> IndexMap<String, f64> {
     all.map(|(key, value)| (format!("controllers.{name}.{key}"), value)).collect()
 }
 
-/// Values of `--set` that make one controller of each of others: the keys that any of them changes.
+/// Values of `--set` that change a controller to each of others: the keys that any of them changes.
 fn changes(name: &str, from: &ControllerSpec, to: &[ControllerSpec]) -> Vec<Vec<String>> {
     let before = values(name, from);
     let after: Vec<IndexMap<String, f64>> = to.iter().map(|to| values(name, to)).collect();

@@ -44,7 +44,7 @@ pub struct Step {
     pub wait_s: Option<f64>,
 }
 
-/// The tuned gains at each share but the whole, with its name.
+/// The tuned gains at each share except the whole, with the name of the share.
 pub(super) fn on_the_way(tuned: &ControllerSpec) -> Vec<(String, ControllerSpec)> {
     let below = SHARES.into_iter().filter(|share| *share < 1.0);
     below.map(|share| (format!("{share} of the gains"), Knobs::with_share(tuned, share))).collect()

@@ -14,17 +14,17 @@ use super::theory::{Figures, LinearPlant};
 
 /// Points of a grid, over all knobs together.
 const GRID: f64 = 600.0;
-/// Points per knob at least.
+/// Smallest number of points per knob.
 const LEAST: usize = 4;
 /// Starts of the pattern search.
 const STARTS: usize = 4;
-/// The pattern search ends at this step, as a power of ten: half a percent, a tenth of what is promised of
-/// the bandwidth.
+/// The pattern search ends at this step, as a power of ten: half a per cent, a tenth of the promised accuracy
+/// of the bandwidth.
 pub(super) const FINEST: f64 = 0.002;
-/// Steps of one pattern search at most.
+/// Largest number of steps of one pattern search.
 const MOST_STEPS: usize = 200;
 
-/// A place: the decimal logarithm of each knob's size, minus infinity for zero.
+/// A point: the decimal logarithm of each knob's magnitude, minus infinity for zero.
 pub(super) type Point = Vec<f64>;
 
 /// A point with its score: the bandwidth in Hz if every limit is met, otherwise negative, by how far limits
@@ -81,7 +81,7 @@ impl<'a> Search<'a> {
         score
     }
 
-    /// The worst over machines.
+    /// The worst score over machines.
     pub(super) fn score(&self, point: &[f64], machines: &[usize]) -> f64 {
         let mut worst = f64::INFINITY;
         for &machine in machines {
@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
             })
             .collect();
         found.extend(self.scored(grid(knobs, &finer, count), machines));
-        // The controller as it is, so that tuning never makes it worse.
+        // The present controller is a candidate, so that tuning never makes it worse.
         found.extend(self.scored(vec![knobs.iter().map(Knob::present).collect()], machines));
         sort(&mut found);
         let step = spacing(&finer, count).into_iter().fold(FINEST, f64::max);
@@ -143,7 +143,7 @@ impl<'a> Search<'a> {
         self.climb(start, step, machines, &mut |_| true)
     }
 
-    /// The same among the points that are `accepted` too, which is asked of better ones only.
+    /// The same search among points that are also `accepted`; only better points are checked.
     pub(super) fn climb(
         &self,
         mut best: Scored,
@@ -173,7 +173,7 @@ fn spacing(ranges: &[[f64; 2]], count: usize) -> Vec<f64> {
     ranges.iter().map(|[low, high]| (high - low) / (count - 1) as f64).collect()
 }
 
-/// Every combination of `count` values per knob, and of zero where it may be.
+/// Every combination of `count` values per knob, and of zero if the knob allows it.
 fn grid(knobs: &[Knob], ranges: &[[f64; 2]], count: usize) -> Vec<Point> {
     let mut points = vec![Vec::new()];
     for (knob, [low, high]) in knobs.iter().zip(ranges) {

@@ -34,7 +34,8 @@ pub(super) enum Trouble {
     Ends(Outcome),
     Misses(TuneLimit<TuneMeasure>, Option<f64>),
     Fails(String),
-    /// This of a controller near it, or on the way to it, which is named.
+    /// The trouble of another controller near this one, or on the way to it, with the name of that
+    /// controller.
     Near(String, Box<Self>),
 }
 
@@ -42,7 +43,8 @@ pub(super) enum Trouble {
 pub(super) type Ran = (Runs, Option<(usize, Trouble)>);
 
 impl Runs {
-    /// Of the same controller on several machines: what came of them, and the first machine with a trouble.
+    /// Runs one controller on several machines: the figures of the runs, and the first machine with a
+    /// trouble.
     pub(super) fn of(machines: &[&Scenario], name: &str, spec: &ControllerSpec, asked: &Spec) -> Ran {
         let found = measured(machines, name, spec);
         let mut runs = Self::default();
@@ -64,7 +66,7 @@ impl Runs {
         (runs, trouble)
     }
 
-    /// Adds a run; gives whether it settled.
+    /// Adds a run; returns whether it settled.
     fn take(&mut self, measured: &Measured) -> bool {
         let summary = &measured.summary;
         *self.outcomes.entry(summary.outcome.name()).or_default() += 1;

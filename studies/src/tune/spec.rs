@@ -25,7 +25,7 @@ pub enum TuneMeasure {
     SettlingTime,
 }
 
-/// A unit and what makes an SI number of it.
+/// A unit, and its conversion to SI.
 type Unit = (&'static str, fn(f64) -> f64);
 
 const PERCENT: &[Unit] = &[("%", |x| x / 100.0), ("", |x| x)];
@@ -98,7 +98,7 @@ pub struct TuneLimit<T> {
 }
 
 impl<T> TuneLimit<T> {
-    /// By what share of the bound a value misses it; zero where it does not.
+    /// Share of the bound by which a value misses it; zero if the value meets it.
     pub(super) fn missed_by(&self, value: f64) -> f64 {
         let missed = if self.at_least { self.bound - value } else { value - self.bound };
         let share = if missed <= 0.0 { 0.0 } else { missed / self.bound.abs().max(f64::MIN_POSITIVE) };
@@ -130,8 +130,8 @@ pub struct Spec {
     pub gain_limits: Vec<TuneLimit<String>>,
     /// The filters that are tuned beside the gains.
     pub parts: Vec<TunedPart>,
-    /// The gains that are tuned each by itself; `None` scales those on errors together, and damping where
-    /// there is some.
+    /// The gains that are tuned individually. `None` scales those on errors together, and damping if there is
+    /// any.
     pub gains: Option<Vec<String>>,
     /// The controller; `None` for that of the force.
     pub controller: Option<String>,

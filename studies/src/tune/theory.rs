@@ -13,8 +13,8 @@ use crate::operating_point::contact_view;
 /// matters at the margins in use has died out.
 const STEP_PERIODS: f64 = 10.0;
 
-/// Growth within a sample that may be rounding. It is that of a mode that this loop does not reach, as the
-/// place of a surface that a source moves.
+/// Growth within a sample that may be rounding. It belongs to a mode that this loop does not reach, such as
+/// the position of a surface that a source moves.
 const ROUNDING: f64 = 1e-9;
 
 /// Frequency that counts as none, Hz.
@@ -55,7 +55,7 @@ impl Figures {
         })
     }
 
-    /// By what shares of their bounds limits are missed, in all.
+    /// Sum of the shares of their bounds by which limits are missed.
     pub(super) fn missed_by<'a>(&self, limits: impl Iterator<Item = &'a TuneLimit<TuneMeasure>>) -> f64 {
         limits.map(|limit| self.value(limit.of).map_or(0.0, |value| limit.missed_by(value))).sum()
     }

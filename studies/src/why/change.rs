@@ -12,7 +12,7 @@ use crate::run::Measured;
 const CONTINUOUS: f64 = 20.0;
 /// Factor by which a fixed step is reduced.
 const FINE_STEP: f64 = 32.0;
-/// Factor by which a slow approach is slower, and the factor of its further reductions.
+/// Factor by which an approach is slowed down, and the factors of its further reductions.
 pub(super) const SLOWER: f64 = 4.0;
 pub(super) const SLOWER_STILL: [f64; 2] = [16.0, 64.0];
 /// Remaining time constant of a drive that must have one, as a share of the controller's period.
@@ -254,7 +254,7 @@ pub(super) fn servos(scenario: &mut Scenario) -> impl Iterator<Item = &mut Posit
     })
 }
 
-/// Takes the limits of a drive's own speed, current and voltage away; a duty cycle is a share of a voltage,
+/// Removes the limits of a drive's own speed, current and voltage. A duty cycle is a share of a voltage,
 /// which stays.
 fn drop_limits(kind: &mut ActuatorKind) {
     match kind {

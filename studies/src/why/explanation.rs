@@ -106,7 +106,7 @@ pub(super) fn in_contact(scenario: &Scenario) -> &'static str {
 /// A change of sufficient size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Size {
-    /// Of which change.
+    /// The change.
     pub of: Counterfactual,
     /// The required change, in words with its numbers.
     pub what: String,

@@ -43,8 +43,8 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     Some(first.map_or(0.0, |band| within(upper(band))))
 }
 
-/// By how much a loop's gain is above its limit in contact, by its margin below one. With the gain and its
-/// limit if there is only one.
+/// Text: how far a loop's gain is above its limit in contact, from its margin below one. It names the gain
+/// and its limit if there is only one gain.
 pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     let over = plain(two_digits(100.0 * (margin.recip() - 1.0)));
     only_gain(scenario).map_or_else(
@@ -56,7 +56,7 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     )
 }
 
-/// The limit of a loop below it.
+/// Text: the limit of a loop whose gain is below it.
 pub(super) fn begins(scenario: &Scenario, margin: f64) -> String {
     let (times, in_contact) = (plain(two_digits(margin)), in_contact(scenario));
     only_gain(scenario).map_or_else(

@@ -4,9 +4,8 @@
 //! of these runs comes to rest, two are removed, then three. The smallest set of changes after which the
 //! force settles is the cause.
 //!
-//! A controller cannot be run in continuous time, only at a short period. The force may still grow then, but
-//! by linear theory the less the shorter the period, down to zero. In that case a continuous controller
-//! counts as a cure.
+//! A controller cannot be run in continuous time, only at a short period. The force may still grow then. If
+//! by linear theory its growth vanishes with the period, a continuous controller counts as a cure.
 //!
 //! Noise depends on sensor and instant only, so all runs have the same noise. An oscillation by noise
 //! sometimes falls within the settling band. With noise, a change therefore cures only if it leaves at most

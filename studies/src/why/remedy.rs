@@ -19,7 +19,7 @@ const GAIN_SHARE: f64 = 0.5;
 const MORE: f64 = 4.0;
 /// Trial sizes of a change with the gain kept, from mild to strong.
 const TIMES: [f64; 3] = [2.0, 4.0, 16.0];
-/// The same for quantities that can be reduced much further.
+/// Trial sizes for quantities that can be reduced much further.
 const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
 /// Trial values of joint damping, as shares of critical damping.
 const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
@@ -29,11 +29,11 @@ type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
 
 /// A family of changes, each with its factor or share.
 struct Way<'a> {
-    /// In words, for a size.
+    /// The change in words, for a size.
     what: Box<dyn Fn(f64) -> String + 'a>,
     apply: Apply<'a>,
     sizes: &'static [f64],
-    /// The change whose size it gives.
+    /// The counterfactual whose size it gives.
     of: Option<Counterfactual>,
 }
 
@@ -141,7 +141,8 @@ impl<'a> Way<'a> {
         Self { what: Box::new(what), apply: Box::new(apply), sizes, of }
     }
 
-    /// Whether it changes more than the length of the run. Without a delay, for example, none can be shorter.
+    /// Whether the way changes more than the length of the run. For example, it cannot shorten a delay of
+    /// zero.
     fn changes(&self, scenario: &Scenario) -> bool {
         let mut changed = scenario.clone();
         (self.apply)(&mut changed, self.sizes[self.sizes.len() - 1]);
@@ -160,7 +161,7 @@ impl Explanation {
     }
 }
 
-/// Against a wrong sign, the integrator, and delays.
+/// Changes against a wrong sign, the integrator, and delays.
 fn of_control(found: &Explanation) -> Vec<Way<'static>> {
     let mut ways = Vec::new();
     if found.wrong_sign {
@@ -183,7 +184,7 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
     ways
 }
 
-/// Against modes: stiffness and damping where they bend.
+/// Changes against modes: stiffness and damping where they bend.
 fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
     let roles = Roles::of(&scenario.machine);
     let mut ways = Vec::new();
@@ -222,7 +223,7 @@ fn of_structure(scenario: &Scenario, found: &Explanation) -> Vec<Way<'static>> {
     ways
 }
 
-/// Against limits of drives, sensors and guides, and against the loss of contact.
+/// Changes against limits of drives, sensors and guides, and against the loss of contact.
 fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = Vec::new();
     if found.has(ChatterCause::ActuatorLag) || found.lifts_by(Counterfactual::IdealActuator) {
@@ -267,7 +268,7 @@ fn of_limits<'a>(found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     ways
 }
 
-/// Against any cause.
+/// Changes against any cause.
 fn of_any(scenario: &Scenario) -> Vec<Way<'static>> {
     let damping = |share: f64| format!("joint damping of {:.0} % of critical", 100.0 * share);
     let mut ways = vec![
@@ -279,7 +280,7 @@ fn of_any(scenario: &Scenario) -> Vec<Way<'static>> {
             |s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times),
         ),
     ];
-    // From the loop's own bandwidth on.
+    // From the bandwidth of the loop upwards.
     ways.extend(bandwidth_hz(scenario).map(|zero_hz| Way {
         what: Box::new(move |times| {
             let [zero, pole] = [zero_hz, times * zero_hz].map(|frequency_hz| with_unit(frequency_hz, "Hz"));

@@ -167,8 +167,8 @@ impl<'a> Search<'a> {
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
-        // The speed of arrival and noise do not change the loop in contact. An unstable loop has then only
-        // not begun to grow.
+        // The speed of arrival and noise do not change the loop in contact. So an unstable loop has only not
+        // begun to grow yet.
         let only_later = set_off_otherwise && margin.is_some_and(|margin| margin < 1.0);
         // Loss of contact bounds the growth, but does not cause it.
         let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);

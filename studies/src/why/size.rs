@@ -20,7 +20,8 @@ pub(super) struct Written {
     document: Option<Document>,
 }
 
-/// A changed scenario, and the `--set` arguments that make it from the first; empty if no settings do.
+/// A changed scenario, and the `--set` arguments that make it from the first scenario; empty if no settings
+/// do so.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Changed {
     pub(super) scenario: Scenario,
@@ -67,7 +68,7 @@ impl Changed {
         is_at_rest(&self.scenario, &measured).then_some(measured.summary.simulated_s)
     }
 
-    /// Whether its own run, and no longer one, shows that the force comes to rest.
+    /// Whether a run of its own length, without extension, shows that the force comes to rest.
     fn settles(&self) -> bool {
         self.rest_seen_s().is_some_and(|seen_s| self.is_within_run(seen_s))
     }

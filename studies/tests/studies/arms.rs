@@ -1,4 +1,4 @@
-//! Arm files, the axis that an arm is, and the force bandwidth that it allows.
+//! Arm files, the axis that represents an arm, and the force bandwidth that it allows.
 
 #![expect(
     clippy::unwrap_used,
@@ -41,7 +41,7 @@ fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
         let machine = &document.scenario.machine;
         let mass: f64 = machine.bodies.values().map(|body| body.mass_kg).sum();
         assert!((mass / axis.reduction.mass_kg - 1.0).abs() < 1e-12, "{mass}");
-        // Two masses do where the other directions are free, and not where they are held.
+        // Two masses are enough if the other directions are free, and not if they are held.
         assert_eq!(machine.bodies.len() > 2, others == Others::Held, "{}", axis.text);
         assert_eq!(
             axis.text.contains("Two masses alone miss these"),
@@ -56,8 +56,8 @@ fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
     }
 }
 
-/// Eigenvalues of the analysis, against crossings of the unit circle: frequencies beyond half the sample rate
-/// and rounding aside the same numbers.
+/// Eigenvalues of the analysis, against crossings of the unit circle. The two differ by rounding, and by
+/// frequencies beyond half the sample rate.
 const SAME_LOOP: f64 = 1e-6;
 /// The lag of differenced positions, of the hold and of the drives, and the contact's damper, at 4 Hz. There
 /// 1 ms is 0.025 rad, and the damper a twentieth of the spring.
@@ -100,7 +100,7 @@ fn truth_stable_gains_of_an_axis_are_those_that_its_file_has() {
     }
 }
 
-/// A place without an axis says why, and the map goes on.
+/// A place without an axis has a reason, and the map continues.
 #[test]
 fn regress_a_map_never_ends_at_one_place() {
     let (file, pose) = six_joint();
@@ -144,7 +144,7 @@ fn prop_the_bandwidth_map_agrees_with_each_place_alone() {
         let [arm, axis] = agreement.force_bandwidth_hz;
         assert!((arm / found.agreement.force_bandwidth_hz[0] - 1.0).abs() < 1e-9);
         println!("{:?}: {:.2} kg, {arm:.3} Hz, axis {axis:.3} Hz", point.place_m, found.mass_kg);
-        // As near as the stable gains of which both take the half.
+        // Each takes half of its stable gain, so they agree as closely as these gains.
         assert!(arm > 0.0 && (axis / arm - 1.0).abs() < 0.05, "{arm} {axis}");
     }
     // Far away there is no pose.

@@ -1,4 +1,4 @@
-//! Scenarios of this folder, and what becomes of them.
+//! Scenarios of this folder, and their results.
 
 use std::path::Path;
 

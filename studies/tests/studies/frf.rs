@@ -40,7 +40,7 @@ fn regress_targets_of_a_sampled_servo_are_held_for_whole_samples() {
         };
         simulate(&scenario, &request)
     };
-    // By default that of the controller, 5 ms, up to the next whole number of samples.
+    // By default the hold is that of the controller, 5 ms, rounded up to a whole number of samples.
     assert!((respond(None).expect("a response").hold_s - 6e-3).abs() < 1e-12);
     let error = respond(Some(5e-3)).expect_err("it is not a whole number");
     assert!(error.to_string().contains("not a whole number of samples of `servo`"), "{error}");

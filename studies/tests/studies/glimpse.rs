@@ -14,7 +14,7 @@ fn sustained(kp: f64) -> Scenario {
     file("chatter/sustained.toml", &[("controllers.force.kp", Setting::Number(kp))]).scenario
 }
 
-/// A quarter of what follows the last change.
+/// A beginning includes a quarter of the time after the last change.
 #[test]
 fn truth_a_beginning_has_every_change_of_a_reference() {
     let of = |reference| {

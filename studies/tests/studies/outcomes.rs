@@ -213,7 +213,7 @@ duration = 10.0
     assert_eq!(outcome(&PLAY.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
 }
 
-/// The heat of 30 N takes 12 % of the force in the end, which the command makes up for.
+/// The heat at 30 N reduces the force by 12 % in the end; the command makes up for it.
 #[test]
 fn regress_a_drive_that_warms_winds_nothing_up() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/effects/thermal-derating.toml");
@@ -251,8 +251,8 @@ fn prop_no_scenario_of_the_project_ends_undecided() {
 /// The settling band: 2 % of 20 N.
 const SETTLED_N: f64 = 0.4;
 
-/// The same of every whole arm. At low gain it settles at 20 N, and at high gain it chatters. Thrown at the
-/// workpiece with idle drives, it does not return.
+/// Every scenario of a whole arm has a decided outcome. At low gain the arm settles at 20 N, and at high gain
+/// it chatters. Thrown at the workpiece with idle drives, it does not return.
 #[test]
 fn prop_no_scenario_of_an_arm_ends_undecided() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/arms"));

@@ -11,8 +11,8 @@ const SPEED_M_PER_S: f64 = 0.3;
 /// The engine finds a maximum where the slope is zero to machine precision. The rest is the rounding of
 /// speed, stiffness and the instant of the touch.
 const LOCATED: f64 = 1e-11;
-/// Of a half sine met by a thousand rows a parabola finds the peak within `(pi / 1000)^4 / 128 = 1e-12`; laws
-/// with a steeper start leave some more.
+/// A parabola finds the peak of a half sine with a thousand rows within `(pi / 1000)^4 / 128 = 1e-12`. Laws
+/// with a steeper start leave a larger error.
 const FINE_ROWS: f64 = 1e-7;
 
 fn impact(law: &str, gap_m: f64, run: &str) -> Document {
@@ -68,8 +68,7 @@ fn truth_a_heavily_damped_impact_is_hardest_as_it_begins() {
     }
 }
 
-/// Hertz and Hunt-Crossley contacts, those that are hardest just after they begin among them, which no row of
-/// a usual record comes near.
+/// Hertz and Hunt-Crossley contacts. Some are hardest just after they begin, where a usual record has no row.
 #[test]
 fn truth_impacts_of_nonlinear_laws_peak_where_fine_records_do() {
     for law in [

@@ -169,8 +169,8 @@ fn truth_a_remedy_that_rests_later_brings_a_longer_run() {
     assert!(longer > 0, "{:?}", found.remedies);
 }
 
-/// Without a delay none is shorter, and without a sensor of motion nothing is damped: such a way would be a
-/// lower gain under another name.
+/// Without a delay none can be shortened, and without a motion sensor nothing can be damped. Such a remedy
+/// would only be a lower gain under another name.
 #[test]
 fn truth_every_remedy_changes_something_of_its_own() {
     for name in ["why/hold.toml", "why/loss.toml", "why/noise.toml"] {

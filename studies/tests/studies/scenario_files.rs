@@ -162,8 +162,8 @@ fn prop_every_file_says_what_it_shows_and_where_that_comes_from() {
     }
 }
 
-/// Those that show an instability too: samples, gains and signs are as they are meant. The drive of
-/// `integral-delay` has a mode of 22 kHz, and the surface of `polishing` is held by a speed only.
+/// This includes scenarios that show an instability: their samples, gains and signs are intended. The drive
+/// of `integral-delay` has a mode of 22 kHz, and the surface of `polishing` is held by a speed only.
 #[test]
 fn prop_no_shipped_scenario_is_doubted() {
     for file in files().into_iter().chain(files_of(&["why"])) {

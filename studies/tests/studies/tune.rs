@@ -243,7 +243,7 @@ fn uncertain() -> Vec<Uncertain> {
     ]
 }
 
-/// The same with a guide of unknown friction.
+/// The same numbers with a guide of unknown friction.
 fn with_friction() -> Vec<Uncertain> {
     let key = "springs.guide.effects.coulomb-friction.level".to_owned();
     let mut all = uncertain();

@@ -100,7 +100,7 @@ fn regress_the_hold_is_named_where_no_gain_and_no_period_is_stable() {
         "{}",
         found.verdict
     );
-    // With a drive of 30 Hz the growth is not the period's.
+    // With a drive of 30 Hz the growth does not come from the period.
     let mut late = document.scenario.clone();
     late.machine.actuators[0].kind =
         feeler_plant::description::ActuatorKind::Force { bandwidth_hz: Some(30.0) };
@@ -125,7 +125,7 @@ fn regress_a_gain_below_zero_is_named_as_such() {
     assert!(found.remedies.iter().any(|remedy| remedy.what.contains("other sign")), "{:?}", found.remedies);
 }
 
-/// The same with a tool that may leave: it is pushed off, and `no-contact` is not a rest.
+/// The same machine with a tool that may leave: it is pushed off, and `no-contact` is not a rest.
 #[test]
 fn regress_a_gain_below_zero_is_named_where_the_tool_is_pushed_off() {
     let document = Document::load(

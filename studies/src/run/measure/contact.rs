@@ -18,7 +18,7 @@ impl Interval {
         self.end_s - self.start_s
     }
 
-    /// The length of the part of it within `[from_s, to_s]`, s.
+    /// Length of its part within `[from_s, to_s]`, s.
     pub(crate) fn within_s(self, from_s: f64, to_s: f64) -> f64 {
         (self.end_s.min(to_s) - self.start_s.max(from_s)).max(0.0)
     }
@@ -58,7 +58,7 @@ impl ContactRun {
         self.intervals.iter().map(|interval| interval.length_s()).sum()
     }
 
-    /// When it first pushed, s.
+    /// Time of the first push, s.
     pub fn first_contact_s(&self) -> Option<f64> {
         self.intervals.first().map(|interval| interval.start_s)
     }

@@ -13,7 +13,7 @@ pub(in crate::run) const RESTS_OVER: f64 = 0.2;
 const CLEARLY: f64 = 1.02;
 /// Smallest number of rests of a staircase.
 const LEAST_TREADS: usize = 3;
-/// Largest ratio between the longest and the shortest of them.
+/// Largest ratio between the longest and the shortest of these rests.
 const EVEN: f64 = 1.5;
 /// Rows that are compared at once in search of a change.
 const ROWS_AT_ONCE: usize = 64;
@@ -22,14 +22,14 @@ const ROWS_AT_ONCE: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::run) enum Ending {
     Rests,
-    /// It was at rest and has just moved; a longer run shows the response of the force.
+    /// The reference was at rest and has just moved; a longer run shows the response of the force.
     JustMoved,
-    /// It moves all the time, possibly in even steps.
+    /// The reference moves all the time, possibly in even steps.
     Moves,
 }
 
 impl Ending {
-    /// Of a reference over the rows of a record.
+    /// The behaviour of a reference over the rows of a record.
     pub(in crate::run) fn of(t_s: &[f64], reference_n: &[f64]) -> Self {
         let end_s = t_s.last().copied().unwrap_or(0.0);
         if last_change_s(t_s, reference_n) <= end_s * (1.0 - RESTS_OVER) {
@@ -56,7 +56,7 @@ pub struct Response {
     /// Half-width of the settling band, N: 2 % of the final reference. If that is zero, of the largest
     /// earlier reference, else of the peak force. The sensor's uncertainty is a lower limit.
     pub band_n: f64,
-    /// The same without the sensor's uncertainty, N.
+    /// Half-width of the band without the sensor's uncertainty, N.
     #[serde(skip)]
     pub(in crate::run) share_n: f64,
     /// Overshoot after [`Self::starts_at_s`] relative to the final reference, above it if the force comes

@@ -22,8 +22,9 @@ impl Standing {
         Self { is_approaching: simulation.is_approaching(lane), compressions: simulation.compressions(lane) }
     }
 
-    /// Of a whole arm with its one contact; beyond the measurable distance only an approach can close the
-    /// gap. Where nothing holds or drives the arm, drag slows a tool that leaves, and does not bring it back.
+    /// The state of a whole arm with its one contact. Beyond the measurable distance only an approach can
+    /// close the gap. If nothing holds or drives the arm, drag slows a tool that leaves, but does not bring
+    /// it back.
     pub(in crate::run) fn of_arm(simulation: &feeler_manipulator::CellSimulation, cell: &Cell) -> Self {
         let leaves = |[_, rate, _]: &[f64; 3]| *rate < 0.0 && !is_driven(cell);
         Self {
@@ -57,7 +58,7 @@ fn is_driven(cell: &Cell) -> bool {
 /// Whether a negative compression becomes positive within `horizon_s`.
 fn closes([compression, rate, acceleration]: [f64; 3], horizon_s: f64) -> bool {
     let after = |t: f64| compression + t * (rate + 0.5 * t * acceleration);
-    // If it turns back on the way, it comes no nearer.
+    // A tool that turns back on the way comes no nearer.
     let turns_s = if acceleration < 0.0 { -rate / acceleration } else { horizon_s };
     let nearest_s = turns_s.min(horizon_s);
     nearest_s > 0.0 && after(nearest_s) >= 0.0

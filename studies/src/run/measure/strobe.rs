@@ -11,8 +11,8 @@ use crate::run::measure::contact::{ContactRun, Interval, peak};
 
 /// Smallest number of touch-downs in the tail to count cycles; with fewer the motion is one in contact.
 const LEAST_TOUCHES: usize = 2;
-/// Before the force rises through its mean again it must have been below it by this part of its range. So
-/// ripple does not count as a cycle.
+/// Before the force counts as rising through its mean again, it must have been below the mean by this part of
+/// its range. So ripple does not count as a cycle.
 const HYSTERESIS: f64 = 0.1;
 
 /// A contact's force and its record.

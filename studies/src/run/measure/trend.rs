@@ -29,11 +29,11 @@ const GOES_ON: f64 = 0.5;
 /// Change of the logarithm of an amplitude over a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::run) struct Trend {
-    /// Over the whole record, by the fitted line.
+    /// Change over the whole record, by the fitted line.
     pub(in crate::run) change: f64,
-    /// The standard error of that.
+    /// Standard error of this change.
     error: f64,
-    /// The same from the earlier and the later half, each extrapolated to the whole.
+    /// Changes by the earlier and by the later half, each extrapolated to the whole record.
     halves: [f64; 2],
 }
 
@@ -43,12 +43,12 @@ impl Trend {
         Self::by(values, &|_| 0.0)
     }
 
-    /// The same for values driven by noise; with few cycles the error is unbounded.
+    /// The trend of values driven by noise; with few cycles the error is unbounded.
     pub(in crate::run) fn in_noise(values: &[f64]) -> Option<Self> {
         Self::by(values, &|logs| if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { wandering(logs) })
     }
 
-    /// With at least the error that `least_error` computes from the logarithms.
+    /// The trend with at least the error that `least_error` computes from the logarithms.
     fn by(values: &[f64], least_error: &dyn Fn(&[f64]) -> f64) -> Option<Self> {
         let count = (turns(values) / 2 / CYCLES).min(WINDOWS[1]);
         if count < WINDOWS[0] {
@@ -101,7 +101,7 @@ fn hann(count: usize) -> Vec<f64> {
     (0..count).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / count as f64).cos()).collect()
 }
 
-/// Root of the weighed mean square about the weighed mean.
+/// Root of the weighted mean square about the weighted mean.
 fn amplitude(values: &[f64], weights: &[f64]) -> f64 {
     // The weights of a whole window add up to half their number.
     let mean_of = |of: &dyn Fn(f64) -> f64| {
@@ -136,7 +136,8 @@ fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Of a rate: the windows' ends leave up to 0.2 % of an amplitude, over a record of 40 windows' cycles.
+    /// Tolerance of a rate: the windows' ends leave up to 0.2 % of an amplitude, over a record of 40 windows'
+    /// cycles.
     const RATE: f64 = 0.005;
 
     fn swing(rate: f64, hz: f64) -> Vec<f64> {

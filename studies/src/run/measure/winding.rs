@@ -1,6 +1,6 @@
 //! Tests whether a drive's command continues to move while its force rests.
 //!
-//! An integrator before a sticking guide does so until the guide breaks loose: such a run only appears
+//! The command of an integrator moves on until a sticking guide breaks loose. Such a run only appears
 //! settled.
 
 use feeler_plant::assembly::Drive;
@@ -12,8 +12,8 @@ const LEAST: f64 = 0.1;
 /// A command that comes to rest moves in each piece by less than this share of the previous piece.
 const GOES_ON: f64 = 0.5;
 
-/// Whether the command alone says what a drive pushes with. In a drive that warms it rises while the force is
-/// the same.
+/// Whether the command alone determines the force of a drive. In a drive that warms, the command rises while
+/// the force stays constant.
 pub(in crate::run) fn commands_all(drive: &Drive) -> bool {
     drive.commands_force() && drive.warming.is_none()
 }
@@ -21,9 +21,9 @@ pub(in crate::run) fn commands_all(drive: &Drive) -> bool {
 /// The command of a drive as force, and what bounds it.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::run) struct Command<'a> {
-    /// Row by row, N, or the equivalent of one newton of the drive.
+    /// The command row by row, N or in the unit of the command.
     values: &'a [f64],
-    /// Newtons for one of them.
+    /// Newtons per unit of these values.
     gain: f64,
     /// Motion beyond this bound has no effect.
     bound: f64,
@@ -36,14 +36,14 @@ impl<'a> Command<'a> {
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
     }
 
-    /// A band about its motion over the rows from `first` onwards, N.
+    /// A band about the motion of the command over the rows from `first` onwards, N.
     pub(in crate::run) fn band_n(&self, first: usize) -> f64 {
         SETTLING_BAND
             * self.values[first..].iter().fold(0.0_f64, |most, value| most.max((self.gain * value).abs()))
     }
 
-    /// Whether it winds up over the rows from `first` onwards, while `force_n` stays within a band of
-    /// half-width `band_n`.
+    /// Whether the command winds up over the rows from `first` onwards, while `force_n` stays within a band
+    /// of half-width `band_n`.
     pub(in crate::run) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
         let moves = |of: &dyn Fn(usize) -> f64| {
             let rows = self.values.len() - first;

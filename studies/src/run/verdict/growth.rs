@@ -19,7 +19,7 @@ const GROWS: f64 = 1.5;
 /// Number of contacts at the end of the run whose peaks must rise for unstable bouncing. By chance, aperiodic
 /// ones do so in one run of 720, and far more rarely above all earlier ones.
 const LEAST_RISING: usize = 6;
-/// The same if each is so much harder than the previous one that the whole motion grows.
+/// The smallest number if each contact is so much harder than the previous one that the whole motion grows.
 const LEAST_SOARING: usize = 3;
 /// Smallest significant fall of bouncing over the whole tail.
 const FADES: f64 = 0.03;
@@ -170,7 +170,7 @@ mod tests {
         }
     }
 
-    /// Over the tail by a factor of 90 and more, out of the same noise.
+    /// Growth over the tail by a factor of 90 and more, from the same noise.
     #[test]
     fn truth_what_grows_out_of_the_noise_is_unstable() {
         for rate_per_s in [5.0, 8.0, 20.0] {

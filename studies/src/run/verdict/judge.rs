@@ -12,7 +12,7 @@ use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 /// Growth (or decay) from one part of the tail to the next that exceeds the fluctuation of a steady
 /// oscillation. It serves oscillations with too few cycles for a trend.
 const CREEPS: f64 = 1.05;
-/// The same for an oscillation within the settling band.
+/// The same factor for an oscillation within the settling band.
 const FEW_CYCLES: f64 = 1.01;
 /// Share of the settling band below which growth may be rounding and noise.
 const LEAST_GROWTH: f64 = 0.001;
@@ -34,7 +34,7 @@ impl Evidence<'_> {
             .unwrap_or_else(|| self.swinging(&tail, &motion))
     }
 
-    /// For a run that stopped, or in which nothing can touch.
+    /// The verdict on a run that stopped, or in which nothing can touch.
     fn before_contact(&self, tail: &Tail) -> Option<RunVerdict> {
         match self.end {
             Some(RunEnd::Diverged { .. }) => Some(RunVerdict {
@@ -52,7 +52,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// For bouncing that grows, a tool that is away, and a tail too short for more.
+    /// The verdict on bouncing that grows, on a tool that is away, and on a tail too short for more.
     fn without_contact(&self, tail: &Tail) -> Option<RunVerdict> {
         if let Some(rate_per_s) = self.impact_growth_per_s(tail.span_s[0]) {
             return Some(self.grows(tail, rate_per_s));
@@ -77,7 +77,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// For a motion that grows strongly, leaves the workpiece repeatedly, or follows its driver.
+    /// The verdict on a motion that grows strongly, leaves the workpiece repeatedly, or follows its driver.
     pub(super) fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<RunVerdict> {
         let [a1, _, a3] = tail.amplitudes_n;
         let is_certain = !motion.is_noisy || motion.trend.is_some_and(Trend::rises_on);
@@ -98,7 +98,7 @@ impl Evidence<'_> {
         self.driven.then(|| tail.is(Outcome::Driven))
     }
 
-    /// For a motion within the settling band, and one with a few lift-offs.
+    /// The verdict on a motion within the settling band, and on one with a few lift-offs.
     pub(super) fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<RunVerdict> {
         let [a1, a2, a3] = tail.amplitudes_n;
         let band_n = motion.band_n;
@@ -124,7 +124,7 @@ impl Evidence<'_> {
         (motion.lifts.0 > 0).then(|| tail.is_undecided(Undecided::TooFewBounces))
     }
 
-    /// For a motion in contact beyond the settling band.
+    /// The verdict on a motion in contact beyond the settling band.
     pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> RunVerdict {
         let [a1, a2, a3] = tail.amplitudes_n;
         let (trend, is_noisy) = (motion.trend, motion.is_noisy);

@@ -58,8 +58,8 @@ impl Evidence<'_> {
         self.commands.iter().any(|command| command.winds(&still, first, command.band_n(first)))
     }
 
-    /// Without contact: for a command that grows, or oscillates between limits. `otherwise` is the outcome of
-    /// any other command.
+    /// The verdict without contact on a command that grows, or oscillates between limits. `otherwise` is the
+    /// verdict on any other command.
     pub(super) fn of_rendered(&self, first: usize, otherwise: RunVerdict, growth_per_s: f64) -> RunVerdict {
         let command = &self.force_n[first..self.t_s.len()];
         let (tail_s, [a1, a2, a3]) = (otherwise.tail_s, otherwise.amplitudes_n);
@@ -111,7 +111,7 @@ mod tests {
     fn truth_a_controlled_motion_settles_diverges_hunts_or_cycles() {
         let settles = |t: f64| 1.0 - (-10.0 * t).exp() * (TAU * 5.0 * t).cos();
         assert_eq!(of_motion(settles, |_| {}), Outcome::Settled);
-        // With the square of time, as a drive at its limit moves it: not exponential.
+        // The amplitude grows with the square of time, as under a drive at its limit, and not exponentially.
         let winds_up = |t: f64| 20.0 * t * t * (TAU * 20.0 * t).cos();
         assert_eq!(of_motion(winds_up, |e| e.saturated = &[true; ROWS]), Outcome::Unstable);
         let swings = |t: f64| 1.0 + 0.1 * (TAU * 20.0 * t).cos();

@@ -13,21 +13,21 @@ pub(super) const SATURATES: f64 = 0.01;
 /// Smallest number of turns of the force in the three parts of the tail together, and in each, for an
 /// oscillation: two cycles.
 const LEAST_TURNS: (usize, usize) = (4, 1);
-/// Fewer rows show nothing.
+/// Smallest number of rows for a verdict.
 pub(super) const LEAST_ROWS: usize = 30;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tail {
-    /// Its first row.
+    /// First row of the tail.
     pub(super) first: usize,
-    /// Its start and end, s.
+    /// Start and end of the tail, s.
     pub(super) span_s: [f64; 2],
-    /// Amplitudes of its three parts, N.
+    /// Amplitudes of the three parts of the tail, N.
     pub(super) amplitudes_n: [f64; 3],
 }
 
 impl Tail {
-    /// From the middle between the last change and the end.
+    /// The tail: from the middle between the last change and the end.
     pub(super) fn of(evidence: &Evidence<'_>) -> Self {
         let end_s = evidence.t_s.last().copied().unwrap_or(0.0);
         let start_s = evidence.starts_at_s.map_or(0.5 * end_s, |start| start + 0.5 * (end_s - start));
@@ -45,7 +45,7 @@ impl Tail {
         (self.amplitudes_n[2] / self.amplitudes_n[0]).ln() / (2.0 / 3.0 * self.length_s())
     }
 
-    /// Start of its last part, s.
+    /// Start of the last part of the tail, s.
     pub(super) fn last_part_s(&self) -> f64 {
         self.span_s[1] - self.length_s() / 3.0
     }

@@ -19,7 +19,7 @@ use mutated::{Fate, Fuzz, FuzzCase};
 const LONGEST_S: f64 = 10.0;
 /// Longest time of a case by the clock, s: other programs may use the same processors.
 const LONGEST_WAIT_S: f64 = 120.0;
-/// Longest time by the clock where the processor time is not known, s.
+/// Longest time by the clock if the processor time is not known, s.
 const LONGEST_UNKNOWN_S: f64 = 30.0;
 /// Units of processor time in a second.
 const TICKS_PER_S: f64 = 100.0;
@@ -70,7 +70,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// When a case began, by the clock and in processor time of this program.
+/// Start of a case, by the clock and in processor time of this program.
 #[derive(Clone, Copy)]
 struct Clock {
     began: Instant,
@@ -82,7 +82,7 @@ impl Clock {
         Self { began: Instant::now(), processor_s: processor_s() }
     }
 
-    /// Processor time since then where it is known, else the time by the clock, s.
+    /// Processor time since the start if it is known, else the time by the clock, s.
     fn taken_s(self) -> f64 {
         let used_s = self.processor_s.zip(processor_s()).map(|(began_s, now_s)| now_s - began_s);
         used_s.unwrap_or_else(|| self.began.elapsed().as_secs_f64())

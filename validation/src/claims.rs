@@ -19,8 +19,8 @@ const SAME_EDGE: f64 = 1e-9;
 
 /// Precision of the workpiece's edges from the Routh-Hurwitz determinants of its characteristic polynomial.
 const THREE_DECIMALS: f64 = 5e-4;
-/// The transmission's own damper returns atan(w c / k), 14 degrees at 400 Hz, and guides and contact take a
-/// few.
+/// The transmission's own damper raises the phase by atan(w c / k), 14 degrees at 400 Hz. Guides and contact
+/// change it by a few degrees.
 const DAMPERS_DEG: f64 = 20.0;
 
 /// A pair of zeros on a pair of poles, up to their rounding of 1e-16 over a damping ratio of 0.005.
@@ -283,7 +283,7 @@ fn fifth() -> Result<Vec<CheckRow>, ValidationError> {
     let lowest_is_base = found.first().is_some_and(|(mode, pair)| {
         pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5
     });
-    // At a very high sample rate the machine itself limits, at a low one the sampling.
+    // At a very high sample rate the machine itself limits the loop; at a low one the sampling does.
     let limit = |drive, period_s: f64, axis: &PaperAxis| -> Result<Option<Limit>, ValidationError> {
         let axis = PaperAxis { drive, ..*axis };
         let scenario = axis.force_loop(ForceGains { kp: 1e-4, ..ForceGains::default() }, period_s, 0.0);

@@ -30,9 +30,9 @@ const DURATION_S: f64 = 0.058;
 const FINE_S: f64 = 1e-5;
 /// The two steps at which the exact integrator must agree with itself, s.
 const APART_S: [f64; 2] = [1e-3, 1e-5];
-/// Steps about each nominal one.
+/// Number of steps about each nominal one.
 const PHASES: u32 = 16;
-/// Their relative distance from it.
+/// Largest relative distance of these steps from the nominal one.
 const AROUND: f64 = 0.09;
 /// Fractional part of the golden section, whose multiples spread evenly and match no period of the
 /// controller.
@@ -261,7 +261,7 @@ pub(crate) fn convergence_rows(scenarios: &Path) -> Result<Vec<CheckRow>, Valida
     Ok(study_rows(&convergence(scenarios, &default_steps_s())?))
 }
 
-/// Rows of a study that has been made.
+/// Rows of a finished study.
 pub fn study_rows(study: &Study) -> Vec<CheckRow> {
     let claim = "convergence of the peak force through an impact";
     let mut rows = Vec::new();

@@ -28,9 +28,9 @@ const GAINS: (f64, f64) = (0.2, 5e-4);
 /// Largest departure from order one, by regression, on smooth motion: errors of second order, a few
 /// hundredths of the first at the coarsest step.
 const SMOOTH_ORDER: f64 = 0.03;
-/// The same through impacts. Each occurs at the end of a step, late by up to one step. This scatters the
-/// errors about their trend by a factor of two. Over six halvings of the step that is at most 0.35 in the
-/// slope.
+/// The same departure through impacts. An impact takes effect at the end of a step, up to one step late. This
+/// scatters the errors about their trend by a factor of two. Over six halvings of the step that is at most
+/// 0.35 in the slope.
 const IMPACT_ORDER: f64 = 0.35;
 /// Largest difference at the finest step over the travel: a few steps of 5 us times the machines' fastest 800
 /// rad/s.

@@ -80,7 +80,7 @@ pub fn two_route_rows() -> Result<Vec<CheckRow>, ValidationError> {
     Ok(rows)
 }
 
-/// Largest differences in dB and degrees over the frequencies that `counts`.
+/// Largest differences in dB and degrees over the frequencies for which `counts` holds, and their number.
 fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f64, f64, usize) {
     let mut worst = (0.0_f64, 0.0_f64, 0);
     let values =
@@ -103,9 +103,9 @@ pub struct ResponseEffort {
 }
 
 impl ResponseEffort {
-    /// For every machine.
+    /// Effort for every machine.
     pub(crate) const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
-    /// For a machine whose resonances are at least 1 Hz wide.
+    /// Effort for a machine whose resonances are at least 1 Hz wide.
     pub const QUICK: Self = Self { noise_s: 60.0, multisine_period_s: 1.0 };
 }
 

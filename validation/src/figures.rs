@@ -320,7 +320,7 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
             0.01,
             BAND_HZ,
         )?;
-        // As many points as a line needs.
+        // A line needs only every eighth point.
         let kept: Vec<usize> = (0..measured.linear.len()).step_by(8).collect();
         let pick = |values: &[C64]| kept.iter().map(|&i| values[i]).collect::<Vec<_>>();
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();

@@ -10,7 +10,7 @@ use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 
-/// The gain under study: the leading one of the first controller. Without one it is empty, which every
+/// The gain under study: the leading gain of the first controller. Without one the name is empty, which every
 /// analysis refuses.
 pub(crate) fn gain_of(whole: &ControlLoop) -> &'static str {
     whole.controllers().first().and_then(|controller| leading_gain(&controller.spec)).unwrap_or_default()
@@ -53,7 +53,7 @@ pub enum PaperModel {
 }
 
 impl PaperModel {
-    /// All of them.
+    /// All models.
     pub const ALL: [Self; 5] = [Self::Rigid, Self::Flexible, Self::Base, Self::Workpiece, Self::AllThree];
 
     /// Its name in tables.
@@ -157,7 +157,7 @@ pub struct ModelRow {
     /// Largest gain up to which the continuous loop is stable, and its printed decimals; `None` if the last
     /// interval of stable gains has no end.
     pub continuous: Option<(f64, i32)>,
-    /// The same with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.
+    /// Largest gain with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.
     pub sampled: Option<[f64; 3]>,
 }
 

@@ -163,7 +163,7 @@ fn singularity(mut matrix: DMatrix<C64>) -> f64 {
     matrix.singular_values().min()
 }
 
-/// Rows for this many machines.
+/// Rows for `machines` random machines.
 ///
 /// # Errors
 /// [`ValidationError`] if a computation fails.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// How an axis is divided.
+/// Division of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisScale {
     Linear,
@@ -18,7 +18,7 @@ pub struct FigureAxis {
     pub range: (f64, f64),
 }
 
-/// How a curve is drawn.
+/// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     Line,
@@ -88,7 +88,7 @@ impl FigureAxis {
         }
     }
 
-    /// Values with a line, and whether each has a number.
+    /// Values with a grid line, and whether each has a number.
     fn ticks(&self) -> Vec<(f64, bool)> {
         let (low, high) = self.range;
         match self.scale {

@@ -39,8 +39,8 @@ pub struct Fit {
 const PEAKS_HZ: [f64; 5] = [11.35, 38.0, 44.0, 67.0, 77.0];
 /// Target zero crossings of its phase, Hz.
 const CROSSINGS_HZ: [f64; 3] = [11.75, 13.6, 28.0];
-/// Half of the span (Hz) for slope and curvature of a peak, for the base's and for the others. Then the
-/// smallest height of its middle above both sides together, in logarithm.
+/// Half of the span (Hz) for slope and curvature of a peak: the base's peak, and the others. The second
+/// constant is the smallest height of the middle above both sides together, as a logarithm.
 const SPANS_HZ: [f64; 2] = [0.3, 0.5];
 const STANDS: [f64; 2] = [0.02, 0.03];
 /// Weights of slopes and of missing curvatures.
@@ -199,7 +199,7 @@ impl StartSearch {
         Ok(Self { fits, taken, ranges })
     }
 
-    /// The fit that is taken.
+    /// The chosen fit.
     pub fn fit(&self) -> &Fit {
         &self.fits[self.taken]
     }

@@ -30,7 +30,7 @@ pub use fit::{Fit, StartSearch, fit};
 
 /// Band of the search for landmarks, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 90.0);
-/// Asked of every landmark, Hz.
+/// Required accuracy of every landmark, Hz.
 pub const LANDMARK_HZ: f64 = 1.0;
 /// Resonances that the paper names, Hz.
 const RESONANCES_HZ: [f64; 5] = [12.0, 38.0, 44.0, 67.0, 77.0];
@@ -96,7 +96,7 @@ impl Landmarks {
         }
     }
 
-    /// Name, found and reported value of each.
+    /// Name, found value and reported value of each landmark.
     pub fn against_paper(&self) -> Vec<(String, f64, f64)> {
         let mut all: Vec<(String, f64, f64)> = (self.resonances_hz.iter().zip(PAPER.resonances_hz))
             .map(|(got, expected)| (format!("resonance at {expected} Hz"), *got, expected))

@@ -36,7 +36,7 @@ const NUMBERS: [&str; 22] = [
 ];
 /// Factors for the other half of the numbers.
 const DECADES: [f64; 8] = [1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6];
-/// How long a run is simulated, s.
+/// Setting of the simulated time.
 const DURATION: &str = "run.duration=0.01";
 /// Largest number of changed tokens in one file.
 const CHANGES: u64 = 3;
@@ -67,7 +67,7 @@ pub(crate) struct Fuzz {
 }
 
 impl Fuzz {
-    /// Of all files below a folder.
+    /// The cases from all files below a folder.
     pub(crate) fn of(folder: &Path) -> Self {
         let mut files = Vec::new();
         gather(folder, &mut files);
@@ -88,7 +88,7 @@ impl Fuzz {
 }
 
 impl FuzzCase {
-    /// Reads and runs it.
+    /// Reads and runs the case.
     pub(crate) fn run(&self) -> Fate {
         let name = self.from.display().to_string();
         let is = |what: &str| self.from.iter().any(|part| part == what);

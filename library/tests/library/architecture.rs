@@ -30,10 +30,10 @@ const OUTSIDE_WORLD: [&str; 8] = [
     "SystemTime",
 ];
 
-/// How a thread is started without rayon.
+/// Code that starts a thread without rayon.
 const THREADS: [&str; 2] = ["thread::scope", "thread::spawn"];
 
-/// How a program prints.
+/// Code that prints.
 const PRINTS: [&str; 6] = ["println!(", "print!(", "eprint!(", "dbg!(", "io::stdout", "io::stderr"];
 
 fn root() -> PathBuf {
@@ -184,7 +184,7 @@ fn truth_arrows_are_read_as_they_are_written() {
     assert!(!of("library").contains(&"cli") && of("cli").contains(&"validation"));
 }
 
-/// A program is linked alone, and the next one waits for its slowest test.
+/// Every test program is linked separately, and the next one waits for its slowest test.
 #[test]
 fn truth_the_integration_tests_of_a_crate_are_one_program() {
     for (name, package) in packages() {

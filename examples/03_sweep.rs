@@ -20,8 +20,8 @@ use feeler_sim::studies::sweep::{Sweep, SweepOptions, SweepTable};
 const GAIN: &str = "controllers.force.kp";
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A sweep file names a scenario and the keys that vary. Here it is written in place: its name only says
-    // from where the scenario's path counts.
+    // A sweep file names a scenario and the keys that vary. Here it is written in place; its name only
+    // determines the folder for the scenario's path.
     let text = format!(
         "scenario = \"../paper/rigid.toml\"\n\
          [axes]\n\
@@ -30,8 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/sweeps/gain.toml");
     let sweep = Sweep::parse(&text, &place.display().to_string())?;
 
-    // Variants go side by side through the vector registers and over all processors. Results are one Parquet
-    // file, the same to the last bit however many threads there are.
+    // Variants run side by side in vector registers and over all processors. The results are one Parquet
+    // file, equal to the last bit for any number of threads.
     let folder = std::env::temp_dir().join(format!("feeler-sweep-{}", std::process::id()));
     let result = sweep.run(&folder, SweepOptions::default(), &|_| {})?;
     let table = SweepTable::read(result.table.as_deref().ok_or("no table was written")?)?;

@@ -2,8 +2,8 @@
 //!
 //! A motor of 7 kg moves a tip of 5 kg through a transmission of 1.2 MN/m. Seen at the motor, the response
 //! has a zero before its mode: there the tip swings on the spring and holds the motor still. Seen at the tip,
-//! that zero is gone, and with it the phase that it gives back. This is the trouble of every sensor that does
-//! not sit where the drive pushes.
+//! that zero is gone, and with it the phase that the zero would restore. This is the trouble of every sensor
+//! that does not sit where the drive pushes.
 //!
 //! ```console
 //! cargo run --release --example 04_theory

@@ -29,8 +29,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("warning: {warning}");
     }
 
-    // Calibrates what the file gives, then tries causes one by one and in pairs. Experiments that are set
-    // aside score them: an effect that explains nothing there is not believed.
+    // Calibrates the values of the file, then tries causes one by one and in pairs. Experiments that are set
+    // aside score the causes: an effect that explains nothing in them is not believed.
     let found = Examination::of(dataset, &|step| println!("... {step}"))?;
     let gap = &found.diagnosis.gap;
     println!(

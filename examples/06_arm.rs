@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The integral part of the controller leaves no error at rest, friction of the joints or not.
     println!("presses with {:.3} N in the end, by hand {WANTED_N:.3} N", summary.final_force_n);
 
-    // The contact is a spring, so that the force says how deep it is compressed.
+    // The contact is a spring, so the force gives its compression.
     let compressions = result.motion.column("tool.compression").ok_or("no compression was recorded")?;
     let depth_m = compressions.last().ok_or("nothing was recorded")?;
     println!(
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         1e3 * summary.final_force_n / STIFFNESS_N_PER_M
     );
 
-    // On the way down nothing but the approach acts. Friction in six joints takes a little of its speed.
+    // On the way down only the approach acts. Friction in six joints takes a little of its speed.
     let touch_s = summary.figures.contacts[0].first_contact_s.ok_or("it never touched")?;
     let at = |t_s: f64| result.motion.t_s.partition_point(|t| *t < t_s);
     let (half, last) = (at(0.5 * touch_s), at(touch_s) - 1);

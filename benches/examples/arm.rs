@@ -1,8 +1,8 @@
-//! Processor time of a step of classical Runge-Kutta of the six-joint arm, on Linux.
+//! Processor time of a classical Runge-Kutta step of the six-joint arm, on Linux.
 //!
-//! First of its links alone, which `peers/pinocchio_rows.py` steps alike. Prints where they are after a
-//! second, so that both can be compared. Then of a whole run: flexible joints, drives, tool, workpiece,
-//! sensors and controller.
+//! The first time is that of the links alone, which `peers/pinocchio_rows.py` steps in the same way. The
+//! positions of the links after a second are printed, so that both can be compared. The second time is that
+//! of a whole run: flexible joints, drives, tool, workpiece, sensors and controller.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -55,7 +55,7 @@ fn processor_s() -> Result<f64, Box<dyn std::error::Error>> {
     Ok(user_ticks / TICKS_PER_S)
 }
 
-/// Joint positions after a second without gravity and torques, as where gravity is compensated.
+/// Joint positions after a second without gravity and torques, as with compensated gravity.
 fn swing(chain: &Chain) -> Option<SVector<f64, 6>> {
     let mut x = State::zeros();
     x.fixed_rows_mut::<6>(0).copy_from_slice(&START);

@@ -256,7 +256,7 @@ fn many_variants(million: bool) -> Result<()> {
         let wall_s = start.elapsed().as_secs_f64();
         println!("| {count} | {wall_s:.3} | {:.1} |", 1e6 * wall_s / count as f64);
     }
-    // If the system reports it.
+    // Only if the system reports the peak memory.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     if let Some(most) = status.lines().find_map(|line| line.strip_prefix("VmHWM:")) {
         println!("\nMost memory that was held at any time: {}.", most.trim());

@@ -25,7 +25,7 @@ from models import PEAK_N  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-# Below this the reference itself is not known better; errors are shown as no smaller.
+# Accuracy of the reference itself; smaller errors are shown as this value.
 REFERENCE_ERROR = 1e-11
 SIMULATOR, YARDSTICK = ("feeler", "exact"), ("hand-written Rust", "RK4 with events")
 MACHINES = ("M1", "M2", "M4", "loop")
@@ -191,7 +191,7 @@ def table(rows):
             and (row["step_s"] is None or abs(row["step_s"] - 1e-4) < 1e-12)
         }
         own = "own contact" in method
-        # The whole force loop has been written out for some only.
+        # Not every program has the whole force loop.
         cells = [f"{1 / found[m]['wall_s']:.3g}" if m in found else "" for m in MACHINES]
         cells += [f"{found[m]['wall_s'] / ours[m]['wall_s']:.2f}" if m in found else "" for m in MACHINES]
         cells += [

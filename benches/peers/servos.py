@@ -80,8 +80,7 @@ SAMPLED = sampled()
 SERVO = f'kind = "position-servo"\nkp = {KP}\nkd = {KD}\n'
 POSITION = f'<position joint="axis" kp="{KP}" kv="{KD}"'
 # Name, actuator of a Feeler file, its command, load on the mass, actuator of MuJoCo, closed form.
-# The delay of MuJoCo
-# is one of its samples of a command, of which it keeps one a step.
+# MuJoCo delays a command by whole samples of it, and keeps one sample a step.
 CASES = [
     ("step", SERVO, TARGET, 0.0, POSITION + "/>", closed_step),
     (

@@ -34,7 +34,7 @@ pub fn run<L: Lane, O: Observer<L> + Default + Send>(programs: &[Program]) -> Re
     programs.par_chunks(L::WIDTH).map(|block| observe::<L, O>(block.to_vec())).collect()
 }
 
-/// The same with variants created when they run, so that memory does not grow with their number.
+/// [`run`] with variants that are created when they run, so that memory does not grow with their number.
 ///
 /// # Errors
 /// Those of [`variant`] and [`run`].

@@ -12,7 +12,7 @@ const MOST_LOOKS: usize = 60;
 /// begins within its bounds.
 const INSTANT_S: f64 = 1e-15;
 
-/// How to step.
+/// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Semi-implicit Euler.
@@ -53,7 +53,7 @@ pub fn run<const S: usize>(
 enum Mode {
     Free,
     Pushing,
-    /// Whatever the state says.
+    /// The state decides whether the contact pushes.
     Either,
 }
 

@@ -20,8 +20,8 @@ use crate::workers::Workers;
 
 /// Relative step of the central differences; their error is its square.
 const DIFFERENCE: f64 = 1e-3;
-/// Of a machine with more parameters than this, only those with the largest effect on its response are
-/// analysed.
+/// Largest number of analysed parameters. Of more, only those with the largest effect on the response of the
+/// machine are analysed.
 const MOST_NUMBERS: usize = 32;
 /// A loss below this share of the gain does not count.
 const NO_LOSS: f64 = 0.1;

@@ -326,8 +326,8 @@ impl ControlLoop {
         }
     }
 
-    /// Of all frequencies with the same phase per period, the one at which the bodies move. The ratio of
-    /// their speeds to their positions gives it roughly, with its sign.
+    /// The frequency at which the bodies move, among all frequencies with the same phase per period. The
+    /// ratio of the speeds to the positions of the bodies gives it roughly, with its sign.
     fn unfolded_hz(&self, turns: f64, vector: &DVector<C64>, expand: &DMatrix<f64>, period_s: f64) -> f64 {
         let motion = of_machine(vector, expand);
         let (coordinates, layout) = (self.plant().motion().coordinates(), self.plant().motion().layout());

@@ -53,7 +53,7 @@ impl<'a> SampledLoop<'a> {
     /// The sampled loop of a machine and its controllers.
     ///
     /// # Errors
-    /// [`AnalysisError::Rates`] where the periods do not repeat together; [`AnalysisError::Lti`].
+    /// [`AnalysisError::Rates`] if the periods do not repeat together; [`AnalysisError::Lti`].
     pub fn new(whole: &'a ControlLoop) -> Result<Self, AnalysisError> {
         Self::build(whole, whole.loop_plant(None)?)
     }

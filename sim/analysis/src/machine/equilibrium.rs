@@ -51,7 +51,7 @@ pub(crate) enum Holding {
     /// One drive has this command, the others zero.
     Drive {
         drive: usize,
-        /// Its input, in its unit.
+        /// Input of that drive, in its unit.
         effort: f64,
     },
 }

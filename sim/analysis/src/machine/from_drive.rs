@@ -33,7 +33,7 @@ impl LinearMachine {
     ///
     /// # Errors
     /// [`AnalysisError::ImposedOutput`] if the output differentiates an imposed motion;
-    /// [`AnalysisError::Lti`] where a number is not finite.
+    /// [`AnalysisError::Lti`] if a number is not finite.
     pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<ResponseChannel, AnalysisError> {
         if let Some(channel) = imposed::channel(self, drive, output) {
             return channel;

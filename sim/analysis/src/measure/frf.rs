@@ -131,7 +131,7 @@ pub fn response_from_noise(
         }
         NoiseMethod::LocalPolynomial(settings) => {
             let mut estimate = local_polynomial(input, output, sample_s, &settings, band_hz)?;
-            // Neighbouring lines have no coherence of their own; that of averaged segments stands for them.
+            // Single lines have no coherence, so the coherence of averaged segments is used.
             let segment = (input.len() / COHERENCE_SEGMENTS).max(2);
             let segments = cross_spectra(input, output, sample_s, &WelchSettings::hann(segment))?;
             let coherence = segments.coherence();

@@ -37,9 +37,9 @@ pub struct Request {
     /// An actuator's command, or the external force on a body, as in `tip.force`. The default is the actuator
     /// of the controller in question, or the first actuator.
     pub input: Option<SignalName>,
-    /// A signal. The default is what the sensor of the controller in question reads. Without one it is the
-    /// first contact's spring force, then the reading of the first sensor, then the position of the driven
-    /// body.
+    /// A signal. The default is the signal that the sensor of the controller in question reads. Without a
+    /// controller it is the first contact's spring force, then the reading of the first sensor, then the
+    /// position of the driven body.
     pub output: Option<SignalName>,
     /// A gain; by default the first controller's leading one.
     pub gain: Option<String>,

@@ -62,7 +62,7 @@ fn regress_an_undamped_axis_is_unstable_at_any_gain_and_says_so() {
     scenario.machine.springs["guide"].damping_n_s_per_m = 0.0;
     scenario.machine.contacts["tool"].damping_n_s_per_m = 0.0;
     let report = clamped(&scenario, None);
-    // Closed form E: a held output destabilises it however fast it is sampled.
+    // Closed form E: a held output destabilises the undamped axis at any sample rate.
     assert_eq!(report.limit(), Some(Limit::UndampedMode));
     let expected_hz = (2e5_f64 / 12.0).sqrt() / TAU;
     assert!(
@@ -182,7 +182,7 @@ fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_forc
 
 #[test]
 fn truth_a_force_on_a_body_is_an_input() {
-    // An ideal drive on a body that reacts on the ground and a force from outside on that body do the same.
+    // An ideal drive between the ground and a body has the same effect as an outer force on that body.
     let scenario = force_loop(0.2, 0.0);
     let of = |input: &str| {
         analyze(
@@ -193,7 +193,7 @@ fn truth_a_force_on_a_body_is_an_input() {
     let (drive, outer) = (of("drive.command").unwrap(), of("motor.force").unwrap());
     assert_eq!(outer.input, "motor.force");
     assert_eq!((&drive.poles, &drive.zeros, drive.gain()), (&outer.poles, &outer.zeros, outer.gain()));
-    // Elsewhere the poles are the same and the zeros are not.
+    // A force on another body gives the same poles and other zeros.
     let tip = of("tip.force").unwrap();
     assert_eq!(drive.poles.len(), tip.poles.len());
     assert_ne!(drive.zeros.len(), tip.zeros.len());
@@ -266,7 +266,7 @@ fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
 
 #[test]
 fn truth_a_spring_that_rounding_loses_is_an_assumption() {
-    // Both bodies rest on 1e12 N/m, of which the last digit of a double is 1e-4 N/m.
+    // Both bodies rest on springs of 1e12 N/m; the last digit of such a double is 1e-4 N/m.
     let lost = |stiffness: f64| {
         let mut scenario = force_loop(0.2, 0.0);
         let springs = &mut scenario.machine.springs;

@@ -31,8 +31,8 @@ fn chain(bodies: usize) -> Scenario {
     Scenario { machine, controllers, run: RunSettings::default() }
 }
 
-/// `omega_k = 2 sqrt(k / m) sin(k pi / (2 n + 2))`; damping in proportion to stiffness leaves the modulus of
-/// a pole as it is. Roundings of the largest frequency, amplified by the ratio of both.
+/// `omega_k = 2 sqrt(k / m) sin(k pi / (2 n + 2))`; damping in proportion to stiffness does not change the
+/// modulus of a pole. The tolerance is the rounding of the largest frequency, amplified by the ratio of both.
 #[test]
 fn truth_a_uniform_chain_swings_at_its_closed_form() {
     for bodies in [3, 14, 24] {

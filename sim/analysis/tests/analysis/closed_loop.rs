@@ -9,7 +9,8 @@ use feeler_control::{
 use feeler_engine::{Scenario, Simulation, Trace};
 use feeler_plant::description::Spring;
 
-/// Low frequency is 1e-3 Hz and the bandwidth about 30 Hz: the square of the ratio, with a margin.
+/// Low frequency is 1e-3 Hz and the bandwidth about 30 Hz. The error is the square of their ratio, with a
+/// margin.
 const LOW_IS_NOT_ZERO: f64 = 1e-8;
 /// A sampled loop lags by a period and a half at most, 0.015 ms. That is 3e-3 rad at 30 Hz, times the
 /// steepness of a lead and a lightly damped loop.
@@ -92,7 +93,7 @@ fn prop_every_law_on_paper_is_its_fast_sampled_one() {
     }
 }
 
-/// The slowly settling part of the answer, after this long, is below 1e-6 of it.
+/// After this time the slowly settling part of the response is below 1e-6 of the response.
 const SETTLED_S: f64 = 4.0;
 
 #[test]

@@ -7,8 +7,8 @@ use feeler_lti::spectral::{Estimator, LocalPolynomialSettings};
 use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{EffectUse, find};
 
-/// Periodic excitation of a linear machine at rest leaves no leakage: what remains after the transient's
-/// decay (at 7/s over seconds).
+/// Periodic excitation of a linear machine at rest leaves no leakage. Only the transient remains, which
+/// decays at 7/s over some seconds.
 const PERIODIC: f64 = 1e-6;
 /// Leakage left by local parabolas over 0.2 Hz of a resonance that is 2 Hz wide: its third power, with room
 /// for the sharpest lines.

@@ -34,8 +34,8 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     assert!((held / preload_n - 1.0).abs() < EQUILIBRIUM, "the drive holds {held} N");
 }
 
-/// A force over position that begins behind a gap: its slope counts at the touch of the tip, not at the start
-/// of the bodies. So a wall and a table that are shifted together leave the small motions as they are.
+/// A force over position that begins behind a gap has its slope where the tip touches, not where the bodies
+/// start. So a common shift of wall and table does not change the small motions.
 #[test]
 fn truth_a_wall_and_a_table_that_are_shifted_together_change_no_small_motion() {
     let table = find("force-table").unwrap();
@@ -58,7 +58,7 @@ fn truth_a_wall_and_a_table_that_are_shifted_together_change_no_small_motion() {
     for contact in [ContactView::AsDescribed, ContactView::Pressed { preload_n: 30.0 }] {
         let [near, far] = [(0.0, -0.5e-3), (4e-3, 3.5e-3)].map(|(gap, from)| shifted(gap, from, contact));
         assert!(near.operating_point().balanced && far.operating_point().balanced);
-        // Positions near a table's middle, where it is straight but for the tails of its ends.
+        // Positions near the middle of the table, where the law is straight except for the tails of its ends.
         assert!((near.a() - far.a()).amax() < EQUILIBRIUM * near.a().amax(), "{contact:?}");
         // The table rises by 100 kN/m there, and is flat 4 mm before it.
         let away = shifted(4e-3, -0.5e-3, contact);

@@ -287,7 +287,7 @@ fn truth_unknown_names_are_told() {
 }
 
 /// Feedback of a static contact with reversed sign: at kp = -1 the loop cancels the contact force exactly,
-/// whatever holds or samples it.
+/// with any hold and sampling.
 #[test]
 fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
     let mut scenario = force_loop(0.3, 0.0);

@@ -17,7 +17,8 @@ const DAMPING: f64 = 20.0;
 /// A multisine leaves its transient: a share of exp(-5 / s times 5 s), and less if the machine has more
 /// damping.
 const PERIODIC: f64 = 1e-6;
-/// A hold of 0.1 ms mirrors what lies above 5 kHz. At 5 Hz that is the third power of 5 Hz over 10 kHz.
+/// A hold of 0.1 ms aliases the response above 5 kHz. At 5 Hz the error is the third power of 5 Hz over 10
+/// kHz.
 const MIRRORED: f64 = 1e-8;
 /// A dozen products and one quotient of numbers of size one, times the condition of a double integrator.
 const ROUNDING: f64 = 1e-9;

@@ -120,8 +120,8 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
     }
 }
 
-/// Tolerance relative to the force of gears and contact in series with the programmed spring. The other
-/// directions yield slightly.
+/// Tolerance relative to the force of three springs in series: the programmed one, gears and contact. The
+/// other directions yield slightly.
 const AT_REST: f64 = 0.02;
 
 #[test]

@@ -205,7 +205,7 @@ fn third() -> Result<Vec<CheckRow>, ValidationError> {
     let base = force_bands(&PaperAxis::reference(PaperModel::Base, IDEAL))?;
     rows.push(CheckRow::holds("base: nor is any as it is", claim, is_unbounded(&base)));
     let axis = PaperAxis::reference(PaperModel::Workpiece, IDEAL);
-    // Its dip costs more than the margin between these gains.
+    // The dip of the workpiece's mode costs more phase than the margin between these gains.
     let bands = force_bands(&axis)?.bands;
     let edge = |edge: Option<&Edge>| edge.map_or(f64::NAN, |edge| edge.gain);
     let (up_to, from) = (

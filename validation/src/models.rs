@@ -15,7 +15,7 @@ use crate::table::CheckRow;
 const PERIOD_S: f64 = 1e-3;
 /// The reference gains come from a root search; they are trusted to this share.
 const CRITICAL_GAIN: f64 = 1e-6;
-/// Their poles and zeros are printed to nine digits.
+/// Poles and zeros of the reference are printed to nine digits.
 const CRITICAL_POINT: f64 = 1e-8;
 
 /// Half a unit of the last printed decimal.

@@ -47,7 +47,7 @@ pub(crate) enum Fate {
     /// The file was refused, or the run was, with an error.
     Refused,
     Ran,
-    /// It was read, but cannot be run.
+    /// The file was read, but cannot be run.
     Read,
 }
 

@@ -100,12 +100,12 @@ impl SampledPlant {
         Ok(sampled)
     }
 
-    /// Largest proportional gain up to which every one is stable.
+    /// Largest proportional gain up to which every gain is stable.
     pub(crate) fn largest_kp(&self) -> Edge {
         self.largest(Law::Proportional)
     }
 
-    /// Largest integral gain up to which every one is stable, 1/s, with this damping of the drive's speed, N
+    /// Largest integral gain up to which every gain is stable, 1/s, with this damping of the drive's speed, N
     /// s/m. Zero if that damping alone is unstable.
     pub(crate) fn largest_ki_per_s(&self, damping_n_s_per_m: f64) -> Edge {
         let damping = self.largest(Law::Damping);

@@ -16,7 +16,7 @@ const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// The controller, and the position control of the other directions.
 #[derive(Debug)]
 pub(crate) struct Control {
-    /// It sends the force along the normal and the torques of the joints.
+    /// Sends the force along the normal and the torques of the joints.
     sampler: Sampler<f64, (f64, DVector<f64>)>,
     reference: Reference,
     period_s: f64,

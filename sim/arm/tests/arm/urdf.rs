@@ -39,8 +39,9 @@ fn truth_what_is_written_is_read() {
     );
 }
 
-/// The mass matrix sums what each joint carries, and inverse dynamics runs through all links: two ways to one
-/// force. In space, with a slide between turns and centres off every axis.
+/// The mass matrix sums the bodies that each joint carries, and inverse dynamics runs through all links: two
+/// methods for one force. The arm moves in space, with a prismatic joint between revolute ones, and centres
+/// of mass off every axis.
 #[test]
 fn truth_forces_of_accelerations_are_those_of_the_mass_matrix() {
     /// Sums of some ten products of numbers of size one.

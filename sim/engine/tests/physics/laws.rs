@@ -318,7 +318,7 @@ fn reference_lugre_follows_the_published_presliding_loop() {
     // step: 1e-10 of it.
     assert!(largest_gap(&trace, &other) < 1e-9 * x[100], "{:e}", largest_gap(&trace, &other));
     assert!(x[100] > top / SIGMA_0 && x[100] < 5.0 * top / SIGMA_0, "{}", x[100]);
-    // It returns to a point above its start, and the loop closes except for creep.
+    // The body returns to a point above its start, and the loop closes except for creep.
     assert!(x[200] > 0.2 * x[100] && (x[500] / x[100] - 1.0).abs() < 0.2, "{} {}", x[200], x[500]);
     closes_the_ledger(&simulation);
 }

@@ -195,8 +195,8 @@ fn truth_a_lane_stands_at_its_event() {
 
 #[test]
 fn truth_a_state_set_at_an_event_goes_on_from_there() {
-    // It leaves the wall with half its speed, so it returns after twice the time in which the force removes
-    // that speed.
+    // The body leaves the wall with half its speed, so it returns after twice the time in which the force
+    // removes that speed.
     let program = Program::new(&falling()).unwrap();
     let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
     let mut touches_s = Vec::new();

@@ -151,7 +151,7 @@ fn truth_capsule_on_a_sloping_height_field() {
 fn truth_rates_along_a_feed_over_a_cylinder() {
     let (r, radius, speed) = (5e-3, 40e-3, 10e-3);
     let work = Shape::Cylinder { half_length_m: 0.1, radius_m: radius };
-    // Its axis along z.
+    // The axis of the workpiece is along z.
     let place = Placement { position_m: [0.1, 0.0, 0.0], rotation_rad: [FRAC_PI_2, 0.0, 0.0] };
     let touching = Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &place).unwrap();
     let asked_m = 1e-8;

@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(fires([-1e-15, 1.0, 0.0], 1e-12), None);
         assert_eq!(fires([1e-15, -1.0, 0.0], 1e-12), Some(0.0));
         assert_eq!(fires([-1e-3, 1.0, 0.0], 1e-12), Some(0.0));
-        // It grows from the trace of an event, then falls again.
+        // The guard grows from the trace of an event, then falls again.
         let fired = fires([0.0, 1.0, -2.0], 1e-12).unwrap();
         assert!((fired - 0.5).abs() < ROUNDING, "{fired}");
     }

@@ -81,14 +81,14 @@ impl DirectionState {
 /// The state of one switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SwitchState {
-    /// Of a contact, or of one side of a free play.
+    /// State of a contact, or of one side of a free play.
     Contact(ContactState),
-    /// Of a guide with dry friction.
+    /// State of a guide with dry friction.
     Friction(FrictionState),
-    /// Of an effort limit, a speed line or a deadband.
+    /// State of an effort limit, a speed line or a deadband.
     Limit(LimitState),
     Ramp(RampState),
-    /// Of a guide whose resistance differs by direction.
+    /// State of a guide whose resistance differs by direction.
     Direction(DirectionState),
 }
 

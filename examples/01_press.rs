@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let by_hand = PUSH_N / MASS_KG * by_hand_s;
     println!("touches at {:.4} mm/s, by hand {:.4} mm/s", 1e3 * speed, 1e3 * by_hand);
 
-    // Energy: at the turn the spring stores the kinetic energy and the work of the push on the way.
+    // Energy: at the turning point the spring stores the kinetic energy and the work of the push up to there.
     let peak_n = trace.column("tool.force").unwrap_or_default().iter().copied().fold(0.0, f64::max);
     let by_hand_n = PUSH_N + (PUSH_N.powi(2) + STIFFNESS_N_PER_M * MASS_KG * by_hand.powi(2)).sqrt();
     println!("pushes with {peak_n:.4} N at most, by hand {by_hand_n:.4} N");

@@ -181,7 +181,8 @@ fn rk4_with_events<const S: usize>(
     }
 }
 
-/// A step with a touch or release in it: Illinois on steps from the start, then the rest in the other mode.
+/// A step that contains a touch or release: the Illinois method on steps from the start, then the rest in the
+/// other mode.
 #[cold]
 #[inline(never)]
 fn through_event<const S: usize>(

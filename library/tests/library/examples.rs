@@ -47,8 +47,8 @@ fn holds(name: &str, lines: usize, tolerance: f64) {
     }
 }
 
-/// Printed to six digits or more. The peak comes from a record at 100 kHz, between whose rows a sine of 100
-/// rad/s turns by 1e-3. So it loses (1e-3)^2 / 8 of its height.
+/// Values are printed to six digits or more. The peak comes from a record at 100 kHz, and between two rows a
+/// sine of 100 rad/s turns by 1e-3. So the peak loses (1e-3)^2 / 8 of its height.
 const PRINTED: f64 = 1e-5;
 /// Two seconds of chatter do not end in the initial state: 12 kg may be 0.1 m/s faster, which is 0.6 N of 20
 /// N.
@@ -56,7 +56,7 @@ const MOMENTUM: f64 = 0.03;
 /// Settling and unstable gains end 0.075 apart (those in between are undecided), so their middle is known to
 /// 0.0375 of 1.8.
 const EDGE: f64 = 0.021;
-/// Damping of 1 % moves a mode by its square, and a zero likewise.
+/// Damping of 1 % moves a mode by the square of 1 %, and a zero likewise.
 const DAMPED: f64 = 1e-3;
 /// The force sensor resolves 0.05 N of 20 N.
 const PRESSED: f64 = 2.5e-3;

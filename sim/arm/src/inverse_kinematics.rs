@@ -8,9 +8,9 @@ use crate::error::ArmError;
 /// Target position of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target {
-    /// Its position only.
+    /// Position of the tool only.
     Position(Vector3<f64>),
-    /// Its position, and the direction of its x axis.
+    /// Position of the tool, and the direction of its x axis.
     Pointing(Vector3<f64>, Vector3<f64>),
     /// Position and orientation.
     Place(Isometry3<f64>),

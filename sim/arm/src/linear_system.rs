@@ -18,11 +18,12 @@ pub struct ArmMode {
     pub frequency_hz: f64,
     /// Damping ratio from the dampings of joints and motors; coupling to other modes is neglected.
     pub damping_ratio: f64,
-    /// Its contribution from a drive force along the normal to the tool's motion, relative to the arm's mass.
-    /// It is -1 if this mode alone separates the tool from the motors. Negative means noncolocated.
+    /// Contribution of the mode to the tool's motion under a drive force along the normal, relative to the
+    /// arm's mass. It is -1 if this mode alone separates the tool from the motors. Negative means
+    /// noncolocated.
     pub drive_share: f64,
-    /// Its contribution to the tool's response to a force on the tool, relative to the arm's mass. It is the
-    /// ratio of motor to tip mass of the equivalent pair.
+    /// Contribution of the mode to the tool's response to a force on the tool, relative to the arm's mass. It
+    /// is the ratio of motor to tip mass of the equivalent pair.
     pub tip_share: f64,
 }
 

@@ -13,9 +13,9 @@ use crate::linear_system::ArmMode;
 pub struct Reduction {
     /// Mass of the rigid arm.
     pub mass_kg: f64,
-    /// Its part on the motors' side of the equivalent spring, without the branches.
+    /// Part of the mass on the motors' side of the equivalent spring, without the branches.
     pub motor_mass_kg: f64,
-    /// Its part on the tool's side.
+    /// Part of the mass on the tool's side.
     pub tip_mass_kg: f64,
     /// Further bodies, each on its own spring at the motor, some joined to the tool as well; empty if two
     /// masses are enough.

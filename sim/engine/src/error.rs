@@ -88,7 +88,7 @@ impl Remedy for EngineError {
 /// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RunEnd {
-    /// It reached its duration.
+    /// The run reached its duration.
     Completed,
     /// The motion left all bounds; the stored state is the last finite one.
     Diverged { t_s: f64 },

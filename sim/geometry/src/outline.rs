@@ -177,7 +177,7 @@ mod tests {
         let lines = Shape::Cuboid { half_extents_m: [0.1, 0.2, 0.3] }.outline(&place).unwrap();
         let length = |line: &Segment| (0..3).map(|k| (line[0][k] - line[1][k]).powi(2)).sum::<f64>().sqrt();
         assert_eq!(lines.len(), 12);
-        // Four of each extent.
+        // Four edges along each axis.
         assert!((lines.iter().map(length).sum::<f64>() - 4.0 * 1.2).abs() < 1e-12);
         assert!(lines.iter().flatten().all(|point| (point[0] - 1.0).abs() < 0.1 + 1e-12));
         // The corners of the second triangle are written again.

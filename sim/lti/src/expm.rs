@@ -280,7 +280,7 @@ mod tests {
             let a = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 1e-3 } else { 0.0 });
             let corner = expm(&a).unwrap()[(0, n - 1)];
             let truth = (1..n).map(|k| 1e-3 / k as f64).product::<f64>();
-            // Two roundings of each factor, here and there.
+            // Two roundings of each factor, in `corner` and in `truth`.
             assert!((corner - truth).abs() < 4.0 * n as f64 * f64::EPSILON * truth, "{n}: {corner} {truth}");
         }
     }

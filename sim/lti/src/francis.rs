@@ -360,7 +360,8 @@ mod tests {
             for (k, w) in found.iter().enumerate() {
                 let angle = (k + 1) as f64 * std::f64::consts::PI / (2 * bodies + 2) as f64;
                 let truth = 2.0 * stiffness.sqrt() * angle.sin();
-                // Roundings of the largest frequency, amplified by the ratio of both.
+                // Tolerance: rounding of the largest frequency, amplified by the ratio of the largest to the
+                // smallest.
                 assert!((w - truth).abs() < 1e-11 * 2.0 * stiffness.sqrt(), "{bodies} {k}: {w} {truth}");
             }
         }

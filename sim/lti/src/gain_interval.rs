@@ -156,9 +156,9 @@ pub struct GainEdge {
     /// Frequency of the motion that begins to grow, Hz; 0 for a drift, the Nyquist frequency for a motion
     /// that alternates from sample to sample.
     pub frequency_hz: f64,
-    /// Its eigenvalue (s or z plane), imaginary part not negative.
+    /// Eigenvalue of that motion (s or z plane), imaginary part not negative.
     pub eigenvalue: C64,
-    /// Its eigenvector, unit 2-norm.
+    /// Eigenvector of that motion, unit 2-norm.
     pub eigenvector: DVector<C64>,
 }
 
@@ -381,8 +381,8 @@ mod tests {
 
     #[test]
     fn regress_a_loop_lifted_over_many_periods_is_not_searched_for_what_rounding_makes_of_it() {
-        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain,
-        // and their rounding hides the others.
+        // Forty samples of x' = (1 - k) x beside a lag. Eigenvalues grow with the fortieth power of the gain,
+        // and rounding of the large ones hides the others.
         let count = Cell::new(0);
         let lifted = |k: f64| {
             count.set(count.get() + 1);

@@ -157,7 +157,7 @@ mod tests {
     use super::*;
     use nalgebra::dmatrix;
 
-    /// Two lags in series, between them a lead, (s + 3) / (s + 1)(s + 2): the lead is a part of its own.
+    /// Two lags in series with a lead in between, (s + 3) / (s + 1)(s + 2): the lead is a separate part.
     #[test]
     fn truth_parts_in_series_are_found() {
         let series = Reduced {

@@ -70,7 +70,7 @@ fn vector(
             let (first, second) = (sum(low), sum(low + 1));
             let (a, b) = (t.at(low, low) - value, t.at(low, low + 1));
             let (c, d) = (t.at(low + 1, low), t.at(low + 1, low + 1) - value);
-            // Relative to their size, products neither overflow nor vanish.
+            // Products of values relative to this size neither overflow nor vanish.
             let size = a.norm() + b.abs() + c.abs() + d.norm();
             let (a, b, c, d) = (a / size, b / size, c / size, d / size);
             let determinant = a * d - b * c;

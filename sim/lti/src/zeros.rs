@@ -75,7 +75,7 @@ impl<T: TimeDomain> StateSpace<T> {
 fn zeros_of(system: &Reduced) -> Result<(Vec<C64>, bool), LtiError> {
     let (outputs, inputs) = system.d.shape();
     let reduced = match (outputs, inputs) {
-        // Neither input nor output takes part: the zeros are its own motions.
+        // Neither input nor output remains: the zeros are the poles of the remaining system.
         (0, 0) => system.clone(),
         (1, 1) => reduce_single(system).ok_or(LtiError::Degenerate)?,
         _ => {

@@ -14,7 +14,7 @@ const TOUCHING: f64 = 1e-9;
 pub struct BodyShapes {
     /// `base`, or the name of the link.
     pub name: String,
-    /// Its shapes, in the frame of the base or of that joint.
+    /// Shapes of the body, in the frame of the base or of that joint.
     pub shapes: Vec<(Shape, Isometry3<f64>)>,
     /// Half the thickness of a body without its own shapes, which is a capsule from its joint to the next;
     /// zero otherwise.

@@ -134,7 +134,7 @@ fn truth_a_wheel_turns_through_many_circles() {
     let (speed, time_s) = (50.0, 2.0);
     let at = |t: f64| -1.0 + speed * time_s * (1.0 - f64::exp(-t / time_s));
     let worst = trace.t_s.iter().zip(&trace.columns[0]).map(|(t, x)| (x - at(*t)).abs()).fold(0.0, f64::max);
-    // First order: half a step of v0/T^2 t^2 and of v itself.
+    // Error of a first-order integrator: half a step times `v0 (t / T)^2`, and half a step times v.
     assert!(worst < 1e-4 * speed, "{worst}");
     assert!(trace.columns[0][1000] > 6.0 * std::f64::consts::TAU);
 }

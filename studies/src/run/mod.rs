@@ -210,7 +210,7 @@ struct Ended {
     end_s: f64,
     /// Whether no further extension is possible.
     is_longest: bool,
-    /// Whether no longer run follows.
+    /// Whether this run is the last, without a longer one after it.
     is_last: bool,
     standing: Standing,
     /// Largest force of every stretch of contact, per contact; empty if the engine does not keep peaks.

@@ -109,7 +109,7 @@ pub(super) struct Finished<'a> {
     pub(super) end_s: f64,
     /// Whether no further extension is possible.
     pub(super) is_longest: bool,
-    /// Whether no longer run follows.
+    /// Whether this run is the last, without a longer one after it.
     pub(super) is_last: bool,
     /// Motion that had not ended at the end.
     pub(super) standing: &'a Standing,

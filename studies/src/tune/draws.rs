@@ -42,7 +42,8 @@ pub fn machines(
     }
     let probable = with(document, uncertain, |_, one| one.value)?;
     let drawn = (0..draws).into_par_iter().map(|draw| {
-        // The sequence's first point is the corner of all lower ends, and says least.
+        // The first point of the sequence is the corner of all lower ends. It is the least informative, so it
+        // is skipped.
         let index = first + 1 + u32::try_from(draw).unwrap_or(u32::MAX - first - 1);
         with(document, uncertain, |dimension, Uncertain { interval: [low, high], .. }| {
             let share = f64::from(sobol(dimension, index)) * 0.5_f64.powi(32);

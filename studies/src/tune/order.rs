@@ -10,7 +10,8 @@ use super::spec::{Spec, TuneMeasure};
 use super::theory::LinearPlant;
 
 /// Shares of the tuned gains on errors, in the order of trying: doublings first, then smaller steps. A loop
-/// with a gain margin of two stays stable when its gains double. All come to rest, or nothing is proposed.
+/// with a gain margin of two stays stable when its gains double. If the force does not come to rest with
+/// every share, nothing is proposed.
 const SHARES: [f64; 5] = [0.125, 0.25, 0.5, 0.75, 1.0];
 /// No run of the model reaches a force this much above the largest of all runs. The margin is a quarter,
 /// half of the amplitude that a gain margin of 6 dB leaves.

@@ -304,7 +304,8 @@ fn weight(change: Counterfactual, found: &Explanation) -> f64 {
 /// The change that raises the limit of the loop's gain most, if it raises it by more than `LIFTS`.
 fn lift(found: &Explanation) -> Option<Lift> {
     let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
-    // An unbounded limit counts as infinite, an unknown one as zero. Only a cure separates them.
+    // Without a gain margin, the limit is unbounded if the change is a cure. Else it is unknown and counts as
+    // zero.
     let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
     let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Counterfactual::BilateralContact];
     let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;

@@ -224,9 +224,9 @@ impl ControlLoop {
 }
 
 impl ControlLoop {
-    /// Effect of each number on the loop, to first order: the larger of two relative changes. One is that of
-    /// the gain at the edge of stability. The other is that of the frequency at which the machine answers as
-    /// at the bandwidth.
+    /// Effect of each number on the loop, to first order: the larger of two relative changes. The first is
+    /// the change of the gain at the edge of stability. The second is the change of the frequency at which
+    /// the machine answers as at the bandwidth.
     fn effects(
         &self,
         key: &str,

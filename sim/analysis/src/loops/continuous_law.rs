@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, RowDVector};
 
 /// Inputs of a [`ContinuousLaw`], in this order.
 pub(crate) const READING: usize = 0;
-/// Its derivative.
+/// Derivative of the reading.
 pub(crate) const READING_RATE: usize = 1;
 /// Position of the driven body.
 pub(crate) const POSITION: usize = 2;
-/// Its velocity.
+/// Velocity of the driven body.
 pub(crate) const VELOCITY: usize = 3;
 pub(crate) const INPUTS: usize = 4;
 

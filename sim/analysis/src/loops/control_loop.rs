@@ -16,7 +16,7 @@ use crate::machine::prepare::View;
 /// One controller, with the signals that it reads and drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopController {
-    /// As in the file.
+    /// Name as in the file.
     pub name: String,
     /// Whether this is the loop of a sampled servo; its name is then that of the actuator.
     pub is_servo: bool,

@@ -78,7 +78,7 @@ pub enum WhyNoWaterfall {
     SlowerLoop {
         /// The controller at which the loop is broken.
         controller: String,
-        /// Its period, s.
+        /// Period of that controller, s.
         period_s: f64,
         /// The period with which all repeat together, s.
         common_s: f64,

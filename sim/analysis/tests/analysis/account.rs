@@ -19,7 +19,8 @@ fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
     analyze(scenario, &request).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Integral action a decade below, and the first mode a decade above, still bend a shelf by some per cent.
+/// Integral action a decade below the plateau of the response, and the first mode a decade above it, change
+/// the plateau by some per cent.
 const SHELF: f64 = 0.05;
 
 #[test]
@@ -212,7 +213,7 @@ fn truth_no_eigenvalue_is_beyond_the_bound_on_rates() {
         rates.into_iter().fold(0.0, f64::max)
     };
     let bound = |machine: &Machine| assemble(machine).unwrap().fastest_rate_per_s();
-    // Gershgorin is off by less than a factor of two in a chain, whose middle bodies reach it.
+    // Gershgorin's bound exceeds the largest rate of a chain by less than a factor of two.
     assert!(
         (largest(&machine)..2.0 * largest(&machine)).contains(&bound(&machine)),
         "{} {}",

@@ -12,8 +12,8 @@ use feeler_plant::description::Spring;
 /// Low frequency is 1e-3 Hz and the bandwidth about 30 Hz. The error is the square of their ratio, with a
 /// margin.
 const LOW_IS_NOT_ZERO: f64 = 1e-8;
-/// A sampled loop lags by a period and a half at most, 0.015 ms. That is 3e-3 rad at 30 Hz, times the
-/// steepness of a lead and a lightly damped loop.
+/// A sampled loop lags by a period and a half at most, 0.015 ms. That is 3e-3 rad at 30 Hz, times a factor
+/// for a lead and a lightly damped loop.
 const FAST_SAMPLING: f64 = 0.02;
 
 #[test]

@@ -10,12 +10,12 @@ use feeler_plant::effects::{EffectUse, find};
 /// Periodic excitation of a linear machine at rest leaves no leakage. Only the transient remains, which
 /// decays at 7/s over some seconds.
 const PERIODIC: f64 = 1e-6;
-/// Leakage left by local parabolas over 0.2 Hz of a resonance that is 2 Hz wide: its third power, with room
-/// for the sharpest lines.
+/// Leakage left by local parabolas over 0.2 Hz of a resonance that is 2 Hz wide: the third power of that
+/// ratio, with a margin for the sharpest lines.
 const LOCAL: f64 = 3e-3;
-/// Three neighbouring lines of a chirp averaged: their curvature, 0.05 Hz over a resonance of 2 Hz.
+/// Error of the mean of three neighbouring lines of a chirp: curvature of a resonance 2 Hz wide over 0.05 Hz.
 const CHIRP: f64 = 1e-2;
-/// Welch's segments of 4 s: leakage and statistics of some sixty averages.
+/// Error of Welch's method with segments of 4 s: leakage, and scatter of some sixty averages.
 const WELCH: f64 = 5e-2;
 
 fn experiment() -> FrfExperiment {

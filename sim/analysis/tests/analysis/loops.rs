@@ -389,7 +389,8 @@ fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
     assert_eq!((report.limit(), report.ranked_by()), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
     let limit = report.sensitivities().iter().find(|s| s.key == "actuators.drive.limit").unwrap();
     assert!(limit.bandwidth_relative > 0.0);
-    // The same with twice the step: a quantity located by bisection has a derivative.
+    // Central differences with twice the step, to check that a quantity located by bisection has a
+    // derivative.
     let at = |limit: f64| {
         scenario.machine.actuators["drive"].limit_n = Some(limit);
         asked(&scenario).looped.unwrap().waterfall.unwrap().saturation_hz.unwrap()

@@ -152,8 +152,8 @@ fn truth_white_noise_has_its_band_and_power() {
     // 2 B t = 8000 independent values in 40 s: the variance is known to sqrt(2 / 8000) = 1.6 %, the rms to
     // half of that; 4 sigma.
     assert!((rms(&values) / sigma - 1.0).abs() < 0.032);
-    // Mean power per hertz of Hann-windowed segments of 0.4 s, over 7 Hz wide stretches. There are 100
-    // segments of 3 bins each, so to 6 %; 5 sigma.
+    // Mean power per hertz of Hann-windowed segments of 0.4 s, over stretches of 7 Hz. There are 100 segments
+    // of 3 bins each, so the power is known to 6 %; 5 sigma.
     let segment = 400;
     let window: Vec<f64> = (0..segment).map(|i| 1.0 - (TAU * i as f64 / segment as f64).cos()).collect();
     let density = |frequency_hz: f64| {
@@ -197,7 +197,7 @@ fn truth_prbs_autocorrelation() {
     let (order, clock_period_s, amplitude) = (7, 0.002, 3.0);
     let prbs = compile(&ReferenceSpec::Prbs { order, clock_period_s, amplitude, offset: 0.5 });
     let length = 127;
-    // Sampled at the chip boundaries, some of which are a rounding low in floating point.
+    // Samples at the chip boundaries; in floating point some of them are slightly before the boundary.
     let chips: Vec<f64> =
         (0..3 * length).map(|i| (prbs.value(i as f64 * clock_period_s) - 0.5) / amplitude).collect();
     assert!(chips.iter().all(|chip| (chip.abs() - 1.0).abs() < ROUNDING));

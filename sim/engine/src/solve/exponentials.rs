@@ -39,8 +39,8 @@ pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// `exp(span [derivative; 0])`: rows of states over an extended vector of `width` entries, of which the
-/// others do not change.
+/// `exp(span [derivative; 0])`: rows of states over an extended vector of `width` entries, whose entries
+/// other than states do not change.
 pub(crate) fn exponential(
     derivative: &[f64],
     width: usize,

@@ -52,7 +52,7 @@ pub(crate) struct Flow {
     pub(crate) linear: bool,
     /// Derivatives of the states over the linear part of the extended vector, row by row.
     pub(crate) derivative: Vec<f64>,
-    /// Its part over the states, column by column, each padded to whole blocks.
+    /// The part of `derivative` over the states, column by column, each padded to whole blocks.
     pub(crate) columns: Vec<f64>,
     pub(crate) states: usize,
     pub(crate) width: usize,

@@ -159,7 +159,7 @@ fn truth_velocity_source_step_is_second_order() {
 fn truth_velocity_source_holds_at_its_effort_limit() {
     let limit = 100.0;
     let (trace, _) = run(&driven(source(Some(limit)), ReferenceSpec::Constant(1.0), 0.04));
-    // Without its limit the force passes the limit on its first rise: bisection on the closed form.
+    // The instant at which the unlimited force first exceeds the limit, by bisection on the closed form.
     let (mut a, mut b) = (0.0, 1e-3);
     for _ in 0..60 {
         let middle = 0.5 * (a + b);

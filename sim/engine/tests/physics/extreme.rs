@@ -9,8 +9,8 @@ use crate::common::{axis, body, effect, run, spring};
 /// A lag of 0.2 ns changes a force with a rate of a few kilonewtons a second by less than a micronewton. The
 /// ideal drive's own force is exact.
 const LAG_N: f64 = 1e-4;
-/// An exponential over a millisecond of a part that decays at 6e9 1/s is squared about 23 times. Rounding
-/// times the product of both is 1e-9 each time.
+/// An exponential over a millisecond of a part that decays at 6e9 1/s is squared about 23 times. Each time
+/// the error is rounding times the product of that time and rate, 1e-9.
 const BALANCE: f64 = 5e-8;
 
 #[test]

@@ -300,10 +300,10 @@ fn largest_gap(trace: &Trace, other: &[[f64; 3]]) -> f64 {
 /// Figure 3: below the break-away force the body follows a loop about where it started.
 #[test]
 fn reference_lugre_follows_the_published_presliding_loop() {
-    // Up to 1.425 N, down to -1.425 N and up again, by 1 N/s.
+    // Up to 1.425 N, down to -1.425 N and up again, at 1 N/s.
     let top = 0.95 * STATIC;
     let (first, second) = (top, 3.0 * top);
-    // Each level a little before the sample that takes it.
+    // Each level begins slightly before the sample that uses it.
     let levels = [(0.0, top), (first - 1e-9, -top), (second - 1e-9, top)];
     let (run_s, every_s) = (5.0 * top, top / 100.0);
     let force = |t: f64, _: f64| match t {

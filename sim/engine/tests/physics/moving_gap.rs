@@ -32,7 +32,8 @@ fn waves() -> Profile {
 
 #[test]
 fn truth_a_mass_on_a_spring_follows_a_cubic() {
-    // m s'' + k (s - w) = 0 with w = a t + j t^3 / 6: s = w - (m/k) w'' where it starts so.
+    // m s'' + k (s - w) = 0 with w = a t + j t^3 / 6 has the solution s = w - (m/k) w'', if the motion starts
+    // on it.
     let (m, k, a, j, end_s) = (2.0, 5e4, 3e-3, 0.4, 0.25);
     let rate = |t: f64| a + j * t * t / 2.0;
     let w = |t: f64| a * t + j * t * t * t / 6.0;

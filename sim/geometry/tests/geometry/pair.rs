@@ -87,7 +87,7 @@ fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
     assert_eq!(pair(1).buried_m([1.0, 0.0, 0.0], UPRIGHT), None);
 }
 
-/// A sphere of triangles, and the largest depth of its faces within it, m.
+/// A sphere of triangles, and the largest depth of its faces below the true sphere, m.
 fn globe(radius_m: f64, count: u32) -> (Mesh, f64) {
     let mut mesh = Mesh::default();
     let around = 2 * count;

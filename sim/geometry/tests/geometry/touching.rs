@@ -162,8 +162,8 @@ fn truth_rates_along_a_feed_over_a_cylinder() {
         let y = -10e-3 + speed * t;
         let ahead = f64::sqrt((r + radius).powi(2) - y * y);
         let (offset, rate) = found.profile.at(t);
-        // Parry's ball on a convex body is iterated. The rate's error is that of the offset over the pieces'
-        // 31 ms, times the 3.08 of a cubic's slope.
+        // Parry's distance from a ball to a convex body is iterative. The error of the rate is the error of
+        // the offset over the length of a piece, 31 ms, times 3.08 for the slope of a cubic.
         assert!((offset - (0.1 - ahead)).abs() < 2.0 * asked_m, "{t}: {offset}");
         assert!(t >= 2.0 || (rate - speed * y / ahead).abs() < 1e-5, "{t}: {rate} {}", speed * y / ahead);
     }

@@ -29,7 +29,8 @@ pub struct BestLinearApproximation {
 
 /// Power, relative to the line's own, of the rounding of long simulations: smaller differences do not count.
 const ROUNDING: f64 = 1e-18;
-/// The same relative to the strongest line: rounding of the whole output appears at every line, however weak.
+/// Power of rounding relative to the strongest line: rounding of the whole output appears at every line,
+/// however weak.
 const ROUNDING_OF_STRONGEST: f64 = 1e-24;
 
 /// Power of the output at each line that may be rounding.

@@ -78,9 +78,9 @@ fn truth_zeros_of_a_long_chain_are_those_of_its_springs() {
         let whole = chain.system(0, n - 1);
         let zeros = whole.zeros().unwrap();
         assert_eq!(zeros.len(), n - 1);
-        // k / c of a part of one state: a few roundings.
+        // Each zero is -k / c of a subsystem with one state, accurate to a few roundings.
         assert!(zeros.iter().all(|z| (z + 1e4).norm() < 1e-14 * 1e4), "{n}: {zeros:?}");
-        // In every spring the force rises as c s.
+        // At high frequency the force of every spring is c s per displacement.
         let form = whole.zero_pole_gain().unwrap();
         let truth = 10_f64.powi(i32::try_from(n).unwrap() - 1);
         assert!((form.leading_coefficient / truth - 1.0).abs() < 1e-12, "{n}: {}", form.leading_coefficient);
@@ -101,7 +101,7 @@ fn regress_a_sampled_chain_of_a_hundred_bodies_has_a_loop() {
     let transfer = LoopTransfer::discrete(&sampled).unwrap();
     assert_eq!(transfer.unstable_poles(), 0);
     let slow = transfer.at_frequency(0.0).unwrap();
-    // Rounding of the transition, over the square of the angle by which the slowest mode turns in a sample.
+    // Rounding of the transition matrix, divided by the square of the slowest mode's angle per sample.
     assert!((slow * 1e5 - 1.0).norm() < 1e-8, "{slow}");
 }
 

@@ -92,7 +92,7 @@ fn truth_each_way_to_excite_is_recognised() {
         (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
     assert_eq!(recognise(&chirp), RecordedExcitation::Sweep);
     // Further sweeps, in records that begin or end in silence: from a higher frequency, with a geometric
-    // course, and over less than an octave.
+    // progression, and over less than an octave.
     let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
     let geometric = |t: f64| (TAU * 2.0 * 2.5 / 80_f64.ln() * (80_f64.powf(t / 2.5) - 1.0)).sin();
     let octave = |t: f64| (TAU * (60.0 + 12.0 * t) * t).sin();

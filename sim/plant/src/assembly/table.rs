@@ -89,8 +89,8 @@ mod tests {
 
     const FORCES: [f64; POINTS] = [1.0, 1.0, 2.0, 6.0, 3.0, -4.0, -4.0, 0.5, 2.0];
 
-    /// At a point the rounding moves the course by an eighth of the turn there. A point `n` spacings away
-    /// adds at most `ROUNDING^2 / (4 n)` of its own turn.
+    /// At a point the rounding moves the curve by an eighth of the change of slope there. A point `n`
+    /// spacings away adds at most `ROUNDING^2 / (4 n)` of its change of slope.
     #[test]
     fn truth_the_course_passes_its_points_but_for_the_rounding() {
         let table = Table::between(-0.2, 0.6, FORCES);

@@ -38,7 +38,7 @@ impl ElementKind {
 pub struct Site {
     /// Kind of the element, which is also its table in files.
     pub table: ElementKind,
-    /// Its position there.
+    /// Position of the element in that table.
     pub index: usize,
 }
 

@@ -28,7 +28,7 @@ pub enum NonlinearLaw {
     /// `cubic e^3` of a link (or of one side of its play).
     Cubic {
         link: usize,
-        /// Its side of the link; `None` for a link that acts everywhere.
+        /// Side of the link's play; `None` for a link that acts everywhere.
         side: Option<StopSide>,
         /// N/m³.
         cubic: f64,

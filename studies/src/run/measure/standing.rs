@@ -58,7 +58,7 @@ fn is_driven(cell: &Cell) -> bool {
 /// Whether a negative compression becomes positive within `horizon_s`.
 fn closes([compression, rate, acceleration]: [f64; 3], horizon_s: f64) -> bool {
     let after = |t: f64| compression + t * (rate + 0.5 * t * acceleration);
-    // A tool that turns back on the way comes no nearer.
+    // If the tool turns back before the horizon, it is nearest where it turns.
     let turns_s = if acceleration < 0.0 { -rate / acceleration } else { horizon_s };
     let nearest_s = turns_s.min(horizon_s);
     nearest_s > 0.0 && after(nearest_s) >= 0.0

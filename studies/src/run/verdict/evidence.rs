@@ -11,7 +11,7 @@ pub(in crate::run) struct Evidence<'a> {
     pub(in crate::run) end: Option<RunEnd>,
     /// Whether the run has its largest length, so that growth counts as lasting.
     pub(in crate::run) is_longest: bool,
-    /// Whether no longer run follows, though one might be more conclusive.
+    /// Whether this run is the last, although a longer one might be more conclusive.
     pub(in crate::run) is_last: bool,
     /// Whether a controller was in its approach at the end.
     pub(in crate::run) is_approaching: bool,

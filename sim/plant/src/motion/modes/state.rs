@@ -19,12 +19,12 @@ pub enum ContactState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum FrictionState {
-    /// It holds the guide at rest.
+    /// Friction holds the guide at rest.
     #[default]
     Stick = 0,
-    /// It resists a guide that slides forward.
+    /// Friction resists a guide that slides forward.
     Forward = 2,
-    /// It resists a guide that slides backward.
+    /// Friction resists a guide that slides backward.
     Backward = 1,
 }
 
@@ -45,7 +45,7 @@ pub enum LimitState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum RampState {
-    /// It has reached its target.
+    /// The command has reached its target.
     #[default]
     AtTarget = 0,
     Rising = 2,

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wall_n = mean(&chatters, "tool.force");
     let drive_n = mean(&chatters, "drive.force");
     println!("mean force of the wall {wall_n:.3} N, by hand {drive_n:.3} N, which is the mean of the drive");
-    println!("largest force {:.1} N, and {WANTED_N} N were wanted", chatters.summary.peak_force_n);
+    println!("largest force {:.1} N, for a reference of {WANTED_N} N", chatters.summary.peak_force_n);
 
     // Half the gain lies below the limit, and the force settles at its reference.
     let settles = run(&with_gain(0.6)?.scenario, &mut |_| {})?;

@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (half, last) = (at(0.5 * touch_s), at(touch_s) - 1);
     let speed =
         (compressions[last] - compressions[half]) / (result.motion.t_s[last] - result.motion.t_s[half]);
-    println!("came down at {:.2} mm/s, and {:.2} mm/s were wanted", 1e3 * speed, 1e3 * APPROACH_M_PER_S);
+    println!("came down at {:.2} mm/s, for a reference of {:.2} mm/s", 1e3 * speed, 1e3 * APPROACH_M_PER_S);
     println!("and got {:.2} mm off its line on the way", 1e3 * summary.sideways_m);
     Ok(())
 }

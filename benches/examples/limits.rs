@@ -259,7 +259,7 @@ fn many_variants(million: bool) -> Result<()> {
     // Only if the system reports the peak memory.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     if let Some(most) = status.lines().find_map(|line| line.strip_prefix("VmHWM:")) {
-        println!("\nMost memory that was held at any time: {}.", most.trim());
+        println!("\nPeak memory: {}.", most.trim());
     }
     Ok(())
 }

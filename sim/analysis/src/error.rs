@@ -108,7 +108,7 @@ impl Remedy for AnalysisError {
                 "read a signal that follows the command later, or leave the derivative out".into()
             }
             Self::ImposedOutput { .. } => {
-                "name a position as the output; `feeler frf` responds to this one too".into()
+                "name a position as the output, or measure this signal by `feeler frf`".into()
             }
             Self::NoLimitCycle { .. } => "run the scenario, or analyse it without the effects".into(),
             Self::RunEnded { .. } => "excite the machine less, or hold it".into(),

@@ -77,7 +77,7 @@ impl Remedy for ArmError {
             Self::Urdf { remedy, .. } => remedy.as_ref().into(),
             Self::Unknown { known, .. } => format!("name one of {known}").into(),
             Self::Massless { link, .. } => format!("give link `{link}` an `inertial`").into(),
-            Self::NoJoints { .. } => "name a link further out".into(),
+            Self::NoJoints { .. } => "name a link farther from the base".into(),
             Self::Pose { .. } => "give one each, in this order".into(),
             Self::Limit { joint, lower, upper, .. } => {
                 format!("choose a pose with `{joint}` from {} to {}", short(*lower), short(*upper)).into()

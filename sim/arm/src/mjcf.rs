@@ -185,7 +185,7 @@ impl<'a> Model<'a, '_> {
         depth: usize,
     ) -> Result<(), ArmError> {
         if depth > MOST_DEEP {
-            return wrong(node, "bodies within bodies have no end", "flatten the tree");
+            return wrong(node, "bodies are nested too deeply", "flatten the tree");
         }
         let class = node.attribute("childclass").unwrap_or(class);
         let name =

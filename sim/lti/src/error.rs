@@ -64,7 +64,7 @@ impl Remedy for LtiError {
                 format!("give `{matrix}` {expected_rows} rows and {expected_columns} columns").into()
             }
             Self::NotFinite { quantity } => {
-                format!("look for extreme or missing numbers in what `{quantity}` is made of").into()
+                format!("look for extreme or missing numbers in the values that give `{quantity}`").into()
             }
             Self::OutOfRange { quantity, range, .. } => format!("choose {quantity} within {range}").into(),
             Self::NoSuchChannel { kind, count: 0, .. } => format!("add an {kind}").into(),

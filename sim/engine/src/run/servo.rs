@@ -85,7 +85,7 @@ fn motion(
     let mut commanding = controllers.iter().filter(|(_, used)| used.drives == name);
     let Some((controller, used)) = commanding.next() else { return Ok(None) };
     if let Some((other, _)) = commanding.next() {
-        let message = format!("`{controller}` and `{other}` both say how `{name}` moves");
+        let message = format!("`{controller}` and `{other}` both prescribe the motion of `{name}`");
         return Err(Problem::new(format!("controllers.{other}.drives"), message, "keep one of them"));
     }
     let spec = &used.spec;

@@ -96,7 +96,7 @@ impl Build<'_> {
             self.problems.push(Problem::new(key, message, "add `supply_voltage`, in V"));
         }
         if motor.input == MotorInput::Current && motor.inductance_h > 0.0 {
-            let message = "the amplifier that keeps a current sees to the inductance";
+            let message = "an amplifier that controls the current already compensates the inductance";
             let key = format!("actuators.{name}.inductance");
             self.problems.push(Problem::new(
                 key,

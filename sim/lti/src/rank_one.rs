@@ -26,8 +26,9 @@ const BEYOND: f64 = 1e3;
 const BESIDE: [f64; 8] = [0.0, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0];
 /// Largest change of the phase of G between neighbours, rad, up to the limit on divisions.
 const TURN: f64 = 0.5;
-/// Share of the response that would belong to the largest gain of a search. Between two values below it there
-/// is no gain of the search; far beyond the modes of a long chain the phase is that of rounding.
+/// Responses below this share of the one that belongs to the largest gain of a search are skipped, since no
+/// gain of the search lies between two of them. Far beyond the modes of a long chain their phase is only
+/// rounding.
 const NEGLIGIBLE: f64 = 0.1;
 const HALVINGS: usize = 24;
 /// Width to which a frequency is located.

@@ -14,8 +14,8 @@ use crate::run::{Ended, Judged, Outcome, Summary, engine};
 
 /// Number of variants side by side.
 pub const LANES: usize = 8;
-/// A step of all lanes costs as much as one of this many lone variants. As few undecided variants run again
-/// alone, since the other lanes would idle.
+/// A step of all lanes costs as much as one of this many lone variants. If so few variants are undecided,
+/// they run again alone, since the other lanes would idle.
 const CHEAPER_ALONE: usize = 2;
 
 /// A variant prepared for measuring.
@@ -231,7 +231,8 @@ mod tests {
     }
 
     /// A cell between those of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then
-    /// chatters with a bounded amplitude. It does so too with a stiffness larger by some 1e-13 of it.
+    /// chatters with a bounded amplitude. A stiffness larger by a share of some 1e-13 gives the same
+    /// behaviour.
     #[test]
     fn regress_impacts_that_rise_at_first_are_not_called_unstable() {
         let settings = [

@@ -6,8 +6,8 @@ use feeler_files::rounded;
 use super::knobs::Knobs;
 
 /// Share by which gains and frequencies are moved, up and down. Force sensor and drive are calibrated to a
-/// few per cent each, which scales the loop's gain by about this. A stiffness or mass known to ten per cent
-/// moves a mode by as much against a filter.
+/// few per cent each, which scales the loop's gain by about this share. A stiffness or mass known to ten per
+/// cent moves a mode by the same share relative to a filter.
 const NEAR: f64 = 0.05;
 /// A sampled filter is moved no higher than this, over the sampling rate; its corner must be below a half.
 const HIGHEST: f64 = 0.49;

@@ -10,8 +10,8 @@ use crate::common::{file, result_of};
 /// thousand times longer.
 const APART_S: f64 = 1e-9;
 
-/// The wall at zero and the tip in front of it, or the tip at zero and a gap. It is one machine, but the
-/// first touches at a compression of pure rounding.
+/// The wall at zero and the tip in front of it, or the tip at zero and a gap. Both are the same machine, but
+/// the first touches at a compression of pure rounding.
 #[test]
 fn regress_a_touch_of_an_undamped_nonlinear_contact_is_one() {
     for (law, alpha) in [("hunt-crossley", 0.3), ("hunt-crossley", 0.0), ("hertz", 0.0)] {

@@ -84,8 +84,8 @@ impl<L: Lane> FixedStep<L> {
             let end_of = |k: u64| t_s + if k == steps { span_s } else { k as f64 * step_s };
             let index =
                 if lanes[0].ledger.is_none() && self.bodies.is_empty() { self.map(h, lanes) } else { None };
-            // Only its own mode decides whether a lane uses the map or the stages, so its numbers do not
-            // depend on its neighbours.
+            // A lane's own mode alone decides whether the lane uses the map or the stages. So its numbers do
+            // not depend on its neighbours.
             let by_map = if index.is_some() { formation.travelling } else { L::Mask::splat(false) };
             let most = if formation.all_linear && index.is_some() { most } else { 1 };
             let (mut taken, mut changed) = (most, false);

@@ -85,8 +85,8 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
             largest_difference(&force(&run(&scenario).0), &force(&ideal))
         };
         let (soft, stiff) = (distance(1e9), distance(1e11));
-        // Damping falls as the root of the stiffness, and its share of the compliance with it: between one
-        // and two decades in two.
+        // The compliance of the damper falls only with the root of the stiffness. So over two decades of
+        // stiffness the distance falls by one to two decades.
         assert!(stiff < 0.2 * soft && stiff < 0.2, "{kind}: {soft} and {stiff} N");
     }
     // One body split into two with the same total mass and a stiff spring in between.

@@ -136,8 +136,8 @@ fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Tolerance of a rate: the windows' ends leave up to 0.2 % of an amplitude, over a record of 40 windows'
-    /// cycles.
+    /// Tolerance of a rate: the ends of the windows cause up to 0.2 % of an amplitude, over a record of 40
+    /// windows' cycles.
     const RATE: f64 = 0.005;
 
     fn swing(rate: f64, hz: f64) -> Vec<f64> {

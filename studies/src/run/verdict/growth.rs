@@ -16,8 +16,8 @@ use crate::run::verdict::evidence::Evidence;
 
 /// Smallest significant growth from one part of the tail to the next, or from impact to impact.
 const GROWS: f64 = 1.5;
-/// Number of contacts at the end of the run whose peaks must rise for unstable bouncing. By chance, aperiodic
-/// ones do so in one run of 720, and far more rarely above all earlier ones.
+/// Number of contacts at the end of the run whose peaks must rise for unstable bouncing. In aperiodic
+/// bouncing they rise by chance in one run of 720, and far more rarely exceed all earlier ones too.
 const LEAST_RISING: usize = 6;
 /// The smallest number if each contact is so much harder than the previous one that the whole motion grows.
 const LEAST_SOARING: usize = 3;
@@ -81,8 +81,8 @@ impl Evidence<'_> {
         last.len() >= LEAST_WEAKER && whole.windows(2).all(weaker)
     }
 
-    /// Whether nearly steady bouncing dies out: it falls as fast at the end as before, while a fall to a
-    /// cycle would end.
+    /// Whether nearly steady bouncing dies out: its decay is as fast at the end as before. A decay towards a
+    /// limit cycle would slow down.
     pub(super) fn dies_out(&self, trend: Option<Trend>, [a1, a2, a3]: [f64; 3]) -> bool {
         match trend {
             Some(trend) => trend.falls_on() && trend.change < -FADES,

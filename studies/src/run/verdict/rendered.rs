@@ -1,5 +1,5 @@
-//! The verdict without contact, when a wall is one that a controller renders: by the motion under control,
-//! else by the drive's command.
+//! The verdict without contact, if a controller renders the wall: by the motion under control, else by the
+//! drive's command.
 
 use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;

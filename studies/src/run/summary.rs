@@ -40,7 +40,7 @@ pub struct Summary {
     pub bounces: usize,
     /// Time in contact of the main contact.
     pub contact_time_s: f64,
-    /// The same as a share of the run.
+    /// Time in contact as a share of the run.
     pub contact_share: f64,
     /// The oscillation of the main contact's force, if it lasts to the end.
     pub oscillation: Option<Oscillation>,
@@ -91,7 +91,7 @@ pub struct ContactSummary {
     pub bounces: usize,
     /// Time in contact.
     pub contact_time_s: f64,
-    /// The same as a share of the run.
+    /// Time in contact as a share of the run.
     pub contact_share: f64,
 }
 

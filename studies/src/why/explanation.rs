@@ -48,7 +48,7 @@ pub struct Lift {
     pub change: Counterfactual,
     /// Largest factor on the loop's gain without the change.
     pub from: f64,
-    /// The same with the change; `None` if no reasonable gain destabilises the loop.
+    /// Largest factor with the change; `None` if no reasonable gain destabilises the loop.
     pub to: Option<f64>,
 }
 

@@ -59,7 +59,7 @@ pub struct Landmarks {
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
     pub end_dip_hz: [f64; 2],
-    /// And falls below 0 permanently.
+    /// Frequency above which that phase stays below 0.
     pub end_hz: f64,
     /// Contact force, clamped: phase falls through -180 degrees.
     pub force_hz: f64,

@@ -44,13 +44,13 @@ const NEARLY_STATIC: f64 = 1e-9;
 /// A limit cycle, approximated by the first harmonic of each signal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LimitCycle {
-    /// Of its first harmonic, Hz.
+    /// Frequency of the first harmonic, Hz.
     pub frequency_hz: f64,
     /// Largest elastic force of the contact.
     pub peak_force_n: f64,
     /// Mean force of the contact.
     pub mean_force_n: f64,
-    /// Share of the time in contact; 1 where contact is never lost.
+    /// Share of the time in contact; 1 if contact is never lost.
     pub contact_share: f64,
     /// Amplitude of the compression, m.
     pub amplitude_m: f64,

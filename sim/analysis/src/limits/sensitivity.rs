@@ -36,7 +36,7 @@ pub struct Sensitivity {
     /// Derivative of the bandwidth, Hz per unit of the parameter.
     pub bandwidth_hz_per_unit: f64,
     /// Relative change of the bandwidth over relative change of the parameter. If the drive saturates first,
-    /// the same for the saturation frequency.
+    /// the saturation frequency takes the place of the bandwidth.
     pub bandwidth_relative: f64,
     /// Relative change of the largest stable gain over relative change of the parameter.
     pub largest_gain_relative: f64,

@@ -33,7 +33,7 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 /// An edge of stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Edge {
-    /// The edge at which stability begins or ends.
+    /// Gain at which stability begins or ends.
     pub gain: f64,
     /// Frequency of the motion that begins to grow, Hz. If several rates repeat together, many frequencies
     /// look alike once per common period; this is the one at which the bodies move.

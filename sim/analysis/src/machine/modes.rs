@@ -42,9 +42,9 @@ pub struct VibrationMode {
 pub struct BodyMotion {
     /// Name of the body.
     pub body: String,
-    /// In phase with the body that moves most.
+    /// Part in phase with the body that moves most.
     pub in_phase: f64,
-    /// A quarter period ahead of it.
+    /// Part that is a quarter period ahead of that body.
     pub quadrature: f64,
 }
 

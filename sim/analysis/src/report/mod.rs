@@ -67,9 +67,9 @@ pub struct ModeReport {
     pub class: ModeClass,
     /// Its class in the loop; `None` without a loop.
     pub class_in_loop: Option<ModeClass>,
-    /// Phase that remains lost beyond it.
+    /// Phase that remains lost beyond the mode.
     pub phase_change_deg: f64,
-    /// Largest lag on the way.
+    /// Largest phase lag near the mode.
     pub phase_dip_deg: f64,
     /// Whether it is the rigid-body motion.
     pub rigid_body: bool,

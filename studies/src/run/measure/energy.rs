@@ -34,7 +34,7 @@ pub struct EnergyTable {
     pub residual: f64,
     /// All energy exchanged and stored, in magnitude, J.
     pub exchanged: f64,
-    /// The residual over that.
+    /// The residual over `exchanged`.
     pub relative_residual: f64,
 }
 

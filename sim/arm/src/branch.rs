@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 pub struct Branch {
     /// Mass of the body, kg.
     pub mass_kg: f64,
-    /// Its spring to the motor.
+    /// Stiffness of the spring to the motor.
     pub stiffness_n_per_m: f64,
-    /// The damping of that spring.
+    /// Damping of the spring to the motor.
     pub damping_n_s_per_m: f64,
     /// Stiffness of its spring to the tool; zero without one.
     pub to_tool_n_per_m: f64,

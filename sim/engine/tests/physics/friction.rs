@@ -282,7 +282,7 @@ fn regress_a_state_that_is_set_is_in_its_own_mode() {
     let program = Program::new(&scenario(machine, 1.0, &["wall.contact"])).unwrap();
     let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
     simulation.run_to(0.1, &mut Unobserved).unwrap();
-    // From within the wall, then through its own braking distance.
+    // It starts 10 mm inside the wall, whose energy lengthens the braking distance.
     simulation.set_state(0, &[0.02, -0.5]).unwrap();
     simulation.run_to(0.9, &mut Unobserved).unwrap();
     let energy = 0.5 * 3.0 * 0.25 + 0.5 * 1e4 * 1e-4;

@@ -47,8 +47,8 @@ pub(crate) struct Frf {
     /// power]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) to: Option<f64>,
-    /// Root mean square of the excitation, SI [default: that of the scenario's own multisine, else a tenth of
-    /// the drive's limit, else 1 N or 0.01 m/s; for a force at least five times the dry friction]
+    /// Root mean square of the excitation, SI. A force is at least five times the dry friction [default: that
+    /// of the scenario's own multisine, else a tenth of the drive's limit, else 1 N or 0.01 m/s]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) rms: Option<f64>,
     /// Mean of the command, SI [default: 0]

@@ -58,7 +58,8 @@ pub(crate) static TOP: &[Key] = &[NAME, ABOUT, AXIS_KIND, BASE];
 /// The table of tolerances.
 pub(crate) const TOLERANCE: &str = "tolerance";
 /// Meaning of `[tolerance]`.
-pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off, as a fraction, before that \
-    counts as a finding: dotted keys in quotes, as in \"bodies.motor.mass\" = 0.05";
+pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off before that counts as a \
+    finding, as the logarithm of a factor: 0.05 is about 5 %, 0.5 allows factors from 0.61 to 1.65. Dotted \
+    keys in quotes, as in \"bodies.motor.mass\" = 0.05";
 /// The table of effects under an element.
 pub(crate) const EFFECTS: &str = "effects";

@@ -57,9 +57,9 @@ pub struct Stage {
     /// below its value at low frequency. Half of the sampling rate if it never does; `None` if the gain is
     /// unlimited.
     pub bandwidth_hz: Option<f64>,
-    /// Bandwidth at the gain of the previous stage, Hz. It isolates the effect of this ingredient; the rest of
-    /// the difference comes from the gain that it allows. `None` without a previous gain, or if this loop is
-    /// unstable with it.
+    /// Bandwidth at the gain of the previous stage, Hz. It isolates the effect of this ingredient; the rest
+    /// of the difference comes from the gain that it allows. `None` without a previous gain, or if this loop
+    /// is unstable with it.
     pub bandwidth_at_gain_before_hz: Option<f64>,
     /// The share of the reference that is still followed beyond the bandwidth, if integral action ends there.
     pub shelf: Option<Shelf>,

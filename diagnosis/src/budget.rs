@@ -1,7 +1,7 @@
 //! The time that a diagnosis may take.
 //!
-//! Every stage leaves what it has not tried when its share of the time is spent, so that the answer still
-//! comes within the whole. What was left is named in the answer.
+//! Every stage skips its remaining trials when its share of the time is spent, so that the answer comes in
+//! time. The answer names the causes that were skipped.
 
 use std::time::{Duration, Instant};
 
@@ -21,14 +21,13 @@ pub(crate) enum Stage {
     Screen,
     /// Candidates are fitted to the end.
     Fit,
-    /// Accepted causes are fitted again, together or one without the other, and the next experiment is looked
-    /// for.
+    /// Accepted causes are fitted again, together and with one left out, and the next experiment is designed.
     Compose,
 }
 
 impl Stage {
-    /// Share of the whole time at which it ends. What comes after it takes about as long as one step of a fit
-    /// over all records. A diagnosis takes some dozens of these steps.
+    /// Share of the time limit at which the stage ends. The work after a stage takes about as long as one
+    /// fitting step over all records. A diagnosis takes some dozens of such steps.
     fn ends_at(self) -> f64 {
         match self {
             Self::Calibrate => 0.15,
@@ -40,12 +39,12 @@ impl Stage {
 }
 
 impl Budget {
-    /// This much from now on.
+    /// A limit, counted from now.
     pub fn of(limit: Duration) -> Self {
         Self { begun: Instant::now(), limit: Some(limit) }
     }
 
-    /// As long as it takes: answers do not depend on how fast the computer is.
+    /// No limit: answers do not depend on the speed of the computer.
     pub fn unlimited() -> Self {
         Self { begun: Instant::now(), limit: None }
     }

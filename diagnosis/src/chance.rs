@@ -1,4 +1,4 @@
-//! Chance that is the same in every run.
+//! Random numbers that are equal in every run.
 
 /// A linear congruential generator: enough for a bootstrap and for trials with noise.
 pub(crate) struct Chance(u64);
@@ -20,12 +20,12 @@ impl Chance {
         self.0
     }
 
-    /// One of `n` numbers from zero.
+    /// A random number from 0 to `n - 1`.
     pub(crate) fn pick(&mut self, n: usize) -> usize {
         (self.bits() >> 33) as usize % n
     }
 
-    /// A deviate of zero mean and unit variance, evenly distributed.
+    /// A uniform random number of zero mean and unit variance.
     pub(crate) fn deviate(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
     }

@@ -15,7 +15,7 @@ use crate::report::Diagnosis;
 /// Largest number of causes in an answer.
 const MOST_CAUSES: usize = 3;
 
-/// Finds where the gap between a machine and its records lies, what causes it, and how far it closes.
+/// Locates the gap between a machine and its records, finds its causes, and measures how far they close it.
 ///
 /// Calls `progress` with a description of each stage.
 ///
@@ -25,7 +25,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     diagnose_within(dataset, Budget::unlimited(), progress)
 }
 
-/// The same within a time budget. Returns the best answer found, with the causes that were not tried.
+/// Diagnoses within a time budget. Returns the best answer found, with the causes that were not tried.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -67,7 +67,7 @@ pub fn diagnose_within(
     }
 }
 
-/// An answer on its way: what is accepted, what competes with it, and what was tried.
+/// An answer under construction: the accepted causes, their rivals, and all attempts.
 struct Composing<'a> {
     judge: Judge<'a>,
     budget: Budget,
@@ -77,10 +77,10 @@ struct Composing<'a> {
 }
 
 impl<'a> Composing<'a> {
-    /// Begins with the best single cause, or with the two that it stands for.
+    /// Begins with the best single cause, or with an equivalent pair.
     fn new(judge: Judge<'a>, budget: Budget) -> Self {
         let found = judge.search;
-        // Only causes that could be accepted by themselves may be preferred for their simplicity.
+        // A simpler cause is preferred only if it could be accepted by itself.
         let mut ranked: Vec<&Scored> = found
             .singles
             .iter()
@@ -109,8 +109,8 @@ impl<'a> Composing<'a> {
         Self { judge, budget, accepted, rivals, attempts }
     }
 
-    /// The answer if the missing force depends on position, but no effect of the library makes it. A sine too
-    /// long for a ripple then describes it better than any cause.
+    /// The answer if the missing force depends on position and no effect of the library explains it. A sine
+    /// with a pitch too long for a ripple then describes the force better than any cause.
     fn position_force(&self) -> Option<Diagnosis> {
         let judge = &self.judge;
         let shapes = judge.search.singles.iter().filter(|scored| !judge.is_finding(scored));
@@ -120,7 +120,7 @@ impl<'a> Composing<'a> {
         is_better.then(|| judge.position_force(force, &self.attempts))
     }
 
-    /// The answer if a joint that seems flexible has free play. The residual after unpredictable impacts is
+    /// The answer if a joint that appears flexible has free play. After unpredictable impacts the residual is
     /// not evidence of a further cause.
     fn play(&mut self) -> Option<Diagnosis> {
         let Self { judge, accepted, attempts, .. } = self;
@@ -137,7 +137,7 @@ impl<'a> Composing<'a> {
         Some(answer)
     }
 
-    /// Adds causes beside the first, one by one.
+    /// Adds further causes one by one.
     fn add_causes(&mut self, progress: &dyn Fn(&str)) {
         let glimpse = glance(&self.judge.search.task, &self.accepted);
         while !self.accepted.causes.is_empty()
@@ -174,7 +174,7 @@ impl<'a> Composing<'a> {
             judge.check(accepted, scored) >= asked.check
                 && judge.gain(accepted, scored, &judge.everything()) >= asked.all
         };
-        // An implausible cause patches errors of the accepted ones.
+        // An implausible cause only compensates for errors of the accepted ones.
         let is_meant = |scored: &Scored| judge.is_meant(scored) || !judge.is_meant(accepted);
         further.retain(|scored| judge.is_finding(scored) && enough(scored) && is_meant(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
@@ -187,10 +187,10 @@ impl<'a> Composing<'a> {
             let is_last = last.is_some_and(|last| last.is(cause));
             if is_last { asked(best).keep } else { required.keep }
         });
-        // If a cause adds nothing beside a partner, the partner keeps its own rivals. A combination that
-        // contains the partner is not a rival.
+        // If a new cause adds nothing to the accepted ones, these keep their own rivals. A combination that
+        // contains them is not a rival.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
-            // On the way the same causes may have been fitted better.
+            // The same causes may have been fitted better during pruning.
             if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {
                 *accepted = pruned;
             }
@@ -203,7 +203,8 @@ impl<'a> Composing<'a> {
         true
     }
 
-    /// Replaces the accepted causes by a pair that a balance of forces proposes, if it outweighs them.
+    /// Replaces the accepted causes by a pair that a balance of forces proposes, if the pair has clearly more
+    /// evidence.
     fn try_pairs(&mut self) {
         let judge = &self.judge;
         let pairs = judge.proposed_pairs();
@@ -221,8 +222,8 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Of several causes, puts simpler laws in the place of those that contain them, and exchanges each for
-    /// others.
+    /// If there are several causes, replaces a law by a simpler one that it contains, and exchanges single
+    /// causes for others.
     fn simplify(&mut self) {
         if self.accepted.causes.len() < 2 {
             return;

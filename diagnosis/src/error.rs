@@ -22,7 +22,7 @@ pub enum DiagnosisError {
     Log(LogError),
     #[error("{}: {reason}", .file.display())]
     Unreadable { file: PathBuf, reason: String, remedy: &'static str },
-    /// Joints that have both are in `known`; it is empty if the only one has no name.
+    /// `known` lists the joints that have both; it is empty if the only such joint has no name.
     #[error("no joint `{joint}` has both a target and a position; {} has", one_of(.known))]
     NoJoint { joint: String, known: String },
     #[error("{}", .problem.message)]

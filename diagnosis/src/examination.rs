@@ -1,4 +1,4 @@
-//! A diagnosis with all that is needed to show and to use it.
+//! A diagnosis with the data that reports and repairs need.
 
 use rayon::prelude::*;
 
@@ -18,13 +18,13 @@ pub struct Examination {
     pub diagnosis: Diagnosis,
     /// The changes to make in the believed machine.
     pub difference: Difference,
-    /// Predictions of each check experiment: by the machine as given, and as repaired.
+    /// Predictions of each check experiment: by the believed machine, and by the repaired one.
     pub replays: Vec<[Replay; 2]>,
 }
 
 impl Examination {
-    /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
-    /// `progress` receives the name of each stage.
+    /// Diagnoses, then predicts the check experiments with both machines, in parallel. `progress` receives
+    /// the name of each stage.
     ///
     /// # Errors
     /// If the records cannot be used, or a machine has no motion.
@@ -32,7 +32,7 @@ impl Examination {
         Self::within(dataset, Budget::unlimited(), progress)
     }
 
-    /// The same with a diagnosis that ends within a time.
+    /// Examines with a diagnosis that ends within a time budget.
     ///
     /// # Errors
     /// As [`Examination::of`].

@@ -1,22 +1,23 @@
-//! A low-pass without phase: Butterworth's, of second order, once forward and once backward.
+//! A zero-phase low-pass: a second-order Butterworth filter, applied once forward and once backward.
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// Time on either side of a record that is mirrored to let the filter settle, in periods of its corner.
+/// Length of the mirrored stretch at each end of a record, in periods of the corner: the filter settles
+/// there.
 const SETTLING: f64 = 3.0;
 
-/// `series`, low-passed at `corner` (cycles per row, below a half).
+/// Low-passes `series` at the frequency `corner`, cycles per row, below a half.
 pub(crate) fn low_pass(series: &[f64], corner: f64) -> Vec<f64> {
     let n = series.len();
     if n < 4 || corner >= 0.45 {
         return series.to_vec();
     }
     let margin = ((SETTLING / corner) as usize).clamp(1, n - 1);
-    // Mirrored through the end points, so that value and slope run on.
+    // Mirrored through the end points, so that value and slope are continuous.
     let before = (1..=margin).rev().map(|i| 2.0 * series[0] - series[i]);
     let after = (1..=margin).map(|i| 2.0 * series[n - 1] - series[n - 1 - i]);
     let mut long: Vec<f64> = before.chain(series.iter().copied()).chain(after).collect();
-    // The two passes together are down by 3 dB at the corner.
+    // With this corner of each pass, the two passes together attenuate by 3 dB at `corner`.
     let biquad = Biquad::new(corner / (SQRT_2 - 1.0).sqrt().sqrt());
     for _ in 0..2 {
         biquad.pass(&mut long);
@@ -51,7 +52,7 @@ impl Biquad {
     }
 }
 
-/// Slope of a series by central differences over five rows (three, or two, next to its ends), per row.
+/// Slope of a series per row, by central differences over five rows (three or two near the ends).
 pub(crate) fn slope(series: &[f64]) -> Vec<f64> {
     let n = series.len();
     (0..n)
@@ -82,13 +83,13 @@ mod tests {
 
     #[test]
     fn truth_the_corner_is_down_by_three_decibels_and_nothing_is_late() {
-        // A whole number of periods in the stretch that is compared; the bilinear map bends frequencies by
+        // The compared stretch has a whole number of periods. The bilinear transform shifts frequencies by
         // less than a percent here.
         let [size, late] = gain(0.01, 0.01);
         assert!((size - 0.5_f64.sqrt()).abs() < 0.01 && late.abs() < 1e-6, "{size} {late}");
         let [size, _] = gain(0.001, 0.01);
         assert!((size - 1.0).abs() < 1e-3);
-        // Two passes of second order: the fourth power of the ratio, times what holds the corner.
+        // Two second-order passes attenuate by the fourth power of the frequency ratio.
         let [size, _] = gain(0.1, 0.01);
         assert!(size < 3e-4);
     }

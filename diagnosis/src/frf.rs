@@ -16,16 +16,16 @@ use crate::dataset::{Dataset, Fault, Record};
 
 /// Share of the command's power within the default band.
 const POWER: f64 = 0.995;
-/// Power of the command at a frequency over that at its strongest, below which a response there would be
-/// noise over noise.
+/// Smallest ratio of the command's power at a frequency to its largest power. Below it a response would be a
+/// ratio of noise.
 const LEAST_POWER: f64 = 1e-4;
 
-/// Frequencies on each side that support one.
+/// Number of frequencies on each side that decide whether a frequency is kept.
 const NEIGHBOURS: usize = 10;
-/// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
+/// A response at fewer frequencies is drawn as points, because a line would hide the gaps between them.
 const FEW: usize = 100;
 
-/// The part of a dataset that is evaluated.
+/// The part of a dataset that is analysed.
 struct Chosen<'a> {
     input: String,
     drive: usize,
@@ -35,11 +35,11 @@ struct Chosen<'a> {
     records: Vec<&'a Record>,
 }
 
-/// The response between two columns of a dataset, which its file describes, with the linear one of its
-/// machine. Of the request, what makes an excitation has no meaning here.
+/// The response between two columns of a dataset, and the linear response of its machine. Options of the
+/// request that define an excitation are ignored.
 ///
 /// # Errors
-/// A request that the records cannot meet, or a machine that linear theory cannot take.
+/// If the records cannot meet the request, or linear theory does not apply to the machine.
 pub fn measured_response(
     file: &DatasetFile,
     data: &Dataset,
@@ -85,8 +85,7 @@ pub fn measured_response(
     }
     let actuator =
         machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
-    // Every recorded command is held until the next row, whatever the controller's period: that is the hold
-    // of the overlay.
+    // The overlay holds every recorded command until the next row, whatever the controller's period.
     let experiment = FrfExperiment {
         machine,
         actuator,
@@ -118,7 +117,7 @@ pub fn measured_response(
     })
 }
 
-/// Remarks of the dataset's check on these experiments, and the number of those on others.
+/// Warnings of the dataset's check for these experiments, and the number of warnings for others.
 fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     let is_of_others =
         |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
@@ -221,13 +220,13 @@ fn choose<'a>(
     Ok(Chosen { input, drive, output, signal, series, records })
 }
 
-/// Band that holds the power of a command; `None` if the record is too short.
+/// Power spectrum of a command; `None` if the record is too short.
 fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
     cross_spectra(command, command, spacing_s, &settings).ok()
 }
 
-/// Frequency below which nearly all power of a command lies; above it a response would be noise over noise.
+/// Frequency below which nearly all power of a command lies; above it a response would be a ratio of noise.
 fn excited_hz(spectra: &CrossSpectra) -> Option<f64> {
     let whole: f64 = spectra.input.iter().sum();
     let mut below = 0.0;
@@ -238,13 +237,13 @@ fn excited_hz(spectra: &CrossSpectra) -> Option<f64> {
     Some(spectra.frequencies_hz[last])
 }
 
-/// Which frequencies the command excites: where its power is at least [`LEAST_POWER`] of the strongest's.
+/// Whether the command excites each frequency: its power is at least [`LEAST_POWER`] of the largest.
 fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> {
     let Some(spectra) = spectra else { return vec![true; frequencies_hz.len()] };
     let strongest = spectra.input.iter().copied().fold(0.0, f64::max);
     let power = |f: f64| {
         let after = spectra.frequencies_hz.partition_point(|&line| line < f);
-        // The stronger of both neighbours: a line of a multisine may lie between them.
+        // The larger power of both neighbours, because a line of a multisine may lie between them.
         [after.saturating_sub(1), after]
             .into_iter()
             .filter_map(|i| spectra.input.get(i))
@@ -254,8 +253,7 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
     frequencies_hz.iter().map(|&f| power(f) >= LEAST_POWER * strongest).collect()
 }
 
-/// Leaves out what the records say nothing about: frequencies without power in the command, and those whose
-/// phase is unknown.
+/// Drops frequencies without power in the command, and those whose phase is unknown.
 fn drop_unknown(
     request: &FrfRequest,
     found: &mut Evaluated,
@@ -271,7 +269,7 @@ fn drop_unknown(
     let known: Vec<bool> =
         bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
-    // Of many frequencies without information some pass by chance, and show noise.
+    // Of many frequencies without information some appear known by chance.
     let carried = if of_lines { known.clone() } else { carried(&known) };
     let by_chance =
         known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();
@@ -297,7 +295,7 @@ fn drop_unknown(
     Ok(())
 }
 
-/// Those known frequencies about which at least half of the neighbours are known too.
+/// The known frequencies for which at least half of the neighbours are known too.
 fn carried(known: &[bool]) -> Vec<bool> {
     let about = |i: usize| &known[i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(known.len())];
     let most = |part: &[bool]| 2 * part.iter().filter(|known| **known).count() >= part.len();
@@ -323,7 +321,7 @@ fn keep(estimate: &mut ResponseEstimate, separated: Option<&mut Separated>, kept
         .for_each(|variance| of(variance, kept));
 }
 
-/// A record about its mean: the operating point is not part of a response.
+/// A record without its mean: the operating point is not part of a response.
 fn centred(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     values.iter().map(|v| v - mean).collect()
@@ -339,7 +337,7 @@ mod tests {
 
     #[test]
     fn truth_frequencies_that_are_known_by_chance_do_not_count() {
-        // Up to 300 nearly all are known; beyond, one in thirty is.
+        // Up to index 300 nearly all are known; beyond, one in thirty is.
         let known: Vec<bool> = (0..1000).map(|i| if i < 300 { i % 29 != 7 } else { i % 30 == 3 }).collect();
         let kept = carried(&known);
         assert!((0..295).all(|i| kept[i] == known[i]));

@@ -1,4 +1,4 @@
-//! Weighs sets of causes against each other by evidence, simplicity and plausible values.
+//! Compares sets of causes by evidence, simplicity and plausible values.
 
 use feeler_plant::effects::Trait;
 
@@ -14,36 +14,37 @@ use crate::gap::size::noise;
 use crate::gap::unknown;
 use crate::kinds::{contains, dossier};
 
-/// Evidence on the check experiments below which one of several causes is removed again, nats.
+/// Evidence on the check experiments that each of several causes needs to be kept, nats.
 const KEEP: f64 = 12.0;
-/// Evidence that a further cause must bring, nats. A second cause can patch small errors of the first.
+/// Evidence that a further cause needs, nats. A second cause may compensate for small errors of the first.
 pub(crate) const ACCEPT_FURTHER: f64 = 40.0;
-/// The same on the check experiments alone, which are fewer.
+/// Evidence that a further cause needs on the check experiments alone, nats.
 const ACCEPT_FURTHER_CHECK: f64 = 30.0;
-/// A simpler cause is preferred unless one with more parameters brings at least this much more, nats: real
+/// A cause with more parameters is preferred to a simpler one only with this much more evidence, nats. Real
 /// friction differs slightly from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
-/// The same if the accepted causes are plain numbers, which match reality exactly: odds of twenty to one.
+/// This additional evidence if the accepted causes are plain numbers, which describe reality exactly: odds of
+/// twenty to one.
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
-/// Share by which a law must improve on a simpler one that it contains.
+/// Share by which a law must explain more than a simpler law that it contains.
 const NESTED_SHARE: f64 = 0.15;
-/// If the best has implausible values, one with plausible values replaces it. It must bring this share of the
-/// best one's evidence.
+/// A set with plausible values replaces a best set with implausible ones if it has this share of the best
+/// evidence.
 const FAIR_SHARE: f64 = 0.6;
-/// Causes within this much evidence of the best look alike to these records, nats.
+/// Causes whose evidence is within this of the best look alike in these records, nats.
 pub(crate) const LOOK_ALIKE: f64 = 12.0;
 /// Fit steps after an effect is removed.
 const REMOVAL_STEPS: usize = 6;
 
-/// All causes that were tried or considered.
+/// All sets of causes that were tried or considered.
 pub(crate) struct Attempts {
-    /// Fitted to the end.
+    /// Sets that were fitted fully.
     pub(crate) fitted: Vec<Scored>,
-    /// Fitted for a few steps.
+    /// Sets that were fitted for a few steps.
     pub(crate) screened: Vec<Scored>,
-    /// Not fitted: nothing in the records suggests the last of these causes.
+    /// Sets that were not fitted, because nothing in the records indicates the last of their causes.
     pub(crate) silent: Vec<Vec<Candidate>>,
-    /// Not tried: the time ran out before the last of these causes.
+    /// Sets that were not tried, because the time ran out before the last of their causes.
     pub(crate) untried: Vec<Vec<Candidate>>,
 }
 
@@ -51,9 +52,9 @@ pub(crate) struct Attempts {
 pub(crate) struct Asked {
     pub(crate) check: f64,
     pub(crate) all: f64,
-    /// On the check experiments, for each cause that stays.
+    /// Evidence on the check experiments that each cause needs to be kept.
     pub(crate) keep: f64,
-    /// Additional evidence that a cause with more parameters must bring.
+    /// Additional evidence for a cause with more parameters.
     pub(crate) parsimony: f64,
 }
 
@@ -62,15 +63,15 @@ impl Asked {
     const FIRST: Self =
         Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS };
 
-    /// Of a set of causes, the last of which is new beside those accepted before. If the last adds to a
-    /// believed value that ends at the limit of its tolerance, it must bring no more than a first.
+    /// The evidence required of a set whose last cause is new. If that cause adds to a believed value at the
+    /// limit of its tolerance, it needs no more evidence than a first cause.
     pub(crate) fn of(dataset: &Dataset, scored: &Scored, accepted: &Scored) -> Self {
         let frees = scored.causes.last().is_some_and(|cause| Self::frees(dataset, accepted, cause));
         if frees { Self::FIRST } else { Self::beside(accepted) }
     }
 
-    /// Whether a cause adds to a believed value that ends at the limit of its tolerance, or to the delay of
-    /// commands that act as late as they may.
+    /// Whether a cause adds to a believed value at the limit of its tolerance, or to the delay of commands at
+    /// the late limit of their timing.
     fn frees(dataset: &Dataset, accepted: &Scored, cause: &Candidate) -> bool {
         let Fitted { model, theta, .. } = &accepted.fitted;
         let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
@@ -82,10 +83,10 @@ impl Asked {
         excess.is_some_and(|(_, is_at_limit)| is_at_limit)
     }
 
-    /// The evidence required beside the accepted causes.
+    /// The evidence required of a cause in addition to the accepted ones.
     pub(crate) fn beside(accepted: &Scored) -> Self {
-        // A plain number describes reality exactly, so that a second cause has no error to patch. It needs no
-        // more evidence than a first.
+        // A plain number describes reality exactly and leaves no error that a second cause could compensate
+        // for. A second cause then needs no more evidence than a first.
         if accepted.causes.iter().all(|cause| cause.definition.has(Trait::PlainNumber)) {
             Self::FIRST
         } else {
@@ -94,13 +95,13 @@ impl Asked {
     }
 }
 
-/// Size of the force over position that the first cause describes; `None` if it describes none.
+/// Magnitude of the position-dependent force of the first cause; `None` if it has none.
 pub(crate) fn force_over_position(scored: &Scored) -> Option<f64> {
     let values = scored.fitted.model.parameters(0, &scored.fitted.theta);
     (dossier(scored.causes[0].definition.kind).force_over_position)(&values)
 }
 
-/// Moves the simplest of those nearly as good as the best to the front of a ranking.
+/// Moves the simplest of the sets that are nearly as good as the best to the front of a ranking.
 pub(crate) fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     ranked: &mut [T],
     parsimony: f64,
@@ -111,7 +112,7 @@ pub(crate) fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     let simplest =
         (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
     ranked[..=simplest].rotate_right(1);
-    // A law that contains a simpler one always gains slightly, because reality differs from both.
+    // A law that contains a simpler one always gains slightly, because reality differs from both laws.
     let last = |scored: &Scored| scored.causes.last().map(|cause| (cause.site, cause.definition.kind));
     let Some((site, outer)) = last(ranked[0].borrow()) else { return };
     let inner = ranked.iter().position(|scored| {
@@ -125,11 +126,11 @@ pub(crate) fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     }
 }
 
-/// A search, with the data that it was made on.
+/// A search, with the dataset that it used.
 pub(crate) struct Judge<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) search: &'a Search<'a>,
-    /// Weight of a balance of forces against predictions.
+    /// Weight of a balance of forces relative to predictions.
     pub(crate) weight: f64,
 }
 
@@ -153,7 +154,7 @@ impl Judge<'_> {
         self.gain(&self.search.calibrated, scored, &self.everything())
     }
 
-    /// As [`evidence`].
+    /// Evidence for `new` over `old`; see [`evidence`].
     pub(crate) fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
         evidence(&self.search.task, old, new, records)
     }
@@ -175,7 +176,7 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
-    /// Whether more than noise remains, and enough of it for a further cause.
+    /// Whether more than noise remains, and enough for a further cause.
     pub(crate) fn has_room(&self, accepted: &Scored) -> bool {
         let task = &self.search.task;
         let is_freed = |cause: &Candidate| Asked::frees(self.dataset, accepted, cause);
@@ -192,8 +193,8 @@ impl Judge<'_> {
         check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise())
     }
 
-    /// Moves the best set with plausible values to the front of a ranking, if it explains a fair share of
-    /// what the first does.
+    /// Moves the best set with plausible values to the front of a ranking, if it has a fair share of the
+    /// first set's evidence.
     pub(crate) fn prefer_meant<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T]) {
         let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
         let meant = ranked.iter().position(|scored| self.is_meant(scored.borrow()));
@@ -206,8 +207,8 @@ impl Judge<'_> {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }
 
-    /// Replaces one cause by the two that together have the same effect. If the records cannot distinguish
-    /// them, the two are preferred.
+    /// Replaces one cause by an equivalent pair. If the records cannot distinguish them, the pair is
+    /// preferred.
     pub(crate) fn as_two(&self, accepted: &Scored) -> Option<Scored> {
         let [cause] = accepted.causes[..] else { return None };
         let [first, second] = dossier(cause.definition.kind).same_as?;
@@ -216,7 +217,7 @@ impl Judge<'_> {
         };
         let task = &self.search.task;
         let fitted = self.search.singles.iter().find(is_first).cloned();
-        // Half of an effect alone may have been left after a few steps.
+        // Half of an effect may not have been fitted fully.
         let half = fitted.or_else(|| Some(finished(task, self.search.others.iter().find(is_first)?)))?;
         let second = candidates(&self.dataset.machine)
             .into_iter()
@@ -225,9 +226,9 @@ impl Judge<'_> {
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 
-    /// Replaces a flexible joint by free play if the bodies hit each other. Returns the evidence too. On
-    /// average a joint with play also bends, and a model that bends predicts more safely than impacts do. The
-    /// instants of impacts depend on where in the play a body stands.
+    /// Replaces a flexible joint by free play if the bodies hit each other, and returns the evidence for
+    /// play. On average a joint with play is flexible too, and a flexible model predicts better. The instants
+    /// of impacts depend on the unknown position within the play.
     pub(crate) fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
         let loose = dossier(cause.definition.kind).where_it_rattles?;
@@ -244,7 +245,7 @@ impl Judge<'_> {
         self.is_finding(&loose).then_some((loose, evidence))
     }
 
-    /// Removes effects whose removal costs nothing.
+    /// Removes causes without which the set is about as good.
     pub(crate) fn prune(&self, mut scored: Scored, keep: impl Fn(&Candidate) -> f64) -> Scored {
         let mut i = 0;
         while i < scored.causes.len() && scored.causes.len() > 1 {

@@ -1,5 +1,5 @@
-//! The place of a gap between machine and model, the unmodelled effect that causes it, and how far it
-//! shrinks.
+//! Locates the gap between a machine and its model, and finds the unmodelled effect that causes the gap and
+//! how far it closes.
 //!
 //! [`dataset::Dataset::load`] reads and checks records; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.

@@ -1,4 +1,4 @@
-//! The answer, in the shape of `diagnosis.json`.
+//! The answer, with the fields of `diagnosis.json`.
 
 use std::fmt;
 
@@ -15,20 +15,20 @@ use crate::adequacy::Adequacy;
 pub enum Verdict {
     /// The accepted effects explain the gap.
     Explained,
-    /// Several causes explain it about as well.
+    /// Several causes explain the gap about as well.
     Ambiguous,
-    /// Something is missing that the library does not explain.
+    /// The library does not explain the remaining error.
     UnknownCause,
     /// Calibration alone closes the gap.
     NoGap,
-    /// The records excite too little to decide.
+    /// The motion in the records is too small to decide.
     NotIdentifiable,
 }
 
 /// Prediction errors over the check experiments, each divided by its channel's scale (root mean square).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Gap {
-    /// Error of the machine as given.
+    /// Error of the believed machine.
     pub before: f64,
     /// Error of the calibrated machine.
     pub refit: f64,
@@ -38,7 +38,7 @@ pub struct Gap {
     pub floor: f64,
     /// Share of the closable gap that the effects close.
     pub closed: f64,
-    /// Its 90 % interval, by bootstrap over the check experiments.
+    /// 90 % interval of `closed`, by bootstrap over the check experiments.
     pub closed_ci90: [f64; 2],
 }
 
@@ -47,7 +47,7 @@ pub struct Gap {
 pub struct Estimate {
     /// The most probable value, SI.
     pub value: f64,
-    /// Its 90 % interval, SI.
+    /// 90 % interval of the value, SI.
     pub ci90: [f64; 2],
     /// The SI unit.
     pub unit: String,
@@ -58,7 +58,7 @@ pub struct Estimate {
 pub struct Where {
     /// Place on the machine.
     pub place: &'static str,
-    /// Probability that the gap lies there.
+    /// Probability that this place causes the gap.
     pub probability: f64,
     /// Column with the largest error.
     pub channel: String,
@@ -73,19 +73,20 @@ pub struct Where {
 /// A cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cause {
-    /// Its kind in the library.
+    /// Kind of the cause in the library.
     pub kind: Kind,
-    /// Name of the element that has it.
+    /// Name of the element with the cause.
     pub on: String,
     /// Place on the machine.
     pub place: &'static str,
-    /// Probability that it is the cause or part of it.
+    /// Probability that this is the cause or part of it.
     pub probability: f64,
-    /// Its parameters by name.
+    /// Parameters by name.
     pub parameters: IndexMap<&'static str, Estimate>,
-    /// Its share of the gap that the accepted effects close; zero for causes that are not accepted.
+    /// Share of the gap that this cause closes, of what the accepted effects close together; zero for causes
+    /// that are not accepted.
     pub credit: f64,
-    /// Whether it is part of the repaired machine.
+    /// Whether the cause is part of the repaired machine.
     pub accepted: bool,
 }
 
@@ -95,48 +96,48 @@ pub struct Attempt {
     /// Kinds and elements, joined by `+`.
     pub causes: String,
     /// Gain of evidence over calibration alone on the check experiments, nats. `None` if nothing in the
-    /// records suggested the set.
+    /// records indicated the set.
     pub gain_check: Option<f64>,
-    /// The same over all experiments; `None` likewise.
+    /// Gain of evidence over calibration alone on all experiments, nats; `None` as for `gain_check`.
     pub gain_all: Option<f64>,
-    /// Gain on the check experiments in a balance of forces, nats. `None` if the balance shows none of the
+    /// Gain on the check experiments in a balance of forces, nats. `None` if a balance involves none of the
     /// causes.
     pub gain_balance: Option<f64>,
     /// Why the set was accepted or not.
     pub why: AttemptOutcome,
 }
 
-/// Result of a set of causes that was tried.
+/// Result of a tried set of causes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AttemptOutcome {
-    /// It is the answer.
+    /// The set is the answer.
     Accepted,
-    /// Its fitted value is within tolerance of the believed one.
+    /// The fitted value is within tolerance of the believed one.
     WithinTolerance,
-    /// Its fitted value is nearly zero, or outside the range of an effect of its kind.
+    /// The fitted value is nearly zero, or outside the range of an effect of this kind.
     NoEffect,
-    /// It gains too little on the check experiments.
+    /// The gain on the check experiments is too small.
     TooLittle {
         gained_nats: f64,
         /// Required gain, nats.
         needed_nats: f64,
     },
-    /// It explains as much as the answer.
+    /// The set explains as much as the answer.
     AsMuch,
-    /// It explains less than the answer.
+    /// The set explains less than the answer.
     Less {
         /// Difference, nats.
         nats: f64,
     },
-    /// It explains more than the answer, but too little for the causes that it adds.
+    /// The set explains more than the answer, but too little for the additional causes.
     More {
         /// Difference, nats.
         nats: f64,
     },
-    /// Its fit was stopped after a few steps.
+    /// The fit was stopped after a few steps.
     LeftEarly,
     NotFitted,
-    /// The time ran out before it was tried.
+    /// The time ran out before the set was tried.
     NotTried,
 }
 
@@ -195,7 +196,7 @@ pub struct GapCell {
     pub phase: &'static str,
     /// Command level among experiments of the same engagement: `low`, `middle` or `high`.
     pub amplitude: &'static str,
-    /// Error of the machine as given.
+    /// Error of the believed machine.
     pub before: f64,
     /// Error of the calibrated machine.
     pub refit: f64,
@@ -210,19 +211,19 @@ pub struct GapCell {
 /// One point of a portrait.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PortraitPoint {
-    /// Position of the first drive's body relative to the body that it reacts on.
+    /// Position of the first drive's body relative to its reaction body.
     pub position_m: f64,
-    /// Speed there, m/s.
+    /// Speed of this position, m/s.
     pub velocity_m_per_s: f64,
     /// Force of the drive.
     pub drive_n: f64,
-    /// Time within the experiment.
+    /// Time in the experiment.
     pub time_s: f64,
     /// The force that the calibrated machine lacks.
     pub missing_n: f64,
 }
 
-/// One rung of the disturbance ladder: what an unknown force or error at one place would explain.
+/// One rung of the disturbance ladder: the error that an unknown force at one place would explain.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Place on the machine.
@@ -231,25 +232,25 @@ pub struct Rung {
     pub evidence: f64,
     /// Root mean square of that force, N.
     pub rms_n: f64,
-    /// Share of its variance that depends on position, velocity, drive force and time.
+    /// Share of the force's variance that depends on position, velocity, drive force and time.
     pub goes_with: [(&'static str, f64); 4],
-    /// The force at single instants, with the motion.
+    /// The force at single instants, with the motion at these instants.
     pub portrait: Vec<PortraitPoint>,
 }
 
 /// A force that no effect of the library explains, as a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ForceOver {
-    /// The effect of that table.
+    /// Kind of the table.
     pub kind: Kind,
-    /// Name of the element that has it.
+    /// Name of the element with the table.
     pub on: String,
-    /// The quantity that it depends on: `position`, `speed` or `position and direction`.
+    /// The quantity on which the force depends: `position`, `speed` or `position and direction`.
     pub over: &'static str,
-    /// Position or speed of each point, and the force there, SI; under `position and direction` the level of
-    /// friction.
+    /// Position or speed of each point, and the force there, SI. For `position and direction` the force is a
+    /// friction level.
     pub knots: Vec<[f64; 2]>,
-    /// Share of the gap that it closes on the check experiments beside what the answer tells without it.
+    /// Share of the gap that the table closes on the check experiments, beyond the answer without it.
     pub closed: f64,
 }
 
@@ -263,14 +264,14 @@ pub struct NextExperiment {
     pub what: String,
     /// The causes that it separates.
     pub separates: [Kind; 2],
-    /// Expected odds of the true one over the other, as a ratio. A million stands for larger odds too.
+    /// Expected ratio of the odds of the true cause to those of the other. A million stands for larger odds
+    /// too.
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
     pub engagement: &'static str,
-    /// Largest travel of the first drive's body backward and forward from its start, by either cause's
-    /// machine, m.
+    /// Largest travel of the first drive's body backward and forward from its start, with either cause, m.
     pub travel_m: [f64; 2],
-    /// Its largest speed, m/s.
+    /// Largest speed of the first drive's body, m/s.
     pub top_speed_m_per_s: f64,
     /// Spacing of the command, s.
     pub spacing_s: f64,
@@ -297,7 +298,7 @@ pub struct Diagnosis {
     pub look_alikes: Vec<[Kind; 2]>,
     /// All attempts, the best first.
     pub attempts: Vec<Attempt>,
-    /// The experiment that would best separate the causes that remain. `None` if one cause remains, or if no
+    /// The experiment that would best separate the remaining causes. `None` if one cause remains, or if no
     /// template separates them.
     pub next_experiment: Option<NextExperiment>,
     /// The gap by channel, band of frequencies, phase of the motion and amplitude.
@@ -307,17 +308,17 @@ pub struct Diagnosis {
     /// Root mean square of the missing force on the check experiments, after calibration and with the
     /// accepted effects, N.
     pub missing_force_n: [f64; 2],
-    /// Shape of the force that is missing with the accepted effects.
+    /// Shapes in the force that is missing with the accepted effects.
     pub left: Vec<String>,
-    /// The missing force as a table, where no cause is found and the table holds on the check experiments. It
-    /// is part of the repaired machine. `None` otherwise.
+    /// The missing force as a table, if no cause is found and the check experiments confirm the table. It is
+    /// then part of the repaired machine.
     pub table: Option<ForceOver>,
-    /// One sigma of every column's noise: as stated, or more if repeated experiments differ by more. If none
-    /// is stated, it follows from the scatter of the readings and from differences between laps.
+    /// Standard deviation of every column's noise: as stated, or more if repeated experiments differ by more.
+    /// If none is stated, it follows from the scatter of the readings and from differences between laps.
     pub noise: IndexMap<String, f64>,
     /// Warnings about the data.
     pub warnings: Vec<String>,
-    /// Warnings of records that contradict each other (units, clocks). They may explain the findings.
+    /// Warnings of contradictions between records (units, clocks). They may explain the findings.
     pub contradictions: Vec<String>,
     /// Force that the believed and the repaired machine lack along the first check experiment:
     /// `[t, x, v, F_believed, F_repaired]`.
@@ -326,7 +327,7 @@ pub struct Diagnosis {
     /// The believed machine with fitted values and accepted effects.
     #[serde(skip)]
     pub machine: Machine,
-    /// The believed machine with fitted values alone.
+    /// The believed machine with fitted values only.
     #[serde(skip)]
     pub calibrated: Machine,
 }

@@ -1,5 +1,5 @@
-//! Sets of causes that are tried together. They are pairs that a balance of forces proposes, and the simpler
-//! law in the place of one that contains it.
+//! Sets of causes that are tried together: pairs that a balance of forces proposes, and sets in which a cause
+//! is exchanged or a law simplified.
 
 use rayon::prelude::*;
 
@@ -12,20 +12,20 @@ use crate::inverse::Balanced;
 use crate::judge::{Judge, PARSIMONY};
 use crate::kinds::{apart, nearest, overlaps};
 
-/// Evidence in a balance that a second cause must bring before the pair is fitted, nats.
+/// Evidence in a balance that a second cause must add before the pair is fitted, nats.
 const WORTH_FITTING: f64 = 6.0;
-/// Pairs that are fitted.
+/// Largest number of pairs that are fitted.
 const MOST_PAIRS: usize = 4;
-/// Share of a cause's evidence that another brings alone, if it is to be tried in its place.
+/// Share of a cause's evidence that another cause must have alone to be tried in its place.
 const RIVAL_SHARE: f64 = 0.6;
-/// Exchanges that are fitted.
+/// Largest number of exchanges that are fitted.
 const MOST_EXCHANGES: usize = 8;
-/// Steps of their fit.
+/// Number of steps of these fits.
 const STEPS: usize = 10;
 
 impl Judge<'_> {
-    /// Pairs of causes that a balance of forces proposes, fitted: those that bring more than either cause
-    /// does by itself, the best first.
+    /// Fits the pairs of causes that a balance of forces proposes. These gain more in the balance than any
+    /// single cause. The best fit comes first.
     pub(crate) fn proposed_pairs(&self) -> Vec<Scored> {
         let task = &self.search.task;
         let Some(inverse) = task.inverse.as_ref().filter(|_| self.weight > 0.0) else { return Vec::new() };
@@ -65,8 +65,8 @@ impl Judge<'_> {
         fitted
     }
 
-    /// Several causes with one of them exchanged, fitted: for each cause that is known to look like it, and
-    /// for those that did nearly as well alone.
+    /// Fits the accepted causes with one of them exchanged. The new cause is a known look-alike, or is nearly
+    /// as good alone.
     pub(crate) fn exchanged(&self, accepted: &Scored) -> Vec<Scored> {
         if accepted.causes.len() < 2 {
             return Vec::new();
@@ -87,8 +87,8 @@ impl Judge<'_> {
         fits.filter(|scored| self.is_finding(scored) && self.all(scored).is_finite()).collect()
     }
 
-    /// Values from which a cause can be fitted in the place of cause `i`, and what it explains alone; `None`
-    /// if nothing suggests it there.
+    /// Starting values of a cause in the place of cause `i`, and its evidence alone; `None` if nothing
+    /// indicates it there.
     fn start_instead(&self, accepted: &Scored, i: usize, other: &Candidate) -> Option<(Vec<f64>, f64)> {
         let gone = &accepted.causes[i];
         let mut causes: Vec<Candidate> = accepted.causes.clone();
@@ -114,7 +114,7 @@ impl Judge<'_> {
         Some((values, alone.map_or(0.0, |(_, nats)| nats)))
     }
 
-    /// The same causes with a simpler law in the place of one that contains it, where that loses little.
+    /// The causes with simpler laws in place of laws that contain them, if that loses little evidence.
     pub(crate) fn simplified(&self, scored: Scored) -> Scored {
         let all = candidates(&self.dataset.machine);
         let mut best = scored;
@@ -135,7 +135,7 @@ impl Judge<'_> {
         best
     }
 
-    /// The same causes with `other` in the place of cause `i`.
+    /// The causes with `other` in place of cause `i`, fitted.
     fn with_instead(&self, scored: &Scored, i: usize, other: Candidate, values: &[f64]) -> Scored {
         let task = &self.search.task;
         let (base, keep) = scored.fitted.model.without(i);

@@ -1,8 +1,8 @@
-//! Tolerance of believed values for which a file states none, as a fraction.
+//! Default tolerances of believed values, as fractions.
 
-/// Masses, stiffnesses and gains.
+/// For masses, stiffnesses and gains.
 pub(crate) const FRACTION: f64 = 0.10;
-/// Dampings: a factor of one and this.
+/// For dampings: a factor of up to one plus this value.
 pub(crate) const DAMPING: f64 = 1.0;
-/// Gaps of contacts.
+/// For gaps of contacts.
 pub(crate) const GAP: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! Predictions as far ahead as each horizon reaches.
+//! Prediction errors at each horizon.
 
 use super::criteria::Criteria;
 use super::horizons::{Horizon, WINDOWS_S, worsened};
@@ -14,7 +14,8 @@ fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
     WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
 }
 
-/// A model's root mean square error over the scale at one horizon; `None` if it is not finite.
+/// Root mean square error of a model's predictions at one horizon, over the scale; `None` if it is not
+/// finite.
 pub(super) fn error(
     task: &Task<'_>,
     fitted: &Fitted,
@@ -50,8 +51,8 @@ pub(super) fn horizons(
     lengths(task, checks).into_iter().map(of).collect()
 }
 
-/// Whether a machine predicts some experiments worse than another one at any horizon. `floor` is the error
-/// that noise leaves.
+/// Whether the predictions of machine `own` are worse than those of `other` at any horizon. `floor` is the
+/// error that noise leaves.
 pub(crate) fn worsens(task: &Task<'_>, other: &Scored, own: &Scored, checks: &[usize], floor: f64) -> bool {
     !worsened(&horizons(task, other, own, checks, floor), &Criteria::default()).is_empty()
 }

@@ -1,4 +1,4 @@
-//! Holds an answer against all conditions.
+//! Checks an answer against all conditions.
 
 use super::criteria::Criteria;
 use super::{
@@ -7,20 +7,20 @@ use super::{
 use crate::fit::scored::Scored;
 use crate::judge::Judge;
 
-/// Sizes of an answer that the conditions need.
+/// Errors of an answer that the conditions use.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sizes {
     /// Error of predictions that the noise of all channels alone leaves, over each channel's variation.
     pub(crate) floor: f64,
-    /// Share of the error beyond it that the accepted causes remove; `None` if they leave little more than
-    /// the floor.
+    /// Share of the error beyond `floor` that the accepted causes remove; `None` if the calibrated error is
+    /// hardly above the floor.
     pub(crate) closed: Option<f64>,
-    /// Force missing on the check experiments after calibration and with the accepted effects, beyond what
-    /// noise  makes, N.
+    /// Force missing on the check experiments after calibration and with the accepted effects, beyond the
+    /// part due to noise, N.
     pub(crate) missing_force_n: [f64; 2],
 }
 
-/// Holds an answer against all conditions. `rivals` are the causes that were weighed against the accepted
+/// Checks an answer against all conditions. `rivals` are the causes that were compared with the accepted
 /// ones, `balanced` those that balance the forces as well.
 pub(crate) fn assess(
     judge: &Judge<'_>,
@@ -41,7 +41,7 @@ pub(crate) fn assess(
     };
     let missing = sizes.missing_force_n;
     let is_found = !accepted.causes.is_empty();
-    // A balance, where it weighs, leaves the noise of the command out.
+    // If the balance of forces counts, its missing force excludes the noise of the command.
     let shares = balance::missing(judge, accepted);
     let is_balanced = balance::is_small(shares, &criteria);
     let missing = shares.map_or(missing, |shares| shares.map(|share| share * residual.drive_force_n));

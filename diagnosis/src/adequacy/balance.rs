@@ -48,9 +48,9 @@ pub(super) fn told(smooth: Smooth) -> String {
 }
 
 /// Other sets of causes that balance the check experiments as well or better, the best first. They have no
-/// more causes than the accepted set and do not consist of accepted ones only. Sets that balance these
-/// records alike to machine precision count as equal, however well their fits did. An example is a gain: a
-/// mass does the same, beside damping and friction that are hardly known.
+/// more causes than the accepted set and do not consist of accepted ones only. Sets whose balances agree to
+/// machine precision count as equal, even if their fits differ. Example: if damping and friction are hardly
+/// known, an added mass balances the forces as well as a gain.
 pub(crate) fn as_good<'b>(
     judge: &Judge<'_>,
     accepted: &Scored,

@@ -14,13 +14,13 @@ pub struct Criteria {
     /// Largest error as a share of every channel's variation; it applies where the floor is tiny.
     pub most_left: f64,
     /// Largest error of predictions over up to a second, as a share of every channel's variation, beyond
-    /// [`Self::most_floors`]. It holds for machines without contacts, whose impacts soon make a motion
-    /// another one.
+    /// [`Self::most_floors`]. It applies to machines without contacts only, because an impact soon changes
+    /// the whole motion.
     pub most_left_far: f64,
-    /// Error of the calibrated machine's short predictions, as a share of every channel's variation. What is
-    /// left below it is too small to name a cause of it, unless one explains it whole.
+    /// Error of the calibrated machine's short predictions, as a share of every channel's variation. A
+    /// smaller error is too small to name a cause, unless one cause explains all of it.
     pub slight: f64,
-    /// The same over longer horizons of up to a second.
+    /// The limit `slight` for longer horizons of up to a second.
     pub slight_far: f64,
     /// Least share of the error beyond the floor that the causes must remove. It counts in short predictions
     /// of the calibrated machine: a cause that removes less explains little of the gap.
@@ -52,27 +52,27 @@ pub struct Criteria {
     pub smooth_nats: f64,
     /// Share of the remaining variance that a smooth force must remove to count.
     pub smooth_share: f64,
-    /// Size over the drive force that a smooth force must exceed to count.
+    /// Ratio to the drive force that a smooth force must exceed to count.
     pub smooth_force: f64,
-    /// Missing force in the balance, over the drive force, below which an answer stands. The error of short
-    /// predictions in sigmas then does not count.
+    /// Ratio of the missing force to the drive force in the balance, below which an answer is accepted. The
+    /// error of short predictions in sigmas then does not count.
     pub small_force: f64,
     /// Largest ratio of a fitted mass to the believed mass beside it, or of a gain to one (or the inverse).
     /// Beyond it the value is not a property of the believed machine.
     pub most_ratio: f64,
-    /// Largest fitted force over the largest command. Beyond it no motion would be left.
+    /// Largest ratio of a fitted force to the largest command. A larger force would stop all motion.
     pub most_force: f64,
-    /// Smallest fitted force over the largest command. Below it an effect cannot be distinguished from its
-    /// absence.
+    /// Smallest ratio of a fitted force to the largest command. A smaller force cannot be distinguished from
+    /// zero.
     pub least_force: f64,
-    /// Smallest fitted time over the spacing of the rows. Below it an effect cannot be distinguished from its
-    /// absence.
+    /// Smallest ratio of a fitted time to the spacing of the rows. A shorter time cannot be distinguished
+    /// from zero.
     pub least_rows: f64,
-    /// A rival at another place predicts as well if its evidence on the check experiments lies within this,
-    /// nats.
+    /// A rival at another place predicts as well if its evidence on the check experiments is at most this
+    /// much lower, nats.
     pub rival_nats: f64,
     /// A further cause may be present if it gains more than this on the check experiments, nats, and twice as
-    /// much on all. This applies where a balance of forces counts.
+    /// much on all experiments. This applies where a balance of forces counts.
     pub further_nats: f64,
     /// A rival predicts better if its error at a longer horizon is below this share of the accepted
     /// machine's.

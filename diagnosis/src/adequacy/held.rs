@@ -1,11 +1,12 @@
-//! The free run of a servo, which holds its place: errors do not add up as those of a force do.
+//! The free run of a servo: position control keeps its errors from adding up.
 
 use feeler_plant::description::ActuatorKind;
 
 use crate::dataset::Dataset;
 
-/// Error of a servo's free run over the signal above which an answer leaves something. On servo joints right
-/// answers left 1 to 4 %. A limit that was named for a drive that sags left 25 %, with 3 % over 50 ms.
+/// Largest ratio of the error of a servo's free run to the signal in a complete answer. Right answers left 1
+/// to 4 % on servo joints. A wrong one named a limit for a drive that sags: it left 25 %, but only 3 % over
+/// 50 ms.
 const MOST_STRAYED: f64 = 0.1;
 
 /// The reason why the answer for a servo is not called explained: a free run that is off by more than a

@@ -47,7 +47,7 @@ impl Horizon {
 }
 
 /// Describes remaining errors that are large against both noise and signal. Where forces balance, short
-/// predictions do not count: the noise of the command rules them.
+/// predictions do not count, because the noise of the command dominates them.
 pub(super) fn left(
     horizons: &[Horizon],
     [refitted, missing]: [f64; 2],
@@ -86,7 +86,8 @@ pub(super) fn are_slight(horizons: &[Horizon], criteria: &Criteria) -> bool {
     ahead.peek().is_some() && ahead.all(|(seconds, refit)| refit.is_some_and(|refit| refit <= most(seconds)))
 }
 
-/// Whether the last machine's errors are fair against noise and signal at every horizon of up to a second.
+/// Whether the accepted machine's errors are small against noise and signal at every horizon of up to a
+/// second.
 pub(super) fn are_fair(horizons: &[Horizon], criteria: &Criteria) -> bool {
     let is_fair = |horizon: &Horizon| {
         let near = horizon.seconds <= Some(WINDOWS_S[0]);
@@ -102,7 +103,7 @@ fn ahead(horizons: &[Horizon]) -> impl Iterator<Item = &Horizon> {
     horizons.iter().filter(|horizon| horizon.seconds.is_some())
 }
 
-/// Whether a horizon of up to a second is longer than the shortest: that alone says little of slow motion.
+/// Whether a horizon of up to a second is longer than the shortest one, which shows little of a slow motion.
 fn reach_far(horizons: &[Horizon]) -> bool {
     horizons.iter().any(|horizon| horizon.seconds > Some(WINDOWS_S[0]))
 }
@@ -117,7 +118,7 @@ pub(super) fn are_better(horizons: &[Horizon], criteria: &Criteria) -> bool {
     reach_far(horizons) && ahead(horizons).all(is_better)
 }
 
-/// Says at which horizon of up to a second predictions lose the motion, the shortest of these.
+/// Describes the shortest horizon of up to a second at which predictions lose the motion.
 pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> {
     let is_lost = |horizon: &&Horizon| {
         let most = (criteria.most_floors * horizon.floor).max(criteria.most_left_far);
@@ -127,7 +128,7 @@ pub(super) fn lost(horizons: &[Horizon], criteria: &Criteria) -> Option<String> 
     Some(format!("over {} predictions are off by {} of the signal", lost.name(), share(lost.after?)))
 }
 
-/// Says so if the causes remove too little of the error beyond the floor.
+/// Describes a gap of which the causes remove too little beyond the floor.
 pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     (closed < criteria.least_closed).then(|| {
         let removed = if closed > 0.0 { format!("only {}", share(closed)) } else { "none".to_owned() };
@@ -135,8 +136,8 @@ pub(super) fn unclosed(closed: f64, criteria: &Criteria) -> Option<String> {
     })
 }
 
-/// Horizons at which the repaired machine predicts worse than the calibrated one, in words, and whether it is
-/// off by little all the same.
+/// Horizons at which the repaired machine predicts worse than the calibrated one, in words, each with whether
+/// the error is small nevertheless.
 pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, String)> {
     let is_worse = |horizon: &&Horizon| match (horizon.refit, horizon.after) {
         (None, _) => false,
@@ -165,8 +166,7 @@ pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<(bool, 
     horizons.iter().filter(is_worse).map(say).collect()
 }
 
-/// Factor by which a prediction must be worse than one that has lost the motion, or than one that is off by
-/// little.
+/// A prediction counts as far worse at this ratio to an error that is small or has lost the motion.
 const LOST_FURTHER: f64 = 3.0;
 /// Larger shares are not printed as numbers.
 const MOST_SHARE: f64 = 10.0;
@@ -217,7 +217,7 @@ mod tests {
         assert!(are_fair(&[near(0.03), horizon(0.049, 0.049), free], &criteria));
         assert!(!are_fair(&[near(0.045), horizon(0.04, 0.04)], &criteria));
         assert!(!are_fair(&[near(0.03), horizon(0.1, 0.1)], &criteria));
-        // Nothing is known beyond the shortest.
+        // Only the shortest horizon is known.
         assert!(!are_fair(&[near(0.03), free], &criteria) && !are_fair(&[], &criteria));
     }
 
@@ -243,7 +243,7 @@ mod tests {
         };
         assert_eq!(told(0.03, [5.0, 0.5]), 0);
         assert_eq!(told(0.81, [5.0, 0.5]), 1);
-        // Most of the force is explained, or next to none of it.
+        // Most of the force is explained, or hardly any of it.
         assert_eq!(told(0.03, [50.0, 3.0]), 0);
         assert_eq!(told(0.03, [4.0, 3.0]), 1);
         assert_eq!(

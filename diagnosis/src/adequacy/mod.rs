@@ -1,8 +1,8 @@
 //! Conditions that an answer must meet to be called explained, judged apart from the ranking that found it.
 //!
-//! A ranking says which cause is the best of those tried. This module says whether the best is good enough.
-//! It measures the error at every horizon, and tests whether it still depends on anything. It also asks
-//! whether every value is plausible, and whether another place would do as well.
+//! A ranking finds the best of the causes that were tried. This module decides whether the best is good
+//! enough. It measures the error at every horizon and tests whether the error still depends on a known
+//! quantity. It also tests whether every value is plausible, and whether another place would explain as much.
 
 mod ahead;
 mod assess;
@@ -26,7 +26,7 @@ pub(crate) use rivals::as_good_but_small;
 use feeler_plant::effects::Place;
 use serde::Serialize;
 
-/// Which condition an answer does not hold.
+/// A condition that an answer must meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
@@ -34,13 +34,14 @@ pub enum Condition {
     Left,
     /// The repaired machine predicts no worse than the calibrated one, however far ahead.
     Horizons,
-    /// Far ahead nothing became slightly worse, and no free run strays whose predictions became better.
+    /// No prediction is slightly worse than the calibrated machine's, and no free run strays although
+    /// predictions of up to a second improve.
     Far,
-    /// The remaining error depends on nothing that could explain it.
+    /// The remaining error depends on no known quantity.
     Residual,
-    /// Every fitted value can be meant.
+    /// Every fitted value is plausible.
     Plausible,
-    /// No believed value ends at the limit of its tolerance, nor the timing of commands.
+    /// No believed value, nor the timing of commands, ends at the limit of its tolerance.
     Tolerance,
     /// No other place predicts the check experiments as well.
     Rivals,
@@ -49,7 +50,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Whether it leaves the answer in doubt, and does not speak against it.
+    /// Whether a failure only leaves the answer in doubt, without evidence against it.
     fn is_of_others(self) -> bool {
         matches!(self, Self::Far | Self::Tolerance | Self::Rivals | Self::Tried)
     }
@@ -58,7 +59,7 @@ impl Condition {
 /// One reason why an answer is not called explained.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shortfall {
-    /// Which condition is not met.
+    /// The condition that is not met.
     pub condition: Condition,
     /// The finding in words.
     pub what: String,
@@ -69,27 +70,27 @@ pub struct Shortfall {
 pub struct Adequacy {
     /// The limits that were applied.
     pub criteria: Criteria,
-    /// Errors by how far ahead predictions reach, the shortest first, the free run of whole records last.
+    /// Errors by horizon, the shortest first, the free run over whole records last.
     pub horizons: Vec<Horizon>,
     /// Root mean square of the drive's force on the check experiments, N (or N m).
     pub drive_force_n: f64,
-    /// The quantities on which the force depends that is still missing on the check experiments.
+    /// The quantities with which the force missing on the check experiments correlates.
     pub residual: Vec<ResidualTrace>,
-    /// Why the answer is not better; empty where all conditions hold.
+    /// Reasons why the answer is not called explained; empty if all conditions hold.
     pub shortfalls: Vec<Shortfall>,
-    /// Place of a smooth force that no cause makes, if one would balance clearly more.
+    /// Place of a smooth force that no cause makes, if that force improves the balance clearly.
     #[serde(skip)]
     pub(crate) smooth: Option<Place>,
-    /// Whether a balance of forces leaves next to nothing.
+    /// Whether the balance of forces leaves hardly any force missing.
     #[serde(skip)]
     pub(crate) is_balanced: bool,
-    /// Whether a calibrated machine is nearly right, and its residual depends on nothing.
+    /// Whether the calibrated machine is nearly right and its residual depends on no known quantity.
     #[serde(skip)]
     pub(crate) is_noise: bool,
 }
 
 impl Adequacy {
-    /// Whether anything of its own keeps the answer from being called explained.
+    /// Whether a condition fails that is evidence against the answer itself.
     pub(crate) fn is_short(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
     }
@@ -101,12 +102,12 @@ impl Adequacy {
         self.shortfalls.iter().any(is_of_model)
     }
 
-    /// Whether something else may do as well.
+    /// Whether another explanation may be as good.
     pub(crate) fn has_rival(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())
     }
 
-    /// Whether the calibrated machine predicts so well that no cause of the rest is worth a name.
+    /// Whether the calibrated machine's errors are too small to name a cause for them.
     pub(crate) fn is_slight(&self) -> bool {
         horizons::are_slight(&self.horizons, &self.criteria)
     }
@@ -116,7 +117,7 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| shortfall.condition == Condition::Tried)
     }
 
-    /// Tells which columns short predictions do not explain, each with its residual in sigmas.
+    /// Adds the columns that short predictions do not explain, each with its residual in sigmas.
     pub(crate) fn add_unexplained(&mut self, columns: impl Iterator<Item = (String, f64)>) {
         let short = |(column, sigmas): (String, f64)| Shortfall {
             condition: Condition::Left,
@@ -128,14 +129,14 @@ impl Adequacy {
         self.shortfalls.extend(columns.map(short));
     }
 
-    /// Tells what else may be there.
+    /// Adds other causes that may be present.
     pub(crate) fn add_rivals(&mut self, rivals: Vec<String>) {
         let short = |what| Shortfall { condition: Condition::Rivals, what };
         self.shortfalls.extend(rivals.into_iter().map(short));
     }
 
-    /// Whether all values of a machine may be meant. Those of the causes count if it has them. So do believed
-    /// values at the limit of their tolerance, if something else is wrong too.
+    /// Whether all values of a machine are plausible. `has_causes` includes the values of its causes.
+    /// Believed values at the limit of their tolerance are not plausible if another condition fails too.
     pub(crate) fn may_be_meant(&self, has_causes: bool) -> bool {
         let fails =
             |condition| self.shortfalls.iter().any(|shortfall: &Shortfall| shortfall.condition == condition);
@@ -143,15 +144,15 @@ impl Adequacy {
         !(is_odd || self.is_short() && fails(Condition::Tolerance))
     }
 
-    /// Tells over which experiment the machine of an answer that is not sure runs farther off than the
-    /// believed one.
+    /// Adds the experiment over which the free run of an uncertain answer's machine is worse than the
+    /// believed one's.
     pub(crate) fn add_stray(&mut self, experiment: &str, errors: [f64; 2]) {
         self.add_worse(experiment, errors, Condition::Far);
     }
 
-    /// Tells that the repaired machine runs freely farther off than the believed one.
+    /// Adds that the free run of the repaired machine is worse than the believed one's.
     pub(crate) fn add_free_run(&mut self, errors: [f64; 2]) {
-        // A motion that falls or runs away makes any free run leave the records.
+        // If the motion is unstable, every free run diverges from the records.
         let is_better = horizons::are_better(&self.horizons, &self.criteria);
         let condition = if is_better { Condition::Far } else { Condition::Horizons };
         self.add_worse("the check experiments", errors, condition);
@@ -187,10 +188,11 @@ mod tests {
             let short = |condition: &Condition| Shortfall { condition: *condition, what: String::new() };
             Adequacy { shortfalls: conditions.iter().map(short).collect(), ..Adequacy::default() }
         };
-        // Calibration alone may be meant where only a cause is beyond reason.
+        // Calibration alone may be plausible if only a cause is implausible.
         let absurd = of(&[Condition::Plausible]);
         assert!(!absurd.may_be_meant(true) && absurd.may_be_meant(false));
-        // A limit beside what nothing explains hides something else; alone it is a doubt.
+        // A value at its limit hides another error if the residual has structure too. Alone it is only a
+        // doubt.
         let limited = of(&[Condition::Tolerance]);
         assert!(limited.may_be_meant(true) && limited.may_be_meant(false));
         let unknown = of(&[Condition::Tolerance, Condition::Left]);

@@ -1,5 +1,5 @@
-//! Tests whether every fitted value is a finding, and whether it is plausible. It must be possible beside the
-//! believed machine, not at a bound, and known well enough to differ from zero.
+//! Tests whether every fitted value is a finding, and whether it is plausible. It must be possible for the
+//! believed machine, not at a bound, and distinguishable from zero.
 
 use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{Kind, Parameter, Place, Scale};
@@ -15,13 +15,13 @@ use crate::judge::Judge;
 use crate::kinds::{Element, dossier};
 use crate::report::AttemptOutcome;
 
-/// Smallest part of an effect beyond the limit of the believed value that it adds to, over the part within.
+/// Smallest ratio of the part of an effect beyond a believed value's limit to the part within the limit.
 const LEAST_REST: f64 = 0.1;
-/// A thousandth of a value, or of a typical one, within which it is at its end.
+/// A value this close to the end of its range, on its own scale, counts as being at the end.
 const AT_END: f64 = 1e-3;
-/// A value that may move by less than this share was read off the records, and no residual knows it.
+/// A value with a narrower range than this was read off the records, so that no residual determines it.
 const READ_OFF: f64 = 0.01;
-/// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
+/// Deviation of a logarithm above which the 90 % interval of the value includes zero.
 const UNKNOWN: f64 = 1.0 / 1.645;
 
 /// Reasons why accepted values are not plausible, in words.
@@ -59,7 +59,7 @@ impl Judge<'_> {
         self.no_departure(scored).is_none()
     }
 
-    /// Why the fitted values of a set are not a departure from the believed machine; `None` if they are one.
+    /// Why the fitted values of a set do not depart from the believed machine; `None` if they do.
     pub(crate) fn no_departure(&self, scored: &Scored) -> Option<AttemptOutcome> {
         let Fitted { model, theta, .. } = &scored.fitted;
         scored.causes.iter().enumerate().find_map(|(i, cause)| {
@@ -90,8 +90,8 @@ impl Judge<'_> {
     }
 }
 
-/// Why a value is beyond what its dimension allows beside the believed machine and its records. What a base
-/// or a workpiece weighs, and what a sensor reads, the drive's body and command do not bound.
+/// Why a value is larger or smaller than the believed machine and its records allow. Masses of a base or a
+/// workpiece and readings of a sensor are not limited by the drive's body and command.
 fn beyond(
     judge: &Judge<'_>,
     cause: &Candidate,
@@ -130,7 +130,7 @@ fn beyond(
     }
 }
 
-/// Whether the first command is a force, and not a speed.
+/// Whether the first command is a force.
 fn is_pushed(judge: &Judge<'_>) -> bool {
     let actuators = &judge.dataset.machine.actuators;
     let first = judge.dataset.drives.first();

@@ -3,7 +3,7 @@
 //!
 //! A residual has structure if it correlates with one of these beyond chance, and by an amount that matters.
 //! Chance is measured by shifting the residual in time. The shifted residual keeps its spectrum, so that
-//! lasting noise does not pass for structure.
+//! coloured noise does not count as structure.
 
 use std::f64::consts::TAU;
 
@@ -16,8 +16,8 @@ use crate::fit::missing::{missing_acceleration, moving_mass};
 use crate::fit::scored::Scored;
 use crate::gap::unknown::explained;
 
-/// Span over which the missing force is averaged, s: longer than noise lasts. A slow observer needs at least
-/// this many radians of its natural frequency.
+/// Span over which the missing force is averaged, s: longer than the noise is correlated. A slow observer
+/// needs at least this many radians of its natural frequency.
 const AVERAGE_S: f64 = 0.02;
 const AVERAGE_RADIANS: f64 = 0.8;
 /// A prediction has forgotten its start after this many time constants of the observer.
@@ -51,7 +51,7 @@ pub struct ResidualTrace {
     pub chance: f64,
 }
 
-/// Structure of the missing force, with the size of the drive force.
+/// Structure of the missing force, with the root mean square of the drive force.
 pub(super) struct Residual {
     pub(super) drive_force_n: f64,
     pub(super) traces: Vec<ResidualTrace>,
@@ -85,8 +85,8 @@ pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &
 }
 
 impl Residual {
-    /// Whether the missing force depends on nothing that it was held against, and these records would show
-    /// it if it did.
+    /// Whether the missing force depends on none of the tested quantities, and the records would show such a
+    /// dependence.
     pub(super) fn is_noise(&self, criteria: &Criteria) -> bool {
         let is_chance = |trace: &ResidualTrace| {
             trace.share <= trace.chance && trace.rms_n < criteria.some_structure * self.drive_force_n
@@ -135,7 +135,7 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     Some(pairs.enumerate().map(average).collect())
 }
 
-/// A quantity: its name, columns that vary with it, and the shifted forces that give its chance.
+/// A quantity: its name, columns that vary with it, and the shifted forces that measure chance.
 type Group<'a> = (&'static str, Vec<Vec<f64>>, &'a [Vec<f64>]);
 
 /// Regressions of the missing force, against the same regressions with the force shifted within records.
@@ -148,7 +148,7 @@ fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Crite
     let direction = |p: &Point| (speed(p) / SLOW).tanh();
     let drifts: [&dyn Fn(&Point) -> f64; 4] = [&|_| 1.0, &direction, &speed, &|p| p.drive];
     let missing = column(&|p| p.missing);
-    // A drift from record to record would survive a shift within each.
+    // A shift within each record would keep a drift from record to record.
     let whole = [all.to_vec()];
     let shifted = |records: &[Vec<Point>]| -> Vec<Vec<f64>> {
         let of = |i: usize| {
@@ -316,7 +316,7 @@ mod tests {
             Residual { drive_force_n: 10.0, traces: vec![trace] }.is_noise(&Criteria::default())
         };
         assert!(of(0.01, 0.02, 0.0));
-        // Small but certain; as large as chance in too few points; large.
+        // Small but certain; as large as chance because there are few points; large.
         assert!(!of(0.3, 0.02, 0.4) && !of(0.3, 0.4, 0.0) && !of(0.01, 0.02, 0.6));
     }
 

@@ -1,4 +1,5 @@
-//! Tests whether another place predicts the check experiments as well, in short predictions or farther ahead.
+//! Tests whether a cause at another place predicts the check experiments as well, or better at longer
+//! horizons.
 
 use feeler_plant::effects::Kind;
 
@@ -12,14 +13,14 @@ use crate::fit::wander::force_noise;
 use crate::judge::Judge;
 use crate::kinds::{Form, dossier};
 
-/// Rivals that are predicted far ahead.
+/// Largest number of rivals whose longer predictions are compared.
 const MOST_PREDICTED: usize = 4;
-/// Noise of a command over the force at a corner of its law, beyond which the corner is rounded.
+/// Ratio of a command's noise to the force at a corner of its law above which the corner is rounded.
 const ROUNDS: f64 = 0.1;
 
 /// Gains and masses beside a limit or a dead band whose corners the noise of the measured command rounds, in
-/// words. The mean force about a corner is then not that of the mean command. A factor makes up for some
-/// of it (errors in variables: Fuller, Measurement Error Models, 1987).
+/// words. Near a corner the mean force is not the force of the mean command. A gain or a mass makes up for
+/// part of the difference (errors in variables: Fuller, Measurement Error Models, 1987).
 pub(super) fn rounded(judge: &Judge<'_>, accepted: &Scored) -> Vec<String> {
     let noises = judge.everything().into_iter().map(|r| force_noise(judge.dataset, r));
     let noise = noises.fold(0.0, f64::max);
@@ -43,7 +44,8 @@ pub(super) fn rounded(judge: &Judge<'_>, accepted: &Scored) -> Vec<String> {
     factors.map(say).collect()
 }
 
-/// Rivals of another place that do as well on the check experiments, or better far ahead, in words.
+/// Rivals of another place that predict the check experiments as well, or better at longer horizons, in
+/// words.
 pub(super) fn as_good(
     judge: &Judge<'_>,
     accepted: &Scored,
@@ -83,9 +85,9 @@ pub(super) fn as_good(
     found
 }
 
-/// Sets of as many causes, with one at another place, that explain as much at a value too small to be a
-/// finding, in words. A small value of the true cause may lie within a tolerance, and something else then
-/// seems to be found.
+/// Sets with as many causes, one of them at another place, that explain as much with a value too small to be
+/// a finding, in words. If a small true cause lies within a tolerance, the fit may find another cause in its
+/// place.
 pub(crate) fn as_good_but_small(
     judge: &Judge<'_>,
     accepted: &Scored,

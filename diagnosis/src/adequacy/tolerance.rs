@@ -1,15 +1,15 @@
-//! Believed values at the limits of their tolerances: their true values may lie beyond, and values fitted
-//! beside them are then off as well.
+//! Believed values at the limits of their tolerances: their true values may lie beyond. Values fitted
+//! together with them are then off as well.
 
 use crate::dataset::Dataset;
 use crate::fit::scored::Scored;
 
-/// Rows by which commands without a stated hold may act late without doubt. A drive that is quick
-/// follows lines from row to row, or holds each value, which is early; a short lag is late.
+/// Largest delay of commands without a stated hold that raises no doubt, rows. A fast drive interpolates
+/// between rows or holds each value, and both act early. A later command may be a short lag.
 const MOST_LATE_ROWS: f64 = 0.2;
 
-/// The believed values at the limits of their tolerances, and commands that act late, or as early as they
-/// may, in words.
+/// The believed values at the limits of their tolerances, and commands that act late or at the limit of their
+/// timing, in words.
 pub(super) fn limits(dataset: &Dataset, accepted: &Scored) -> Vec<String> {
     let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
     let say = |(key, [believed, fitted]): (String, [f64; 2])| {

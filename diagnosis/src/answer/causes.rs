@@ -16,9 +16,9 @@ use crate::report::{Cause, Estimate};
 
 /// Quantile of the 90 % interval of a normal distribution, in standard deviations.
 const NINETY_PERCENT: f64 = 1.645;
-/// Softening of the odds.
+/// Divisor of the evidence that softens the odds.
 const TEMPERATURE: f64 = 4.0;
-/// The same if only positions are measured: model errors and noise are then harder to separate.
+/// The divisor if only positions are measured: model errors and noise are then harder to separate.
 const SLOW_TEMPERATURE: f64 = 12.0;
 /// Largest probability of a cause that was accepted before another one.
 const EARLIER: f64 = 0.95;
@@ -26,7 +26,7 @@ const EARLIER: f64 = 0.95;
 const LEAST_ODDS: f64 = 0.005;
 /// Total probability of the listed rivals.
 const CREDIBLE: f64 = 0.99;
-/// Levels of friction that differ by less than this share are one.
+/// Levels of friction that differ by less than this share count as one level.
 const ONE_LEVEL: f64 = 0.05;
 /// Largest number of kinds that are reported as alike.
 const MOST_ALIKE: usize = 2;
@@ -87,9 +87,9 @@ impl Judge<'_> {
         Field { sets, evidence, odds, own }
     }
 
-    /// Evidence for a rival, with the same allowances as in the selection: one with more parameters than the
-    /// accepted causes must improve the prediction more. One with a law that contains one of theirs always
-    /// predicts a little better, and is at most as probable.
+    /// Evidence for a rival, with the same corrections as in the selection. A rival with more parameters than
+    /// the accepted causes must improve the prediction more. A law that contains an accepted law always
+    /// predicts slightly better, so its evidence is at most that of the accepted set.
     fn weighed(&self, accepted: &Scored, rival: &Scored) -> f64 {
         let parameters = |scored: &Scored| scored.fitted.model.effect_parameters();
         let is_outer = match (&accepted.beyond(rival)[..], &rival.beyond(accepted)[..]) {
@@ -104,8 +104,8 @@ impl Judge<'_> {
     }
 
     /// The accepted causes, then those of rivals. `known` is the probability that the true causes are among
-    /// all of these. `tried` is all that was fitted. `is_early` says that time is left to measure how long
-    /// residuals last.
+    /// these. `tried` holds all sets that were fitted. `is_early` means that time is left to measure the
+    /// correlation time of residuals.
     pub(super) fn causes(
         &self,
         accepted: &Scored,
@@ -113,7 +113,7 @@ impl Judge<'_> {
         (known, is_early): (f64, bool),
         tried: &[Scored],
     ) -> Vec<Cause> {
-        // An error above noise lasts: the fit's own deviations are a lower bound.
+        // An error above noise is correlated in time, so the fit's own deviations are a lower bound.
         let lasting = is_early.then(|| sandwich::deviations(&self.search.task, &accepted.fitted)).flatten();
         let fitted = &accepted.fitted.sigma;
         let sigma: Vec<f64> = match &lasting {
@@ -127,7 +127,7 @@ impl Judge<'_> {
         let without_gain = self.without_gain(accepted);
         let mut causes: Vec<Cause> = (accepted.causes.iter().enumerate())
             .map(|(i, cause)| {
-                // Only the last cause was weighed against every other one.
+                // Only the last cause was compared with every other one.
                 let most = if i + 1 == accepted.causes.len() { 1.0 } else { EARLIER };
                 let found = self.cause(accepted, i, &sigma, known * field.marginal(cause).min(most));
                 let mut found = Cause { accepted: true, ..covering(found, cause, &near) };
@@ -156,8 +156,8 @@ impl Judge<'_> {
         causes
     }
 
-    /// A gain below one and an added mass, if these records show forces only in ratios and masses alone tie
-    /// them to the believed machine.
+    /// A gain below one and an added mass, if these records determine only ratios of forces. Then only the
+    /// masses relate the forces to the believed machine.
     pub(super) fn gain_or_mass(&self, accepted: &Scored) -> Option<[Kind; 2]> {
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
         let gain = accepted.causes.iter().position(|cause| cause.definition.kind == Kind::DriveGain)?;
@@ -168,8 +168,8 @@ impl Judge<'_> {
         scale.is_of_masses(model).then_some([Kind::DriveGain, Kind::AddedMass])
     }
 
-    /// Values that predict the same with all forces larger and no gain, if an added mass may take the place
-    /// of an accepted gain.
+    /// Values that give the same prediction with all forces scaled up and a gain of one, if an added mass may
+    /// replace an accepted gain.
     fn without_gain(&self, accepted: &Scored) -> Option<Vec<f64>> {
         self.gain_or_mass(accepted)?;
         let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
@@ -237,7 +237,7 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
         let Some(i) = set.causes.iter().position(|own| own.is(cause)) else { continue };
         let values = set.fitted.model.parameters(i, &set.fitted.theta);
         let rows = found.parameters.values_mut().zip(values).zip(cause.definition.parameters);
-        // Angles and signed values may be the same at another number.
+        // Different values of an angle or a signed parameter may mean the same.
         for ((estimate, value), _) in rows.filter(|(_, parameter)| parameter.scale == Scale::Log) {
             let [low, high] = &mut estimate.ci90;
             let half = (0.5 * (*high - *low)).max((value - estimate.value).abs());
@@ -250,9 +250,9 @@ fn covering(mut found: Cause, cause: &Candidate, near: &[&Scored]) -> Cause {
     found
 }
 
-/// Kinds that look alike: an accepted one, and another that explains about as much in its place, or that
-/// balances the forces as well. So does a law that an accepted one may be within its intervals, `effects`.
-/// `known` looks like it on these records whatever was fitted.
+/// Pairs of kinds that look alike: an accepted kind, and another one that explains about as much in its place
+/// or balances the forces as well. A simpler law within the intervals of an accepted law, in `effects`,
+/// counts too. The pair `known` looks alike on these records whatever was fitted.
 pub(super) fn look_alikes(
     accepted: &Scored,
     field: &Field,
@@ -292,7 +292,7 @@ pub(super) fn look_alikes(
             found.push([outer, inner]);
         }
     }
-    // A law is always near one that it contains: other pairs are worth more words.
+    // A law is always close to a law that it contains, so other pairs come first.
     let is_nested = |[a, b]: &&[Kind; 2]| contains(*a, *b) || contains(*b, *a);
     let (nested, apart): (Vec<_>, Vec<_>) = pairs.iter().partition(is_nested);
     for &pair in apart.into_iter().chain(nested) {
@@ -303,8 +303,8 @@ pub(super) fn look_alikes(
     found
 }
 
-/// Whether a law with these values is, somewhere within their intervals, the same as one that it contains. So
-/// it is if it has several levels, and they are one: the way in which a guide gives way separates no laws.
+/// Whether a law equals a simpler law that it contains somewhere within the intervals of its values. It also
+/// does if it has several levels and all are equal: presliding alone does not distinguish laws.
 fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     let own: Vec<f64> = values.iter().map(|estimate| estimate.value).collect();
     let levels = nearest(outer, inner, &own);
@@ -322,8 +322,8 @@ fn may_be(outer: Kind, inner: Kind, values: &[&Estimate]) -> bool {
     levels.iter().filter_map(|values| embed(outer, inner, values)).any(is_within)
 }
 
-/// Whether the pair's combined effect equals the single cause of the rival. Either may then be true,
-/// whichever fits slightly better.
+/// Whether the pair's combined effect equals the single cause of the rival. Then either may be true, even if
+/// one fits slightly better.
 fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
     let [whole] = rival.causes[..] else { return false };
     let has = |kind: &Kind| {
@@ -362,7 +362,7 @@ mod tests {
             super::may_be(Kind::LugreFriction, Kind::CoulombFriction, &values.each_ref())
         };
         assert!(lugre(15.1) && !lugre(17.0));
-        // It contains no other law.
+        // Asymmetric friction does not contain Stribeck friction.
         let values = [&of(7.0, 0.5), &of(0.0, 0.04)];
         assert!(!super::may_be(Kind::AsymmetricFriction, Kind::StribeckFriction, &values));
     }

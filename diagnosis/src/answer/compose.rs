@@ -22,26 +22,28 @@ use crate::report::{Cause, Diagnosis, Gap, GapCell, Verdict, Where};
 
 /// Smallest probability of a cause that is reported without its rivals.
 const SURE: f64 = 0.9;
-/// Factor on all probabilities if an answer is not adequate: none of its causes may then be the true one. In
+/// Factor on all probabilities if an answer is not adequate, because the true cause may then be missing. In
 /// 140 wild cases of three seeds 64 % of 36 such causes were right.
 const INADEQUATE: f64 = 0.65;
-/// The same if the residual has structure, or predictions far ahead became worse: 9 of 16 were right.
+/// The factor if the residual has structure, or long predictions became worse: 9 of 16 such causes were
+/// right.
 const STRUCTURED: f64 = 0.5;
-/// The same if something else may do as well, or a believed value ends at the limit of its tolerance: 38 of
-/// 44 were right.
+/// The factor if another explanation may be as good, or a believed value ends at the limit of its tolerance:
+/// 38 of 44 such causes were right.
 const RIVALLED: f64 = 0.9;
-/// Probability of the place that a residual points to beside unsure causes, or without depending on much: 2
-/// of 6 of the first kind were right on a wild seed. Where a cause is as probable, its own place comes first.
+/// Probability of the place that a residual indicates if the causes are unsure or the residual depends on
+/// little. On a wild seed 2 of 6 places were right beside unsure causes. At equal probability the place of a
+/// cause comes first.
 const POINTED: f64 = 0.25;
-/// Factor on the usual limit of a column's mean square residual where the residual depends on nothing.
+/// Factor on the usual limit of a column's mean square residual if the residual depends on no known quantity.
 const NOISY: f64 = 2.0;
-/// Errors above this many noise floors are errors of the model.
+/// An error above this many noise floors is an error of the model.
 const ROUGH: f64 = 2.0;
 /// Smallest number of places among look-alike causes at which the records do not determine the place.
 const PLACES_TO_TELL: usize = 3;
 /// Smallest ratio of variation to noise that a channel needs in its best experiment.
 const ENOUGH_EXCITATION: f64 = 5.0;
-/// The same if no other channel reaches it: an encoder alone suffices if it resolves its motion well.
+/// The ratio that suffices for a single channel: an encoder alone is enough if its resolution is fine.
 const ENOUGH_ALONE: f64 = 50.0;
 
 /// Prediction errors over the check experiments.
@@ -50,12 +52,12 @@ struct Errors {
     after: Vec<f64>,
     /// One sigma of every channel.
     noise: Vec<f64>,
-    /// Error of short predictions that the noise of all channels leaves, over scale.
+    /// Error of short predictions that the noise of all channels leaves, over the scale.
     read: f64,
     gap: Gap,
 }
 
-/// The assumption on a winding that warms: no reading shows its heat at the start of a record.
+/// The assumption on a winding that warms: no measurement shows its temperature at the start of a record.
 fn cold_start(machine: &Machine) -> Option<String> {
     let warms = |drive: &Actuator| drive.effects.iter().any(|effect| effect.definition.has(Trait::Drift));
     let (name, _) = machine.actuators.iter().find(|(_, drive)| warms(drive))?;
@@ -100,7 +102,7 @@ impl Judge<'_> {
         adequacy.add_untried(attempts.untried.len());
         if !adequacy.is_balanced {
             let mut left = unknown::unexplained(&self.search.calibrated, accepted);
-            // Noise that is stated or estimated may be too small.
+            // The stated or estimated noise may be too small.
             left.retain(|(_, sigmas)| !adequacy.is_noise || sigmas * sigmas > NOISY * unknown::ADEQUATE);
             let column = |(c, sigmas): (usize, f64)| (self.search.task.weighed_as(c), sigmas);
             adequacy.add_unexplained(left.into_iter().map(column));
@@ -194,10 +196,10 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether a cause that was not tried may be there, or one that shifts commands beyond their timing.
+    /// Whether an untried cause may be present, or one that delays commands beyond their timing.
     fn is_open(&self, adequacy: &Adequacy) -> bool {
         let Fitted { model, theta, .. } = &self.search.calibrated.fitted;
-        // Nothing makes a command act before it is given.
+        // A command cannot act before it is given, so a limit on the early side needs no cause.
         let is_late = model.is_timing_at_limit(theta) && model.leeway(theta).late_rows > 0.0;
         adequacy.has_untried() || is_late
     }
@@ -255,8 +257,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether channels vary enough above their noise to draw conclusions: most channels in their best
-    /// experiment, or one channel by far.
+    /// Whether the channels vary enough above their noise to draw conclusions. Either most channels do in
+    /// their best experiment, or one channel does by far.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
         let channels = self.dataset.channels.len();
@@ -315,7 +317,8 @@ impl Judge<'_> {
         }
     }
 
-    /// The places, each with its evidence: the error without its effect, or the residual that points there.
+    /// The places, each with its evidence: the error without the effect at that place, or the residual that
+    /// indicates the place.
     fn places(
         &self,
         accepted: &Scored,

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::fit::model::Model;
 
-/// Smaller relative changes are rounding.
+/// Smaller relative changes are rounding errors.
 const ROUNDING: f64 = 1e-9;
 /// Smaller changes, in percent, are printed without a percentage.
 const LEAST_PERCENT: f64 = 0.05;
@@ -28,14 +28,14 @@ pub struct Changed {
     pub new: f64,
     /// SI unit.
     pub unit: String,
-    /// Whether calibration stopped at the tolerance; the real value may be farther off.
+    /// Whether calibration stopped at the tolerance; the true value may then be farther off.
     pub is_at_end: bool,
 }
 
 /// An effect that only the new machine has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Added {
-    /// Its table, such as `springs.guide.effects.coulomb-friction`.
+    /// Key of its table, such as `springs.guide.effects.coulomb-friction`.
     pub key: String,
     /// Name, value (SI) and unit of its parameters.
     pub parameters: Vec<(&'static str, f64, String)>,

@@ -1,22 +1,22 @@
 //! Additional uncertainty of fitted values beyond that from their residuals.
 //!
-//! The uncertainty of a fit is as valid as its model. For most laws the intervals of the fit hold: in blind
-//! cases of `docs/diagnosis.md`, 9 of 10 values were within them. Dry friction is different. No law of the
-//! library describes real friction before sliding, or exactly how it falls with speed. Its levels, and other
-//! values fitted with them, have larger errors than the residuals show. These errors were measured on the
-//! same cases, and are added.
+//! The uncertainty from a fit is as valid as the model. For most laws it holds: in blind cases of
+//! `docs/diagnosis.md`, 9 of 10 values were within their intervals. Dry friction is different. No law of the
+//! library describes real presliding friction, or exactly how friction falls with speed. The levels of
+//! friction, and other values fitted with them, have larger errors than the residuals show. These errors were
+//! measured on the same cases, and are added here.
 
 use feeler_plant::effects::Trait;
 
 use crate::fit::candidates::Candidate;
 use crate::kinds::dossier;
 
-/// Factor on the deviations of values fitted together with dry friction: of 8 delays and modes the median
-/// error was 4 times the fit's.
+/// Factor on the deviations of values fitted together with dry friction: for 8 delays and modes the median
+/// error was 4 times the fit's deviation.
 const BESIDE_FRICTION: f64 = 4.0;
 
-/// Standard deviation of a value of cause `i`, the parameter in this position, from the fit's `deviation`, on
-/// rows `spacing_s` apart.
+/// Standard deviation of a parameter of cause `i`, widened from the fit's `deviation`; the rows are
+/// `spacing_s` apart.
 pub(super) fn widened(
     causes: &[Candidate],
     i: usize,

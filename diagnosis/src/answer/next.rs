@@ -1,7 +1,7 @@
-//! The next experiment: the template after which two look-alike causes would differ most (Box and Hill 1967;
-//! Atkinson and Fedorov's T-optimality 1975). Each template is run on one cause's machine. The other's is
-//! then fitted to it, so that only differences beyond calibration count. A template that would exceed the
-//! travel or speed of the records is reduced, or skipped.
+//! The next experiment: the template in which two look-alike causes differ most (Box and Hill 1967; Atkinson
+//! and Fedorov's T-optimality 1975). The machine with one cause is simulated on each template. The machine
+//! with the other cause is then fitted to the result, so that only differences beyond calibration count. A
+//! template that would exceed the travel or speed of the records is reduced or skipped.
 
 use feeler_plant::description::Engagement;
 
@@ -19,7 +19,7 @@ use crate::report::{MOST_ODDS, NextExperiment};
 const LEAST_STROKE: f64 = 0.02;
 /// Fitting steps of the rival on a template.
 const STEPS: usize = 3;
-/// Smallest odds of a template that separates the causes.
+/// Smallest odds between the causes at which a template separates them.
 const LEAST_ODDS: f64 = 3.0;
 /// Largest number of reductions of a template that moves too far.
 const TRIES: usize = 6;
@@ -84,7 +84,8 @@ pub(crate) fn next_experiment(
     })
 }
 
-/// Travel and speed of the records with an engagement, by the accepted machine on the measured motion.
+/// Travel and speed in the records with this engagement, predicted by the accepted machine along the measured
+/// motion.
 fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Reach> {
     let records = &judge.dataset.records;
     let of_place = (0..records.len()).filter(|&r| place_of(judge.dataset, &records[r]) == place);
@@ -93,8 +94,8 @@ fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Re
     predictions.map(|prediction| Reach::of(&prediction)).reduce(Reach::with)
 }
 
-/// The template, reduced until neither machine exceeds the previous travel and speed, and its own travel and
-/// speed; `None` if none of it is left.
+/// The template, reduced until neither machine exceeds the previous travel and speed, with the travel and
+/// speed that it causes; `None` if it cannot be reduced enough.
 fn within(
     judge: &Judge<'_>,
     machines: [&Scored; 2],
@@ -112,7 +113,7 @@ fn within(
             return Some((template, reach));
         }
         template.peak_n *= STEP_BELOW / excess;
-        // No command is left, or a smaller template has the same effect.
+        // The command is zero, or a smaller template has the same effect.
         if template.peak_n <= template.least_n {
             return None;
         }
@@ -167,7 +168,7 @@ fn expected(
     let own = score(&task, truth.causes.clone(), truth.fitted.clone());
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);
     let others = score(&task, other.causes.clone(), fitted);
-    // Noise alone leaves a residual of one; the predicted record has none.
+    // Noise alone gives a mean square residual of one. The predicted record has no noise, so one is added.
     let misfits = own.misfits[0].iter().zip(&others.misfits[0]).zip(&task.weights.looks[0]);
     Some(misfits.map(|((a, b), looks)| 0.5 * looks * ((1.0 + b) / (1.0 + a)).ln()).sum())
 }

@@ -8,13 +8,14 @@ use crate::gap::replay::{free_run, strays};
 use crate::judge::Judge;
 
 impl Judge<'_> {
-    /// The proposed machine: with the accepted causes, or the calibrated one. It is the believed one if that
-    /// departs less in free runs over the check experiments. Of an answer that is not sure, it is also the
-    /// believed one if any experiment speaks against the change. Says why, if the causes are not proposed.
+    /// The proposed machine: with the accepted causes, or only calibrated. It is the believed machine if that
+    /// has the smaller error in free runs over the check experiments. If the answer is not sure, any
+    /// experiment on which the change makes the free run stray is enough. If the causes are not proposed,
+    /// `adequacy` gets the reason.
     pub(super) fn proposed(&self, accepted: &Scored, adequacy: &mut Adequacy) -> Machine {
         let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
         let (repaired, believed) = (of(accepted), &self.dataset.machine);
-        // Calibration alone promises nothing.
+        // Calibration alone makes no claim that needs a reason.
         let is_promised = !accepted.causes.is_empty();
         // Once impacts have made a prediction lose the motion, the size of its error is chance.
         let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();

@@ -1,5 +1,5 @@
-//! A table of the missing force where no cause is found: fitted on the fit records, proposed if it holds on
-//! the check records.
+//! A table of the missing force, for answers without a cause: fitted on the fit records, and proposed if the
+//! check records confirm it.
 
 use feeler_plant::description::Machine;
 use feeler_plant::effects::Kind;
@@ -17,12 +17,13 @@ use crate::report::{Diagnosis, ForceOver, Verdict};
 
 /// Least share of the gap that a table must close on the check experiments.
 const LEAST_CLOSED: f64 = 0.1;
-/// The causes that come nearest stay beside a table only if at most this share of the misfit is left with
-/// them. Many a wrong cause makes up for the coarseness of a table.
+/// The nearest causes stay beside a table only if at most this share of the misfit remains with them. A wrong
+/// cause often compensates for the coarse knots of a table.
 const NEEDED: f64 = 0.5;
 
 impl Judge<'_> {
-    /// Adds a table to an answer without a cause, if one holds. `accepted` are the causes that come nearest.
+    /// Adds a table to an answer without a cause, if the check records confirm one. `accepted` holds the
+    /// nearest causes.
     pub(crate) fn add_table(&self, answer: &mut Diagnosis, accepted: &Scored) {
         let task = &self.search.task;
         if answer.verdict != Verdict::UnknownCause || task.budget.is_over(Stage::Compose) {
@@ -52,9 +53,9 @@ impl Judge<'_> {
         }
     }
 
-    /// The machine with a table, and the worth of the table. `None` if it does not hold on the check
-    /// experiments against the answer without it, or runs away from any experiment. None is proposed beside a
-    /// believed value at the limit of its tolerance either: such a value hides another error.
+    /// The machine with a table, and the share of the gap that the table closes. `None` if predictions of the
+    /// check experiments do not improve, or if the free run of any experiment strays. Also `None` if a
+    /// believed value is at the limit of its tolerance, because another error may be behind it.
     fn held(&self, told: &Scored, tabled: &Tabled) -> Option<(Machine, ForceOver)> {
         let (task, checks) = (&self.search.task, self.checks());
         let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);

@@ -1,5 +1,5 @@
-//! Commands of possible next experiments, and the travel and speed that they may cause: at most those of the
-//! records.
+//! Commands of possible next experiments, with the travel and speed that they may cause. Both stay below
+//! those of the records.
 
 use std::f64::consts::TAU;
 
@@ -13,10 +13,10 @@ use crate::predict::Prediction;
 pub(crate) const SECONDS: f64 = 2.0;
 /// Commands of templates, as shares of the largest recorded one.
 const LEVELS: [f64; 3] = [0.05, 0.3, 0.9];
-/// Lines of a multisine.
+/// Number of lines of a multisine.
 const LINES: usize = 24;
-/// Permitted share of the records' travel and speed, so that a prediction with an error of a quarter stays
-/// within them.
+/// Permitted share of the records' travel and speed: a prediction that is a quarter too small still stays
+/// within the records.
 const ALLOWED: f64 = 0.8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,16 +28,16 @@ enum Shape {
 /// A possible experiment.
 #[derive(Clone, Debug)]
 pub(crate) struct Template {
-    /// As in the records: `None` for that of the machine file.
+    /// Engagement as stated in the records; `None` for that of the machine file.
     pub(crate) engagement: Option<Engagement>,
-    /// The same, resolved.
+    /// The engagement that applies.
     pub(crate) place: Engagement,
     shape: Shape,
     /// Largest command, N.
     pub(crate) peak_n: f64,
-    /// Largest command at which another template has the same effect, N.
+    /// A larger command than this is needed, because another template has the same effect below it, N.
     pub(crate) least_n: f64,
-    /// Reading of each channel at the first row of the records with this engagement: the template's start.
+    /// Reading of each channel at the start: the first row of the records with this engagement.
     pub(crate) start: Vec<f64>,
 }
 
@@ -62,7 +62,7 @@ impl Reach {
         prediction.stroke.iter().fold(Self::NONE, reached)
     }
 
-    /// The range that holds both.
+    /// The smallest range that contains both.
     pub(crate) fn with(self, other: Self) -> Self {
         Self {
             travel_m: [self.travel_m[0].min(other.travel_m[0]), self.travel_m[1].max(other.travel_m[1])],
@@ -70,7 +70,8 @@ impl Reach {
         }
     }
 
-    /// Factor by which it exceeds the records; up to one it is permitted.
+    /// Ratio of this range to the permitted share of the range `seen` in the records; at most one is
+    /// permitted.
     pub(crate) fn excess(self, seen: Self) -> f64 {
         let over = |own: f64, seen: f64| if own == 0.0 { 0.0 } else { own / (ALLOWED * seen) };
         over(self.travel_m[0], seen.travel_m[0])
@@ -142,7 +143,7 @@ impl Template {
     }
 }
 
-/// A factor that brings a magnitude between one and a thousand, and its prefix.
+/// Factor that scales a magnitude to between one and a thousand, and the unit prefix.
 fn prefix(size: f64) -> (f64, &'static str) {
     match size {
         size if size >= 1.0 => (1.0, ""),

@@ -1,10 +1,10 @@
-//! A driven axis written out by hand: a motor and a load, a guide, a drive, moved in small semi-implicit
-//! steps. Units are N, m and kg, or N m, rad and kg m² where the axis turns.
+//! Hand-written equations of a driven axis: a motor, a load, a guide and a drive, integrated in small
+//! semi-implicit steps. Units are N, m and kg, or N m, rad and kg m² for a rotary axis.
 
-/// Damping of the bristle, over twice the root of its stiffness times the moving mass.
+/// Damping ratio of the bristle: its damping over twice the root of stiffness times moving mass.
 const BRISTLE_DAMPING: f64 = 0.6;
 
-/// Dry friction: a bristle that bends, and slides once it carries the level.
+/// Dry friction: a bristle deflects, and slides when its force reaches the level.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Friction {
     /// Level far above Stribeck's speed, N.
@@ -15,9 +15,9 @@ pub(super) struct Friction {
     pub(super) stribeck: Option<[f64; 2]>,
     /// Deflection at which the bristle slides, m.
     pub(super) bristle_m: f64,
-    /// Share by which the level has grown at one stretch of the stroke: height, centre (m), width (m).
+    /// A stretch of the stroke with a higher level: relative height, centre (m), width (m).
     pub(super) tight_spot: Option<[f64; 3]>,
-    /// Share of the level that is lost as the guide warms, and the time that it takes, s.
+    /// Share of the level that is lost as the guide warms, and the time constant of warming, s.
     pub(super) warming: Option<[f64; 2]>,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Drive {
     pub(super) limit: f64,
     /// Share of the force that is lost per unit of command, 1/N.
     pub(super) sag: f64,
-    /// Amplitude (N), pitch (m) and phase (rad).
+    /// Amplitude (N), pitch (m) and phase (rad) of force ripple.
     pub(super) ripple: Option<[f64; 3]>,
 }
 
@@ -49,7 +49,7 @@ impl Default for Drive {
     }
 }
 
-/// A joint between motor and load that gives way.
+/// An elastic joint between motor and load.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     pub(super) stiffness: f64,

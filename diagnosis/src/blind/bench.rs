@@ -1,5 +1,5 @@
-//! A bench written out by hand: base, motor, tip and workpiece in a row, a drive, and sensors, moved in small
-//! semi-implicit steps.
+//! Hand-written equations of a bench: base, motor, tip and workpiece in a row, a drive and sensors,
+//! integrated in small semi-implicit steps.
 
 pub(super) const STEP_S: f64 = 4e-6;
 /// Deflection at which a bristle slides, m.
@@ -8,21 +8,21 @@ const BRISTLE_M: f64 = 3e-6;
 const BRISTLE_DAMPING: f64 = 0.6;
 /// Stiffness of a transmission with play, N/m.
 const PLAY_STIFFNESS: f64 = 2e7;
-/// Its damping, N s/m.
+/// Damping of a transmission with play, N s/m.
 const PLAY_DAMPING: f64 = 900.0;
 
 /// How the end of the axis is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Hold {
-    /// Nothing.
+    /// The end is free.
     Free,
     /// The tool is attached to the workpiece.
     Clamped,
-    /// The workpiece, which can be left.
+    /// The workpiece is a wall that the tool can leave.
     Wall,
 }
 
-/// A joint that gives way.
+/// An elastic joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Compliance {
     pub(super) stiffness: f64,
@@ -37,13 +37,13 @@ impl Compliance {
         Self { stiffness, damping, play: 0.0 }
     }
 
-    /// Stiff, with free play.
+    /// A stiff link with free play.
     pub(super) fn with_play(width_m: f64) -> Self {
         Self { stiffness: PLAY_STIFFNESS, damping: PLAY_DAMPING, play: width_m }
     }
 }
 
-/// Everything about the real bench; effects are changes of these.
+/// Parameters of the real bench; every effect changes some of these.
 #[derive(Clone, Debug)]
 pub(super) struct Bench {
     pub(super) base_kg: f64,
@@ -63,7 +63,7 @@ pub(super) struct Bench {
     pub(super) fixture: Option<Compliance>,
     pub(super) coulomb: f64,
     pub(super) asymmetry: f64,
-    /// Static level and velocity of Stribeck's curve.
+    /// Addition to the friction level at rest (N) and velocity of Stribeck's curve (m/s).
     pub(super) stribeck: Option<[f64; 2]>,
     pub(super) load_ratio: f64,
     pub(super) constant_load: f64,
@@ -72,7 +72,7 @@ pub(super) struct Bench {
     pub(super) drive_delay_s: f64,
     pub(super) deadband: f64,
     pub(super) slew: f64,
-    /// Amplitude, pitch and phase.
+    /// Amplitude (N), pitch (m) and phase (rad) of force ripple.
     pub(super) ripple: Option<[f64; 3]>,
     pub(super) force_gain: f64,
     pub(super) force_bias: f64,
@@ -81,7 +81,7 @@ pub(super) struct Bench {
     pub(super) force_resolution: f64,
     pub(super) tool_kg: f64,
     pub(super) encoder_resolution: f64,
-    /// No effect of any library: drag that grows with the square of speed, N s2/m2.
+    /// Drag that grows with the square of speed, N s²/m². It is hidden as an effect outside the library.
     pub(super) drag: f64,
     /// A cable that pulls back the further it is drawn, N/m beyond its slack.
     pub(super) cable: f64,
@@ -109,7 +109,7 @@ pub(super) struct Truths {
     pub(super) encoder_m: f64,
     pub(super) motor_acceleration: f64,
     pub(super) tip_acceleration: f64,
-    /// After lag and creep, before gain and bias.
+    /// Force after lag and creep, before gain and bias, N.
     pub(super) force_n: f64,
 }
 
@@ -210,7 +210,7 @@ impl Bench {
         }
     }
 
-    /// Force between tip and workpiece, and the part of it that its spring carries.
+    /// Total force between tip and workpiece, and the part that the spring carries, N.
     fn contact(&self, state: &State, hold: Hold) -> (f64, f64) {
         if hold == Hold::Free {
             return (0.0, 0.0);
@@ -221,7 +221,7 @@ impl Bench {
         if hold == Hold::Wall && pressed <= 0.0 {
             return (0.0, 0.0);
         }
-        // A clamped tool pulls as it pushes.
+        // A clamped tool can pull as well as push.
         let curve = if (self.wall_exponent - 1.0).abs() > 1e-12 {
             pressed.abs().powf(self.wall_exponent).copysign(pressed)
         } else {
@@ -251,7 +251,7 @@ impl Bench {
             state.bristle = 0.0;
             return smooth;
         }
-        // Dahl's bristle: bends with the motion, and slides once it carries the level.
+        // Dahl's bristle deflects with the motion, and slides when its force reaches the level.
         let stiffness = level / BRISTLE_M;
         let rate = speed - speed.abs() * state.bristle / BRISTLE_M;
         state.bristle = (state.bristle + STEP_S * rate).clamp(-BRISTLE_M, BRISTLE_M);
@@ -276,7 +276,7 @@ mod tests {
     use super::super::cases::ideal;
     use super::*;
 
-    /// A semi-implicit step is of first order: its error over a period is about the step times the frequency.
+    /// A semi-implicit step is of first order: the relative error is about the step times the fastest rate.
     const FIRST_ORDER: f64 = 1e-3;
 
     #[test]
@@ -303,8 +303,8 @@ mod tests {
         for _ in 0..50_000 {
             last = bench.step(&mut state, 9.0, Hold::Free);
         }
-        // Dahl's curve has bent by ln 4 lengths at three quarters of the level; the sudden start bends it
-        // further.
+        // On Dahl's curve the deflection at three quarters of the level is ln 4 bristle lengths. The sudden
+        // start adds to it.
         assert!(last.encoder_m.abs() < 5.0 * BRISTLE_M && state.motor[1].abs() < 1e-6);
         for _ in 0..50_000 {
             last = bench.step(&mut state, 24.0, Hold::Free);

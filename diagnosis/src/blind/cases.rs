@@ -11,19 +11,19 @@ use super::wild::conditions::Conditions;
 /// An effect that is hidden.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HiddenEffect {
-    /// Its kind.
+    /// Kind of the effect.
     pub kind: String,
-    /// Its place.
+    /// Place of the effect.
     pub place: String,
-    /// Its parameters, SI; none of an effect of no library.
+    /// Parameters by name, SI; empty for an effect outside the library.
     pub parameters: IndexMap<String, f64>,
-    /// Whether it is of no library.
+    /// Whether the library lacks this effect.
     #[serde(default)]
     pub outside_library: bool,
 }
 
 impl HiddenEffect {
-    /// With its values by name, which only an effect of the library has.
+    /// A hidden effect. Values are kept by name if the library has the effect.
     pub(super) fn new(kind: &str, place: &str, drawn: Vec<(&str, f64)>, outside_library: bool) -> Self {
         let named = drawn.into_iter().filter(|_| !outside_library);
         let parameters = named.map(|(name, value)| (name.to_owned(), value)).collect();
@@ -31,20 +31,20 @@ impl HiddenEffect {
     }
 }
 
-/// A case with its truth.
+/// A case with its hidden truth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Name of its folder.
     pub case: String,
     /// The hidden effects; empty if there is only noise.
     pub effects: Vec<HiddenEffect>,
-    /// Kinds that may be named and need not be: the believed value that they stand for is off.
+    /// Kinds that an answer may name without being wrong: each stands for a believed value that is off.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub allowed: Vec<String>,
-    /// Under which conditions it was recorded, where these were drawn.
+    /// Recording conditions of a wild case, where they were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conditions: Option<Conditions>,
-    /// The same of a servo joint.
+    /// Recording conditions of a servo joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoConditions>,
 }
@@ -91,7 +91,7 @@ pub(super) fn ideal() -> Bench {
     }
 }
 
-/// The bench as it is built: every value a little off.
+/// The bench as built: every value deviates a little from the ideal.
 pub(super) fn built(random: &mut Random) -> Bench {
     let mut bench = ideal();
     let mut off = |value: &mut f64, share: f64| *value *= 1.0 + share * (2.0 * random.share() - 1.0);
@@ -111,8 +111,8 @@ pub(super) fn built(random: &mut Random) -> Bench {
     bench
 }
 
-/// An effect that can be hidden: kind, place, and its change of the bench, with the parameters that it
-/// draws.
+/// An effect that can be hidden: kind, place, and the function that changes the bench and gives the drawn
+/// parameters.
 type Recipe = (&'static str, &'static str, fn(&mut Bench, &mut Random) -> Vec<(&'static str, f64)>);
 
 /// Effects of the library.
@@ -190,7 +190,7 @@ pub(super) const LIBRARY: &[Recipe] = &[
         vec![("width", width)]
     }),
     ("hardening-stiffness", "contact", |b, r| {
-        // At a deflection of 0.3 mm as stiff as this share of the spring.
+        // At a deflection of 0.3 mm the cubic force is this share of the linear one.
         b.wall_cubic = b.wall_stiffness * r.between(0.6, 1.5) / 9e-8;
         vec![("cubic", b.wall_cubic)]
     }),
@@ -216,7 +216,7 @@ pub(super) const LIBRARY: &[Recipe] = &[
     }),
     ("hertz-contact", "contact", |b, r| {
         b.wall_exponent = 1.5;
-        // As stiff as the believed wall at a force of about 25 N.
+        // The drawn wall is about as stiff as the believed one at 25 N.
         b.wall_stiffness *= r.between(0.8, 1.2) * (25.0 / b.wall_stiffness).powf(-0.5);
         vec![("exponent", 1.5), ("stiffness", b.wall_stiffness)]
     }),
@@ -255,7 +255,7 @@ pub(super) const LIBRARY: &[Recipe] = &[
     }),
 ];
 
-/// Effects of no library.
+/// Effects outside the library.
 pub(super) const OUTSIDE: &[Recipe] = &[
     ("quadratic-drag", "guide", |b, r| {
         b.drag = r.log_between(1500.0, 5000.0);
@@ -275,7 +275,7 @@ pub(super) const OUTSIDE: &[Recipe] = &[
     }),
 ];
 
-/// Pairs are drawn from effects that stand for one fault each and are not each other's excuse.
+/// Pairs consist of effects that stand for one fault each, and neither explains the other.
 const PAIRED: [[&str; 2]; 8] = [
     ["coulomb-friction", "command-delay"],
     ["coulomb-friction", "base-flexibility"],
@@ -287,8 +287,8 @@ const PAIRED: [[&str; 2]; 8] = [
     ["actuator-lag", "contact-stiffness"],
 ];
 
-/// Of twelve cases in a row: one with nothing, two with a pair, one of no library, and single effects in
-/// turn.
+/// Length of a cycle of cases: one without effects, two with a pair, one with an effect outside the library,
+/// and eight with single effects.
 const TURN: usize = 12;
 
 /// The bench of case `index` of a benchmark, with its hidden effects.

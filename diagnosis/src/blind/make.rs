@@ -1,4 +1,4 @@
-//! Making cases: experiments with controllers in the loop, written as datasets.
+//! Makes the cases: experiments with controllers in the loop, written as datasets.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -20,27 +20,27 @@ pub const HELD_BACK: &str = "held-back";
 /// File of the sealed truth.
 pub const SEALED: &str = "truth.sealed";
 
-/// Spacing of rows, s, and steps between them.
+/// Spacing of rows, s, and integration steps between rows.
 const ROW_S: f64 = 5e-4;
 const STEPS_PER_ROW: usize = 125;
 /// Rows between samples of the controller.
 const ROWS_PER_SAMPLE: usize = 2;
-/// One sigma of each sample instant, s.
+/// Standard deviation of each sample instant, s.
 const JITTER_S: f64 = 8e-6;
-/// One sigma of the sensors' white noise: encoder, accelerometers, force.
+/// Standard deviations of the sensors' white noise: encoder (m), accelerometers (m/s²), force (N).
 const NOISE: [f64; 3] = [4e-7, 0.05, 0.12];
-/// Coloured noise on top, as a share of the white, and its memory, s.
+/// Additional coloured noise: ratio to the white noise, and correlation time, s.
 const COLOURED_SHARE: f64 = 0.3;
 const MEMORY_S: f64 = 4e-3;
 
-/// One thing done to the bench.
+/// The task of one experiment.
 #[derive(Clone, Copy, Debug)]
 enum Task {
     /// Random-phase sum of sines, force amplitude, band (Hz), while a weak spring holds the stroke.
     Sines { rms_n: f64, band_hz: [f64; 2] },
     /// Slow to-and-fro over the stroke under position control.
     Strokes { stroke_m: f64, period_s: f64 },
-    /// Towards the wall, then steps of force.
+    /// Approach to the wall, then steps of force.
     Press { speed_m_per_s: f64, levels_n: [f64; 4] },
 }
 
@@ -103,9 +103,9 @@ struct Controller {
     is_touching: bool,
     touched_s: f64,
     integral: f64,
-    /// Position that the tool was aimed at before touching, m.
+    /// Target position of the tool before contact, m.
     aim_m: f64,
-    /// Reading of the force sensor before the first touch, N. Its zero is not known better.
+    /// Reading of the force sensor before the first contact, N: the best available zero.
     rest_n: f64,
 }
 
@@ -164,14 +164,14 @@ impl Controller {
                 }
             }
         };
-        // A converter with twelve bits over 800 N.
+        // The converter has twelve bits over 800 N.
         (command.clamp(-390.0, 390.0) / CONVERTER_N).round() * CONVERTER_N
     }
 }
 
-/// Force beyond that at rest from which on the wall counts as touched, N.
+/// Force above the reading at rest at which the wall counts as touched, N.
 const TOUCH_N: f64 = 3.0;
-/// Step of the command, N.
+/// Resolution of the command converter, N.
 const CONVERTER_N: f64 = 0.2;
 
 /// Rows of one experiment as CSV.
@@ -183,7 +183,7 @@ fn measure(bench: &Bench, experiment: &Experiment, random: &mut Random) -> Strin
     let mut seen = Truths::default();
     let mut last_encoder = 0.0;
     let mut command = 0.0;
-    // Instants at which commands arrive at the drive, in steps.
+    // Step indices at which commands arrive at the drive, with the commands.
     let mut arriving: Vec<(usize, f64)> = Vec::new();
     let mut at_drive = 0.0;
     let late_rows = bench.force_delay_s / ROW_S;
@@ -223,7 +223,7 @@ fn measure(bench: &Bench, experiment: &Experiment, random: &mut Random) -> Strin
     text
 }
 
-/// A series between its rows, some rows ago.
+/// A series some rows ago, interpolated between rows.
 fn late(series: &[f64], rows: f64) -> f64 {
     let at = (series.len() - 1) as f64 - rows;
     if at <= 0.0 {
@@ -237,8 +237,8 @@ fn late(series: &[f64], rows: f64) -> f64 {
 const MACHINE: &str = include_str!("believed.toml");
 const COLUMNS: &str = include_str!("columns.toml");
 
-/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` receives how many
-/// are done.
+/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` receives the
+/// number of cases done.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -246,7 +246,7 @@ pub fn make(folder: &Path, cases: usize, seed: u64, progress: &(dyn Fn(usize) + 
     write_all(folder, cases, progress, |index| write_case(folder, index, seed))
 }
 
-/// Writes cases side by side, and their sealed truth.
+/// Writes cases in parallel, and their sealed truth.
 pub(super) fn write_all(
     folder: &Path,
     cases: usize,
@@ -294,11 +294,11 @@ pub(crate) fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<C
     Ok(case)
 }
 
-/// An experiment as files hold it.
+/// An experiment in the form in which files hold it.
 pub(super) struct Sheet {
-    /// Its name, that of the file.
+    /// Name of the experiment and of its file.
     pub(super) name: String,
-    /// Lines of its table in `dataset.toml` after that of the file.
+    /// Lines of the experiment's table in `dataset.toml` after the one with the file.
     pub(super) keys: String,
     /// Its rows as CSV.
     pub(super) rows: String,

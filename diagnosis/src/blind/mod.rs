@@ -1,8 +1,8 @@
 //! Blind benchmark: datasets whose hidden effect is withheld from the diagnosis, and scores of its answers.
 //!
-//! The data come from a bench of their own ([`bench`]). It has equations of motion written out by hand, small
-//! semi-implicit steps, a bristle in place of dry friction, drift and coloured noise. No part of the
-//! diagnosis, of its predictions or of the simulator is used to make them.
+//! The data come from a separate bench ([`bench`]). It has hand-written equations of motion, small
+//! semi-implicit steps, a bristle for dry friction, drift and coloured noise. It uses no part of the
+//! diagnosis, of its predictions or of the simulator.
 
 mod axis;
 mod bench;

@@ -28,7 +28,7 @@ impl Random {
         low + (high - low) * self.share()
     }
 
-    /// Evenly over the logarithm.
+    /// Uniform in the logarithm.
     pub(super) fn log_between(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }

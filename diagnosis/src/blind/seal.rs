@@ -1,14 +1,14 @@
-//! Truth that nobody reads by accident.
+//! Hides the truth of a case from accidental reading.
 
 use std::fmt::Write as _;
 
 use super::noise::Random;
 
-/// Start of the stream that covers a truth.
+/// Seed of the random bytes that cover a truth.
 const START: u64 = 0x5EA1_ED00;
 
-/// Covers a text: hexadecimal digits of it under a stream of random bytes. It hides from eyes and from
-/// searches, not from an attacker.
+/// Covers a text: XOR with random bytes, in hexadecimal digits. It hides the text from eyes and searches, not
+/// from an attacker.
 pub(super) fn seal(text: &str) -> String {
     covered(text.as_bytes()).iter().fold(String::new(), |mut digits, byte| {
         let _ = write!(digits, "{byte:02x}");

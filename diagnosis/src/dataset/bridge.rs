@@ -14,14 +14,14 @@ pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
     longest <= MOST_TOGETHER && missing as f64 <= MOST_SHARE * rows as f64
 }
 
-/// Rows after which a stretch without rows ends that is too long for interpolation.
+/// First rows after pauses that are too long for interpolation.
 pub(crate) fn breaks(times_s: &[f64]) -> Vec<usize> {
     let Some(usual_s) = median_step(times_s) else { return Vec::new() };
     let longest_s = (MOST_TOGETHER as f64 + 1.5) * usual_s;
     (1..times_s.len()).filter(|row| times_s[*row] - times_s[row - 1] > longest_s).collect()
 }
 
-/// Rows this many times their usual distance apart have lost one between them.
+/// A gap of this many sample intervals means that a row is missing.
 pub(super) const FIRST_LOST: f64 = 1.5;
 
 /// Missing rows of a record.
@@ -46,7 +46,7 @@ impl Lost {
         (lost.rows > 0 && lost.is_few(spacing_s, time.len())).then_some(lost)
     }
 
-    /// The missing rows for these distances of neighbouring rows, s, of which `spacing_s` is the usual one.
+    /// The missing rows, from the steps between neighbouring time stamps, s; `spacing_s` is the usual step.
     fn between(steps: &[f64], spacing_s: f64) -> Self {
         let mut lost = Self { rows: 0, stretches: 0, longest_s: 0.0, longest_at: 0 };
         for (i, step) in steps.iter().enumerate() {
@@ -68,8 +68,8 @@ impl Lost {
     }
 }
 
-/// Interpolates a few empty cells and marks their rows in `gaps`. Reports a fatal fault for more. Returns the
-/// index of the first.
+/// Interpolates a few empty cells and marks their rows in `gaps`. Reports a fatal fault if there are more.
+/// Returns the index of the first empty cell.
 pub(super) fn empty_cells(
     column: &mut [f64],
     gaps: &mut Vec<bool>,
@@ -93,8 +93,8 @@ pub(super) fn empty_cells(
     Some((first, FaultKind::EmptyCells { cells, longest }))
 }
 
-/// Fills the rows that are missing: held, or on a line between their neighbours. Beyond the ends the nearest
-/// value is kept.
+/// Fills missing rows: with the last value if `is_held`, otherwise by linear interpolation. Before the first
+/// and after the last reading the nearest value is kept.
 pub(super) fn bridge(column: &mut [f64], is_missing: impl Fn(usize) -> bool, is_held: bool) {
     let (missing, known): (Vec<usize>, Vec<usize>) = (0..column.len()).partition(|&k| is_missing(k));
     for k in missing {
@@ -115,7 +115,7 @@ pub(super) fn bridge(column: &mut [f64], is_missing: impl Fn(usize) -> bool, is_
 mod tests {
     use super::*;
 
-    /// Between rows 9 and 10 20 rows are missing, between 49 and 50 21.
+    /// 20 rows are missing between rows 9 and 10, and 21 between rows 49 and 50.
     #[test]
     fn truth_more_missing_rows_together_than_are_bridged_are_a_break() {
         let at = |k: i32| 0.01 * f64::from(k + if k >= 10 { 20 } else { 0 } + if k >= 50 { 21 } else { 0 });

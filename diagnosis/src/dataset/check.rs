@@ -1,4 +1,4 @@
-//! Detects faults of measured series, and makes records of the sound ones.
+//! Detects faults of measured series, and converts sound series to records.
 
 use std::path::Path;
 
@@ -14,25 +14,25 @@ use super::regrid::{Between, far_from_rows, regrid};
 
 /// Smallest number of rows for a prediction.
 const FEWEST_ROWS: usize = 50;
-/// A spacing of this many medians is a gap, if too many rows are missing to interpolate.
+/// A spacing of this many medians is a gap, if too many rows are missing for interpolation.
 const GAP_FACTOR: f64 = 4.0;
 /// If rows are this many command holds apart, the unit of time is wrong: the commands in between are unknown.
 const MOST_HOLDS: f64 = 100.0;
 /// Largest relative departure from even spacing without interpolation.
 const UNEVEN_SHARE: f64 = 0.01;
-/// Clipping needs this many rows at an extreme value, and a number of them in succession: noise rarely
-/// repeats a value.
+/// Smallest number of rows at an extreme value, and of consecutive ones, that indicates clipping: noise
+/// rarely repeats a value.
 const CLIPPED_ROWS: usize = 8;
 const CLIPPED_RUN: usize = 3;
-/// Relative difference of spacings that counts as a fast or slow clock. Larger ones are another rate, smaller
-/// ones are rounding.
+/// Relative difference of spacings that counts as a fast or slow clock. Larger differences are other rates,
+/// smaller ones are rounding.
 const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
 /// Smallest useful ratio of variation to noise.
 const WEAK_RATIO: f64 = 3.0;
 /// Below this ratio not even the stated noise is present.
 const BELOW_NOISE: f64 = 0.8;
 
-/// Converts tables to records, and returns every fault.
+/// Converts tables to records, and returns all faults.
 pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>) -> Vec<Fault> {
     let mut faults = Vec::new();
     let grains: Vec<Grain> = dataset
@@ -81,7 +81,7 @@ struct Series {
     columns: Vec<Vec<f64>>,
     /// For each column, the rows without a reading; empty if there are none.
     bridged: Vec<Vec<bool>>,
-    /// Channels that do not count.
+    /// Channels that are ignored in this experiment.
     silent: Vec<bool>,
 }
 
@@ -89,7 +89,7 @@ struct Series {
 struct Reader<'a> {
     dataset: &'a Dataset,
     experiment: &'a Experiment,
-    /// Steps of each channel.
+    /// Quantisation steps of each channel.
     grains: &'a [Grain],
 }
 
@@ -147,7 +147,7 @@ impl Reader<'_> {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
         let silent = self.column_faults(&names, &columns, &bridged, first_row, note)?;
-        // The faults of the other columns are reported even so.
+        // The faults of the other columns are still reported.
         if !is_complete {
             return None;
         }
@@ -165,7 +165,7 @@ impl Reader<'_> {
         note: &mut Note<'_>,
     ) -> Option<Vec<bool>> {
         let drives = self.dataset.drives.len();
-        // One input may rest while another moves the machine.
+        // One command may be constant while another moves the machine.
         if columns[..drives].iter().all(|column| !column.is_empty() && is_constant(column)) {
             for name in &names[..drives] {
                 note(Some(name), None, FaultKind::ConstantCommand);
@@ -176,7 +176,7 @@ impl Reader<'_> {
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
             let rows = read_rows(column.len(), &bridged[drives + i]);
             let readings: Vec<f64> = rows.iter().map(|k| column[*k]).collect();
-            // A missing column and cells without a number are reported already.
+            // A missing column and cells without a number are already reported.
             if readings.is_empty() {
                 silent[i] = true;
                 continue;
@@ -191,10 +191,10 @@ impl Reader<'_> {
         (!is_lost).then_some(silent)
     }
 
-    /// Checks the readings of one channel. Returns whether it is ignored, and whether the machine's position
-    /// is lost with it.
+    /// Checks the readings of one channel. Returns whether the channel is ignored, and whether the machine's
+    /// position is then unknown.
     fn channel_faults(&self, i: usize, name: &str, column: &[f64], note: &mut Note<'_>) -> (bool, bool) {
-        // Rounding has removed noise and motion alike. The finding is the step, which other experiments show.
+        // Quantisation hides noise and motion. Other experiments show the step, which is reported instead.
         let grain = self.grains[i].coarsest;
         if grain > 0.0 && range(column) <= 2.0 * grain {
             return (false, false);
@@ -221,7 +221,7 @@ impl Reader<'_> {
         (is_clipped, is_clipped && tells_place)
     }
 
-    /// The evenly spaced record of sound series.
+    /// The evenly spaced record of a sound series.
     fn record(&self, series: Series, is_uneven: bool) -> Record {
         let Series { mut times_s, rows, spacing_s, columns: mut commands, mut bridged, silent } = series;
         let drives = self.dataset.drives.len();
@@ -260,7 +260,7 @@ impl Reader<'_> {
     }
 }
 
-/// The rows that were read, without those of `gaps`; all if there are none.
+/// The rows that were read, without those marked in `gaps`; all rows if `gaps` is empty.
 fn read_rows(rows: usize, gaps: &[bool]) -> Vec<usize> {
     (0..rows).filter(|&k| gaps.get(k) != Some(&true)).collect()
 }
@@ -269,7 +269,7 @@ fn is_constant(column: &[f64]) -> bool {
     column.iter().all(|x| x.to_bits() == column[0].to_bits())
 }
 
-/// Reports commands that change in no experiment: one input may rest while another moves the machine.
+/// Reports commands that are constant in every experiment while another command changes.
 fn resting_commands(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let Some(first) = dataset.records.first() else { return };
     for (i, driven) in dataset.drives.iter().enumerate() {
@@ -280,7 +280,8 @@ fn resting_commands(dataset: &Dataset, faults: &mut Vec<Fault>) {
     }
 }
 
-/// Reports checks that repeat a fitted record row by row: they would score the fit, not a prediction.
+/// Reports check experiments that repeat a fitted record row by row: they would score the fit, not a
+/// prediction.
 fn copied_checks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let has_same_rows = |a: &Record, b: &Record| a.commands == b.commands && a.series == b.series;
     for check in dataset.records.iter().filter(|record| record.is_check) {
@@ -338,7 +339,7 @@ fn time_faults(time: &[f64], first_row: usize, note: &mut impl FnMut(Option<usiz
     }
 }
 
-/// The readings of a channel in every experiment, without those that are filled in.
+/// The readings of a channel in every experiment, without interpolated values.
 fn readings<'a>(channel: &'a Channel, tables: &'a [Table]) -> impl Iterator<Item = Vec<f64>> + 'a {
     tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
@@ -375,7 +376,8 @@ fn series_faults(
             .map(<[f64]>::len)
             .max()
             .unwrap_or(0);
-        // A coarse channel at rest repeats its extreme as well. A clipped one has noise on one side only.
+        // A coarse channel at rest repeats its extreme value too. At a clipped channel noise is on one side
+        // only.
         let rows = column.iter().filter(|&&x| at(x)).count();
         let share = rows as f64 / column.len() as f64;
         if longest >= CLIPPED_RUN

@@ -7,18 +7,19 @@ use std::f64::consts::PI;
 pub(super) struct Comparison {
     /// Delay of the second series in rows.
     pub(super) late_rows: f64,
-    /// Standard deviation of the delay; infinite if no shift within the range stands out.
+    /// Standard deviation of the delay; infinite if the correlation has no maximum within the range of
+    /// shifts.
     pub(super) late_sd: f64,
     /// Mean frequency of the common part, rad per row.
     pub(super) omega: f64,
-    /// The second over the first; negative for opposite signs.
+    /// Ratio of the second series to the first; negative for opposite signs.
     pub(super) factor: f64,
-    /// Correlation of the two without a shift.
+    /// Correlation of the two series at this delay.
     pub(super) correlation: f64,
 }
 
 impl Comparison {
-    /// The first against the second.
+    /// The relation of the first series to the second.
     pub(super) fn turned(self) -> Self {
         Self { late_rows: -self.late_rows, factor: 1.0 / self.factor, ..self }
     }
@@ -40,10 +41,10 @@ pub(super) fn second_difference(series: &[f64], span: usize, spacing_s: f64) -> 
         .collect()
 }
 
-/// The acceleration of a velocity, smoothed by the same triangle: the difference of its means over the `span`
-/// rows after and before.
+/// The acceleration of a velocity, smoothed by the same triangle as [`second_difference`]: the difference of
+/// its means over the `span` rows after and before.
 pub(super) fn difference(series: &[f64], span: usize, spacing_s: f64) -> Vec<f64> {
-    // By the trapezoidal rule.
+    // Means by the trapezoidal rule.
     let mean = |rows: &[f64]| {
         let sum: f64 = rows.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).sum();
         sum / span as f64
@@ -53,15 +54,15 @@ pub(super) fn difference(series: &[f64], span: usize, spacing_s: f64) -> Vec<f64
         .collect()
 }
 
-/// A series smoothed by the same triangle as the acceleration of a second difference.
+/// A series, smoothed by the same triangle as [`second_difference`].
 pub(super) fn smoothed(series: &[f64], span: usize) -> Vec<f64> {
     let weight = |j: usize| 1.0 - (j as f64 - span as f64).abs() / span as f64;
     let at = |k: usize| (0..=2 * span).map(|j| weight(j) * series[k + j - span]).sum::<f64>() / span as f64;
     (span..series.len() - span).map(at).collect()
 }
 
-/// Compares two series, with the second shifted by up to `most` rows either way. `None` if they correlate by
-/// less than `same`, since they are then not of one motion.
+/// Compares two series, with the second shifted by up to `most` rows either way. `None` if their correlation
+/// is below `same`: they do not measure the same motion.
 pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> Option<Comparison> {
     if first.len() <= 2 * most {
         return None;
@@ -78,7 +79,7 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
     let best = (0..heights.len()).max_by(|&i, &j| heights[i].total_cmp(&heights[j]))?;
     let factor = |i: usize| (energy(shifted(i)) / xx.max(f64::MIN_POSITIVE)).sqrt();
     if heights[best] < same {
-        // With opposite sign.
+        // The series have opposite signs.
         let turned = -heights[most];
         return (turned >= same).then(|| Comparison {
             late_rows: 0.0,
@@ -88,15 +89,15 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
             correlation: turned,
         });
     }
-    // The vertex of a parabola through the best shift and its neighbours; at the end of the range there is
-    // none.
+    // The vertex of a parabola through the best shift and its neighbours. At the end of the range there is no
+    // vertex.
     let (mut part, mut late_sd, mut omega) = (0.0, f64::INFINITY, 0.0);
     if best > 0 && best < 2 * most {
         let [before, top, after] = [heights[best - 1], heights[best], heights[best + 1]];
         let bend = (2.0 * top - before - after).max(f64::MIN_POSITIVE);
         part = 0.5 * (after - before) / bend;
-        // The uncorrelated part shifts the vertex by its own size over the slope of the common part, once per
-        // half wave.
+        // The uncorrelated part shifts the vertex by its ratio to the slope of the common part. Each half
+        // wave is an independent sample.
         omega = (bend / top).sqrt();
         let half_waves = inner.len() as f64 * omega / PI;
         late_sd = ((top.powi(-2) - 1.0).max(0.0) / half_waves).sqrt() / omega;
@@ -114,10 +115,11 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
 mod tests {
     use super::*;
 
-    /// A parabola through three points of a smooth peak is off by far less than this part of a row.
+    /// Bound on the error of the vertex for a smooth maximum, rows.
     const PART_OF_A_ROW: f64 = 0.02;
 
-    /// Of a parabola the trapezoidal rule is off by a constant, which the difference removes.
+    /// The speed is a parabola, for which the error of the trapezoidal rule is constant. The difference
+    /// removes it.
     #[test]
     fn truth_position_and_velocity_of_a_cubic_have_one_acceleration() {
         let times: Vec<f64> = (0..60).map(|k| 0.01 * f64::from(k)).collect();
@@ -125,7 +127,7 @@ mod tests {
         let speed: Vec<f64> = times.iter().map(|t| 6.0 * t.powi(2) - 2.0 * t).collect();
         let [a, b] = [second_difference(&place, 5, 0.01), difference(&speed, 5, 0.01)];
         assert_eq!(a.len(), b.len());
-        // Roundings of positions up to 1 over the square of 50 ms.
+        // Rounding errors of positions up to 1, divided by the square of 50 ms.
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
@@ -136,7 +138,7 @@ mod tests {
         let second: Vec<f64> = (0..800).map(|k| 9.81 * wave(f64::from(k) - 7.4)).collect();
         let found = compare(&first, &second, 20, 0.85).unwrap();
         assert!((found.late_rows - 7.4).abs() < PART_OF_A_ROW, "{found:?}");
-        // Its energy over the shifted stretch differs by the parts cut off at the ends.
+        // The energies differ by the parts that the shift cuts off at the ends.
         assert!((found.factor / 9.81 - 1.0).abs() < 0.01, "{found:?}");
         assert!(found.is_off_by(6.0) && !found.is_off_by(7.8), "{found:?}");
         let against: Vec<f64> = first.iter().map(|x| -x).collect();
@@ -154,7 +156,7 @@ mod tests {
         let first: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
         let second: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
         let [first, second] = [first, second].map(|series| smoothed(&series, 8));
-        // The best shift is not reported, nor one at the end of the range.
+        // Neither an uncertain shift nor one at the end of the range is reported.
         let found = compare(&first, &second, 100, 0.85).unwrap();
         assert!(!found.is_off_by(1.0), "{found:?}");
         let late: Vec<f64> = (0..4000).map(|k| wave(k - 200)).collect();

@@ -1,10 +1,10 @@
-//! Consistency of columns that measure one motion: mixed-up units and different clocks.
+//! Consistency of columns that measure the same motion: wrong units and different clocks.
 //!
-//! Bodies believed rigid move as one far below any resonance, so every encoder, tachometer and accelerometer
-//! on them gives the same acceleration. In free motion the command over the mass gives it too, if roughly. In
-//! contact, the command less the inertial force is the contact force. In every experiment the reference is
-//! the column that agrees with most others. A column that departs from it by a factor between units, or by a
-//! shift in time, is named.
+//! Rigidly joined bodies move together far below any resonance, so every encoder, tachometer and
+//! accelerometer on them gives the same acceleration. In free motion the command divided by the mass gives it
+//! roughly too. In contact, the command less the inertial force is the contact force. In every experiment the
+//! reference is the column that agrees with most others. A column is reported if it differs from the
+//! reference by a factor between units or a shift in time.
 
 use std::cmp::Reverse;
 
@@ -18,15 +18,17 @@ use super::data::{Channel, Dataset, Record};
 use super::fault::{Fault, FaultKind, Yardstick};
 use super::units::{Reading, is_stated, wrong};
 
-/// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
+/// Span of the second difference, s: long enough to average an encoder's noise, short enough to follow the
+/// motion.
 const SPAN_S: f64 = 4e-3;
 /// Largest shift of the search, s.
 const MOST_SHIFT_S: f64 = 0.05;
 /// Smallest shift in rows that is reported between columns of one body.
 pub(super) const STATED_ROWS: f64 = 1.0;
-/// The same between bodies with some flexibility in between.
+/// Smallest shift in rows that is reported between bodies with a flexible joint in between.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Smallest correlation of two readings of the same motion, and of a push with its motion or force.
+/// Smallest correlation of two readings of the same motion, and of a driving force with its motion or contact
+/// force.
 pub(super) const SAME_MOTION: f64 = 0.85;
 pub(super) const SAME_PUSH: f64 = 0.7;
 /// Smallest correlation at which a shift between different bodies is accepted: a flexible joint also changes
@@ -34,9 +36,9 @@ pub(super) const SAME_PUSH: f64 = 0.7;
 const SAME_SHAPE: f64 = 0.95;
 /// Relative tolerance of a factor between units, for readings of one motion.
 const NEAR: f64 = 0.15;
-/// The same with a mass and friction in between.
+/// Relative tolerance of a factor if a mass and friction lie between the columns.
 pub(super) const NEAR_FORCE: f64 = 0.3;
-/// Largest factor between a motion and the command over the believed mass.
+/// Largest plausible ratio between a motion and the command over the believed mass.
 const PLAUSIBLE: f64 = 3.0;
 
 /// The acceleration of a group of bodies from one column.
@@ -47,14 +49,14 @@ pub(super) struct Stick {
     pub(super) values: Vec<f64>,
 }
 
-/// A column that departs in one experiment.
+/// A column that is inconsistent in one experiment.
 pub(super) struct Odd {
     pub(super) record: usize,
     pub(super) column: String,
     pub(super) kind: FaultKind,
 }
 
-/// The machine, reduced to groups of bodies with one motion.
+/// The machine, reduced to groups of rigidly joined bodies.
 pub(super) struct Body<'a> {
     pub(super) dataset: &'a Dataset,
     /// The columns as the dataset's file states them.
@@ -64,15 +66,15 @@ pub(super) struct Body<'a> {
     pub(super) groups: Vec<usize>,
 }
 
-/// Reports factors between units and shifts of time, each with the first experiment that shows it and their
-/// number.
+/// Reports factors between units and shifts in time, each once: with the first experiment that shows it, and
+/// the number of such experiments.
 pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, Column>) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
     let groups = groups(&assembly);
     let body = Body { dataset, columns, assembly, groups };
     let sticks: Vec<Vec<Stick>> = dataset.records.iter().map(|record| body.sticks(record)).collect();
-    // Number of agreements of a column with another one, over all experiments: it decides if one experiment
-    // does not.
+    // Number of agreements of each column with others, over all experiments. It is used if a single
+    // experiment does not show which column is wrong.
     let mut agreements = vec![0_usize; dataset.channels.len()];
     let pairs: Vec<Vec<(usize, usize, Comparison)>> =
         (0..dataset.records.len()).map(|r| body.pairs(r, &sticks[r])).collect();
@@ -98,7 +100,7 @@ pub(super) fn check(dataset: &Dataset, columns: &IndexMap<String, Column>) -> Ve
     merge(dataset, odd)
 }
 
-/// The wrong one of two columns of one motion, by the ratio of the first to the second.
+/// The wrong one of two columns of the same motion, from the ratio of the first to the second.
 pub(super) fn accused(
     record: usize,
     pair: [Reading<'_>; 2],
@@ -198,7 +200,7 @@ impl Body<'_> {
         (MOST_SHIFT_S / record.spacing_s) as usize
     }
 
-    /// Every column of motion as an acceleration, with equal averaging.
+    /// Every motion column as an acceleration, averaged equally.
     fn sticks(&self, record: &Record) -> Vec<Stick> {
         let span = Self::span(record);
         if record.len() < 4 * (span + Self::most(record)) {
@@ -229,7 +231,7 @@ impl Body<'_> {
         readings
     }
 
-    /// Pairs of one group with the same motion.
+    /// Pairs of columns in one group with the same motion.
     fn pairs(&self, r: usize, sticks: &[Stick]) -> Vec<(usize, usize, Comparison)> {
         let most = Self::most(&self.dataset.records[r]);
         let mut pairs = Vec::new();
@@ -245,7 +247,7 @@ impl Body<'_> {
         pairs
     }
 
-    /// Names the columns of motion that depart, and returns the reference of every group.
+    /// Reports inconsistent motion columns, and returns the reference of every group.
     fn motion(
         &self,
         r: usize,
@@ -290,8 +292,8 @@ impl Body<'_> {
                 let pair = [i, reference].map(|i| self.reading(self.column(&sticks[i]), sticks[i].quantity));
                 odd.extend(accused(r, pair, comparison.factor, NEAR, is_known));
             }
-            // The filter of a velocity is late as well, so that it proves nothing about clocks. A clock is
-            // judged by the columns of its own body first: between bodies a joint may be flexible.
+            // The filter of a velocity adds a delay, so velocities are not used for clocks. A clock is first
+            // compared with columns of the same body, because a joint between bodies may be flexible.
             let timed: Vec<usize> =
                 members.iter().copied().filter(|&i| sticks[i].quantity != Quantity::Velocity).collect();
             let late = |i: usize, j: usize, c: &Comparison| {
@@ -304,7 +306,8 @@ impl Body<'_> {
             let Some(&clock) = timed.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else {
                 continue;
             };
-            // A comparison with this motion needs a reference that is correct in size and in time.
+            // Forces and commands are compared with this reference, so it must be correct in size and in
+            // time.
             references.push(if between(clock, reference).is_some_and(|c| agrees(c.factor)) {
                 clock
             } else {
@@ -333,8 +336,8 @@ impl Body<'_> {
         references
     }
 
-    /// All columns of a motion against the command: if two agree the command is wrong, a lone one is wrong
-    /// itself.
+    /// Compares the reference of a motion with the command. If another column agrees with the reference, the
+    /// command is wrong; otherwise either may be wrong.
     fn against_command(
         &self,
         r: usize,
@@ -358,7 +361,7 @@ impl Body<'_> {
         &self.dataset.channels[stick.channel].column
     }
 
-    /// The factor on a column's numbers.
+    /// Factor that the file applies to a column's numbers.
     fn scale(&self, column: &str) -> f64 {
         self.columns.get(column).map_or(1.0, |column| column.scale)
     }

@@ -1,4 +1,4 @@
-//! Measured series with the believed machine.
+//! Measured series and the believed machine.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,15 +18,15 @@ pub struct Channel {
     /// Header of the column.
     pub column: String,
     pub source: Source,
-    /// Standard deviation of white noise, signal units: as stated, or that of the sensor, or else from the
-    /// scatter of its own readings ([`Dataset::is_noise_stated`]).
+    /// Standard deviation of white noise, signal units. It is stated for the column or the sensor, or else
+    /// estimated from the scatter of the readings ([`Dataset::is_noise_stated`]).
     pub noise: f64,
     /// Believed quantisation step, signal units; zero for none.
     pub resolution: f64,
 }
 
 impl Channel {
-    /// Whether the signal is the acceleration of a body, bare or through a sensor.
+    /// Quantity of the signal, read directly or through a sensor.
     pub fn quantity(&self, machine: &Machine) -> Quantity {
         match self.source {
             Source::Sensor(i) => machine.sensors[i].reads.quantity,
@@ -34,12 +34,12 @@ impl Channel {
         }
     }
 
-    /// Whether a step of the readings, signal units, is coarser than believed and than the noise.
+    /// Whether a step of the readings, signal units, is coarser than the believed resolution and the noise.
     pub(crate) fn is_coarse(&self, step: f64) -> bool {
         step > 1.5 * self.resolution && step > self.noise
     }
 
-    /// Factor and offset of its readings.
+    /// Gain and offset of the readings.
     pub(crate) fn scale(&self, assembly: &Assembly) -> (f64, f64) {
         match self.source {
             Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
@@ -63,18 +63,18 @@ pub struct Driven {
     pub drive: usize,
     /// Header of the column.
     pub column: String,
-    /// Time for which each command is held, s; `None`: not stated.
+    /// Time for which each command is held, s; `None` if not stated.
     pub hold_s: Option<f64>,
 }
 
 /// One experiment: commands and readings on an even grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
-    /// File name, as a person would say it.
+    /// Name of the file, for messages.
     pub name: String,
-    /// Overrides the engagement of the machine's contacts.
+    /// Engagement that replaces that of the machine's contacts.
     pub engagement: Option<Engagement>,
-    /// Scored, never fitted.
+    /// Whether the record is scored and never fitted.
     pub is_check: bool,
     /// Experiments with this name are repetitions of each other.
     pub repeat: Option<String>,
@@ -83,22 +83,22 @@ pub struct Record {
     /// Time stamps as read, s.
     pub times_s: Vec<f64>,
     pub spacing_s: f64,
-    /// Commands of every drive, one per row; N (or m/s). [`Dataset::is_sampled`] says whether they go on
+    /// Commands of every drive, one per row; N (or m/s). [`Dataset::is_sampled`] says whether they vary
     /// between rows.
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
-    /// Per channel, the rows without a reading, whose values are interpolated: lost rows, and those between
-    /// the readings of a slow channel. Empty if every row is read.
+    /// Per channel, whether a row has no reading and its value is interpolated: lost rows, and rows between
+    /// the readings of a slow channel. Empty if every row has a reading.
     pub bridged: Vec<Vec<bool>>,
     /// Per channel, whether its series carries no information here: it is constant or clipped.
     pub silent: Vec<bool>,
-    /// The record before this one on its clock: the row before its first, or one before a pause.
+    /// The previous record on the same clock. It ends one row before this one, or before a pause.
     pub before: Option<Arc<Self>>,
 }
 
 impl Record {
-    /// Rows from time zero onwards, to be fitted.
+    /// A record that starts at time zero and is to be fitted.
     pub fn even(
         name: impl Into<String>,
         spacing_s: f64,
@@ -127,7 +127,7 @@ impl Record {
         self.len() as f64 * self.spacing_s
     }
 
-    /// The records before this one on its clock, the last one first.
+    /// The previous records on the same clock, the latest first.
     pub(crate) fn earlier(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(self.before.as_deref(), |record| record.before.as_deref())
     }
@@ -157,7 +157,7 @@ impl Record {
         (0..self.series[c].len()).filter(move |&k| !self.is_bridged(c, k))
     }
 
-    /// The readings of channel `c` alone.
+    /// The readings of channel `c`, without interpolated rows.
     pub(crate) fn readings(&self, c: usize) -> Vec<f64> {
         self.read_rows(c).map(|k| self.series[c][k]).collect()
     }
@@ -178,7 +178,7 @@ impl Record {
         values.iter_mut().zip(gaps).filter(|(_, is_gap)| **is_gap).for_each(|(value, _)| *value = 0.0);
     }
 
-    /// Readings of channel `c` less their predictions; between readings on a line.
+    /// Readings of channel `c` less their predictions, linearly interpolated between readings.
     pub(crate) fn residual(&self, c: usize, predicted: &[f64]) -> Vec<f64> {
         let mut left: Vec<f64> = self.series[c].iter().zip(predicted).map(|(m, p)| m - p).collect();
         if let Some(gaps) = self.gaps(c) {
@@ -201,21 +201,21 @@ pub struct Dataset {
     pub tolerance: IndexMap<String, f64>,
     /// Drives with recorded commands, in the order of [`Record::commands`].
     pub drives: Vec<Driven>,
-    /// Drives of which the record holds not the command, but the reference of the controller.
+    /// Drives whose column is the reference of their controller, not a command.
     pub loops: Vec<Looped>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
     /// One for each experiment.
     pub records: Vec<Record>,
-    /// Step of each channel's values in the files, before they are brought to an even grid; zero without one.
-    /// Empty if the records are all that there is.
+    /// Step of each channel's values in the files, before resampling to an even grid; zero without a step.
+    /// Empty for records that were not read from files.
     pub grains: Vec<f64>,
     /// Assumptions and remarks from reading.
     pub warnings: Vec<Fault>,
 }
 
 impl Dataset {
-    /// Records of a machine that nothing more is known of.
+    /// Records of a machine, without tolerances, loops or warnings.
     pub fn new(
         name: impl Into<String>,
         machine: Machine,
@@ -236,8 +236,8 @@ impl Dataset {
         }
     }
 
-    /// Whether the commands of drive `i` are samples of a signal that goes on between rows. It is then a
-    /// force or a voltage without a stated hold.
+    /// Whether the commands of drive `i` are samples of a signal that varies between rows: a force or a
+    /// voltage without a stated hold.
     pub fn is_sampled(&self, i: usize) -> bool {
         let Some(driven) = self.drives.get(i) else { return false };
         let is_pushed = matches!(
@@ -247,13 +247,13 @@ impl Dataset {
         is_pushed && !self.is_looped(driven.drive) && driven.hold_s.is_none()
     }
 
-    /// The same of the drive that an element is; other elements are none.
+    /// Whether the element is a drive with sampled commands ([`Self::is_sampled`]).
     pub(crate) fn is_sampled_at(&self, site: Site) -> bool {
         let is_it = |i: usize| self.drives[i].drive == site.index && self.is_sampled(i);
         site.table == ElementKind::Actuators && (0..self.drives.len()).any(is_it)
     }
 
-    /// The first column whose commands are such samples.
+    /// The first column with sampled commands ([`Self::is_sampled`]).
     pub(crate) fn first_sampled(&self) -> Option<&str> {
         (0..self.drives.len()).find(|i| self.is_sampled(*i)).map(|i| self.drives[i].column.as_str())
     }
@@ -263,8 +263,8 @@ impl Dataset {
         self.loops.iter().any(|looped| looped.drive == drive)
     }
 
-    /// Step of the values of channel `c`, signal units, if most experiments show it and it is coarser than
-    /// believed; else zero.
+    /// Step of the values of channel `c`, signal units, if most experiments show a step and it is coarser
+    /// than believed; otherwise zero.
     pub(crate) fn grain(&self, c: usize) -> f64 {
         let channel = &self.channels[c];
         let columns = || self.records.iter().map(|record| record.readings(c));
@@ -285,7 +285,7 @@ impl Dataset {
     }
 }
 
-/// A file's numbers as read: header and columns.
+/// Numbers of a file as read: header and columns.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     pub(crate) file: PathBuf,
@@ -299,7 +299,7 @@ pub(crate) struct Table {
     pub(crate) rows_before: usize,
     /// For each column, the rows without a reading; empty if there are none.
     pub(crate) bridged: Vec<Vec<bool>>,
-    /// Columns that were resampled, a sentence each.
+    /// Sentences about columns that were resampled.
     pub(crate) notes: Vec<String>,
 }
 
@@ -307,7 +307,7 @@ pub(crate) struct Table {
 mod tests {
     use super::*;
 
-    /// Rows 1, 2 and 4 of five are bridged; the values there are of no consequence.
+    /// Rows 1, 2 and 4 of five are bridged; their values are arbitrary.
     #[test]
     fn truth_bridged_rows_are_unknown() {
         let gaps = vec![false, true, true, false, true];
@@ -319,7 +319,7 @@ mod tests {
         for record in [of(0.0), of(1e9)] {
             assert_eq!(record.readings(0), [1.0, 7.0]);
             assert_eq!([record.count(0), record.count(1)], [2, 5]);
-            // Residuals of the readings are 1 and 4, and those between are on a line.
+            // The residuals of the readings are 1 and 4; those between are interpolated.
             let left = record.residual(0, &[0.0, 0.0, 0.0, 3.0, 0.0]);
             assert_eq!(left, [1.0, 2.0, 3.0, 4.0, 4.0]);
             let mut values = [1.0; 5];

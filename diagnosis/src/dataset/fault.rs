@@ -23,7 +23,7 @@ pub enum FaultKind {
         /// Number of such cells in the column.
         cells: usize,
     },
-    /// A few cells are empty; they are bridged, and count as unknown.
+    /// A few cells are empty. They are interpolated and marked as unread.
     EmptyCells {
         /// Number of empty cells in the column.
         cells: usize,
@@ -39,14 +39,14 @@ pub enum FaultKind {
     TimeGoesBack,
     /// Rows are missing.
     Gap { seconds: f64 },
-    /// The recorder lost a few rows; they are bridged, and count as unknown.
+    /// The recorder lost a few rows. They are interpolated and marked as unread.
     LostRows {
         /// Number of lost rows.
         rows: usize,
         stretches: usize,
         longest_s: f64,
     },
-    /// The only experiment was cut into pieces, so that some could be scored.
+    /// The only experiment was cut into pieces so that some can be scored.
     Cut {
         pieces: usize,
         /// Number of scored pieces.
@@ -54,7 +54,7 @@ pub enum FaultKind {
     },
     /// Rows are not evenly spaced.
     Uneven {
-        /// Largest departure from the mean spacing, as a fraction of it.
+        /// Largest deviation from the mean spacing, as a fraction of the mean.
         share: f64,
     },
     /// Rows are much farther apart than the hold time of commands.
@@ -72,7 +72,7 @@ pub enum FaultKind {
     },
     /// No command changes, so that nothing excites the machine.
     ConstantCommand,
-    /// A command changes in no experiment, beside others that do.
+    /// A command is constant in every experiment, while others change.
     RestingCommand,
     /// A check has the rows of a fitted experiment, so that it would score the fit and not a prediction.
     CopiedCheck {
@@ -102,7 +102,7 @@ pub enum FaultKind {
         /// Variation over noise.
         ratio: f64,
     },
-    /// Two channels of the same motion differ by a conversion factor of units.
+    /// The ratio of two channels of the same motion is a conversion factor between units.
     Units {
         /// The other column.
         other: String,
@@ -113,18 +113,18 @@ pub enum FaultKind {
         /// Number of experiments that show it.
         experiments: usize,
     },
-    /// A position is offset from its target by more than it ever moves.
+    /// The offset of a position from its target exceeds its whole motion.
     Beside {
         /// Column of the target.
         other: String,
-        /// The offset on average.
+        /// Mean offset.
         offset: f64,
-        /// How far either moves at most.
+        /// Largest excursion of either column.
         reach: f64,
         /// Number of experiments that show it.
         experiments: usize,
     },
-    /// Two channels that must move together are shifted in time.
+    /// Two channels that must change together are shifted in time.
     ClockOffset {
         /// The reference of the comparison.
         against: Yardstick,
@@ -138,7 +138,7 @@ pub enum FaultKind {
         /// Standard deviation of the readings' scatter, signal units. It replaces the missing noise.
         scatter: f64,
     },
-    /// All experiments were to be fitted; this one was set aside for scoring.
+    /// No experiment was reserved for checking, so this one was set aside for scoring.
     SetAside,
 }
 
@@ -147,12 +147,12 @@ pub enum FaultKind {
 pub enum Yardstick {
     /// Another column of the same experiment.
     Column(String),
-    /// The same column in another experiment. Each is compared with its own motion.
+    /// The same column in another experiment. Each column is compared with the motion of its own experiment.
     Itself {
         /// The other experiment.
         file: String,
     },
-    /// Another column of the same experiment, which is synchronous in another experiment.
+    /// Another column of the same experiment. The two are synchronous in another experiment.
     ColumnAsIn {
         /// The other column.
         other: String,
@@ -221,7 +221,8 @@ impl Fault {
     }
 }
 
-/// The problems of faults. A fault that columns of several experiments share is reported once, at the first.
+/// Messages for faults. A fault that the same columns of several experiments have is reported once, for the
+/// first.
 pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     let mut told: Vec<(&Fault, usize)> = Vec::new();
     for fault in faults {
@@ -238,7 +239,7 @@ pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     told.into_iter().map(of).collect()
 }
 
-/// That several experiments, of this number, show it.
+/// Phrase that says how many experiments show a fault.
 pub(super) fn as_in(experiments: usize) -> String {
     match experiments {
         0 | 1 => String::new(),

@@ -11,7 +11,7 @@ use super::units::STATED;
 const NOT_PLACED: &str = "the position of the machine is unknown, so the experiment does not count; check \
                           the encoder, and record again";
 
-/// Scatter below this is the rounding of numbers, SI: no sensor resolves a picometre or a piconewton.
+/// A smaller scatter is rounding of numbers, SI: no sensor resolves a picometre or a piconewton.
 const LEAST_SCATTER: f64 = 1e-12;
 
 impl FaultKind {
@@ -93,7 +93,7 @@ impl FaultKind {
         }
     }
 
-    /// The remedy in column `column`.
+    /// The remedy for a fault of column `column`.
     pub(super) fn remedy(&self, column: &str) -> Cow<'static, str> {
         let remedy = match self {
             Self::MissingColumn { near: Some(near), .. } => {
@@ -164,7 +164,7 @@ impl FaultKind {
     }
 }
 
-/// By how much a column is late, and against what.
+/// The delay of a column and its reference, in words.
 fn off_clock(against: &Yardstick, late_s: f64) -> String {
     let late_ms = format!("{:.3} ms", 1e3 * late_s.abs());
     let (later, side) = if late_s > 0.0 { ("later", "behind") } else { ("earlier", "ahead of") };
@@ -179,7 +179,7 @@ fn off_clock(against: &Yardstick, late_s: f64) -> String {
     }
 }
 
-/// A number with four digits, of any magnitude.
+/// A number with about four significant digits.
 fn short(factor: f64) -> String {
     if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
 }

@@ -1,17 +1,17 @@
-//! Records that repeat themselves: differences between laps of a reference show the part that does not
-//! repeat, as differences between repeated experiments do.
+//! Periodic records: differences between periods (laps) show the part that does not repeat, like differences
+//! between repeated experiments.
 
 use crate::dataset::Record;
 
-/// Number of compared rows for each length of a lap: enough to separate laps from similar motions.
+/// Number of rows that are compared at each lag: enough to separate periods from similar motions.
 const PROBES: usize = 2000;
-/// Largest difference of laps, as a share of the variation. A closed loop repeats far better, an open one
-/// drifts away.
+/// Largest difference between periods, as a share of the variation. A closed loop repeats far better, an open
+/// one drifts.
 const SAME: f64 = 0.05;
-/// Smallest difference at which the first lap has left its start.
+/// Smallest difference from the start at which a period is under way.
 const APART: f64 = 0.5;
 
-/// Rows of a lap, if all measurements and commands repeat at least once; `None` if they do not.
+/// Rows of a period, if all measurements and commands repeat at least once; otherwise `None`.
 pub(crate) fn lap(record: &Record) -> Option<usize> {
     let all = || record.series.iter().chain(&record.commands);
     let leader = record.series.first()?;
@@ -22,8 +22,8 @@ pub(crate) fn lap(record: &Record) -> Option<usize> {
     all().all(|series| differs(series, best) < SAME).then_some(best)
 }
 
-/// Root mean square difference of a series from itself some rows later, over that of unrelated rows; zero for
-/// a constant.
+/// Root mean square difference between a series and the same series some rows later, over that of unrelated
+/// rows. Zero for a constant.
 fn differs(series: &[f64], lag: usize) -> f64 {
     let rows = series.len() - lag;
     let step = rows.div_ceil(PROBES).max(1);

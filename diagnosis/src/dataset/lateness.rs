@@ -10,9 +10,9 @@ use super::consistency::{Body, NEAR_FORCE, Odd, SAME_PUSH, STATED_ROWS, Stick, a
 use super::data::{Channel, Record};
 use super::fault::{FaultKind, Yardstick};
 
-/// Time within which rises of pushing forces are measured, s.
+/// Time over which the rise of a driving force is measured, s.
 const RISE_S: f64 = 10e-3;
-/// Smallest shift of a force or a command between experiments that is reported, s: delays and lags of a drive
+/// Smallest shift of a force or command between experiments that is reported, s. Delays and lags of a drive
 /// shift it by some milliseconds.
 const STATED_OF_FORCE_S: f64 = 6e-3;
 
@@ -38,7 +38,7 @@ fn rises(series: &[f64], record: &Record) -> Vec<f64> {
 }
 
 impl Body<'_> {
-    /// Names forces in other units, and returns the delay of each in rows.
+    /// Reports forces in wrong units, and returns the delay of each force in rows.
     pub(super) fn forces(
         &self,
         r: usize,
@@ -72,7 +72,7 @@ impl Body<'_> {
             let pair =
                 [self.reading(&channel.column, Quantity::Force), self.reading(&other, Quantity::Command)];
             odd.extend(accused(r, pair, comparison.factor, NEAR_FORCE, true));
-            // Constant parts hardly show time; rises do.
+            // Constant stretches hardly determine a delay, but rises do.
             let [pushed, felt] = [pushed, felt].map(|series| rises(&series, record));
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             late.push(Late { record: r, channel: c, command: other, comparison });
@@ -92,7 +92,7 @@ impl Body<'_> {
         references.iter().filter_map(of).collect()
     }
 
-    /// Those with a known delay.
+    /// Comparisons with a well-determined delay.
     fn known<'l>(&self, late: impl Iterator<Item = &'l Late>) -> Vec<&'l Late> {
         late.filter(|late| {
             SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S
@@ -107,16 +107,15 @@ impl Body<'_> {
         (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
     }
 
-    /// A motion that is delayed behind its command in every experiment may be an effect of the machine. In
-    /// some experiments only, it is the command's clock.
+    /// Reports clocks of commands. If a motion is late behind its command in every experiment, the machine
+    /// may delay it. If it is late in some experiments only, the command's clock is wrong.
     pub(super) fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
         let known = self.known(motions.iter());
         let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
             return;
         };
         for motion in &known {
-            // Friction and damping also shift a motion against its command, but by less than a quarter of its
-            // wave.
+            // Friction and damping also shift a motion against its command, but by less than a quarter wave.
             let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
             if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
                 let against = Yardstick::Itself { file: self.dataset.records[best.record].name.clone() };
@@ -140,8 +139,9 @@ impl Body<'_> {
         }
     }
 
-    /// A force that is delayed in every experiment may be an effect of the machine; in some only, it is a
-    /// clock. A force that precedes its push is not a reference: there the command is delayed.
+    /// Reports clocks of forces. If a force is late in every experiment, the machine may delay it. If it is
+    /// late in some only, a clock is wrong. A force ahead of its drive is not a reference: there the command
+    /// is late.
     pub(super) fn force_clocks(&self, forces: &[Late], odd: &mut Vec<Odd>) {
         for c in 0..self.dataset.channels.len() {
             let known = self.known(forces.iter().filter(|force| force.channel == c));

@@ -1,22 +1,22 @@
-//! A drive that a controller of the machine's file commands while a record is predicted: the record holds
-//! the reference of the controller.
+//! A drive with a controller from the machine's file. The record holds the controller's reference, and
+//! predictions simulate the controller.
 
 use feeler_control::ControllerSpec;
 use feeler_engine::Scenario;
 use feeler_plant::description::{Machine, Quantity};
 
-/// A controller at a drive, its names resolved.
+/// A controller at a drive, with its names resolved to indices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Looped {
     pub name: String,
     pub drive: usize,
     /// Law, gains and timing.
     pub spec: ControllerSpec,
-    /// Sensor that it controls.
+    /// Sensor of the controlled quantity.
     pub reading: Option<usize>,
-    /// Sensor of position or velocity that it works with.
+    /// Sensor of the position or velocity that the controller uses.
     pub motion: Option<usize>,
-    /// Which of the two that is.
+    /// Whether that sensor measures velocity.
     pub motion_is_velocity: bool,
 }
 
@@ -25,7 +25,7 @@ impl Looped {
     pub(super) fn of(scenario: &Scenario, machine: &Machine, name: &str) -> Option<Self> {
         let used = scenario.controllers.get(name)?;
         let sensor = |name: Option<&str>| name.map(|name| machine.sensors.get_index_of(name));
-        // A sensor that is named and absent makes the whole absent.
+        // A named sensor that the machine lacks makes the controller unusable.
         let reading = sensor(used.reads.as_deref());
         let motion = sensor(used.motion_sensor(machine));
         if [reading, motion].contains(&Some(None)) {

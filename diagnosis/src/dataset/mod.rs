@@ -37,7 +37,7 @@ use indexmap::IndexMap;
 use crate::error::DiagnosisError;
 
 impl Dataset {
-    /// Reads a dataset folder (or its `dataset.toml`) and every series that it names.
+    /// Reads a dataset folder (or its `dataset.toml`) and every series that it lists.
     ///
     /// # Errors
     /// Mistakes in the files, series that cannot be read, and faults of the series that no stated assumption
@@ -49,7 +49,7 @@ impl Dataset {
         Self::of(&file, machine, tolerance)
     }
 
-    /// The same with another machine in place of the believed one.
+    /// Reads a dataset with another machine in place of the believed one.
     ///
     /// # Errors
     /// As [`Dataset::load`], and a column whose signal this machine does not have.
@@ -92,7 +92,7 @@ impl Dataset {
         dataset.warnings = warnings;
         dataset.estimate_noise(file);
         let contradictions = consistency::check(&dataset, &file.columns);
-        // If a wrong unit is named, its consequences for noise and resolution are not reported.
+        // If a wrong unit is reported, its effects on noise and resolution are not.
         dataset.warnings.retain(|fault| {
             let named = |other: &&Fault| {
                 other.column == fault.column && matches!(other.kind, FaultKind::Units { .. })
@@ -157,8 +157,8 @@ impl Dataset {
         })
     }
 
-    /// Estimates the noise from the scatter of the readings if neither a column nor its sensor states it, and
-    /// reports that.
+    /// Estimates the noise from the scatter of the readings if neither the column nor its sensor states it,
+    /// and adds a warning.
     fn estimate_noise(&mut self, file: &DatasetFile) {
         for c in 0..self.channels.len() {
             let channel = &self.channels[c];
@@ -168,7 +168,7 @@ impl Dataset {
                 continue;
             }
             let scatter = scatter::of_channel(&self.records, c);
-            // Rounding to a stated resolution is part of the scatter, and counted separately.
+            // The scatter includes rounding to a stated resolution, which is accounted for separately.
             let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             self.channels[c].noise = noise;
             let (file, column) = (self.name.clone(), Some(self.channels[c].column.clone()));
@@ -182,7 +182,7 @@ impl Dataset {
     }
 
     /// If no experiment is set aside for scoring, sets aside about every third, so that every kind of
-    /// experiment is fitted and scored. Reports those that were to be fitted.
+    /// experiment is fitted and scored. Reports those whose stated role was `fit`.
     fn split(&mut self, roles: &[Option<Role>]) {
         if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
             return;

@@ -1,4 +1,4 @@
-//! Records that follow each other: one long record is cut into such pieces. Some are fitted, others scored.
+//! Consecutive records: one long record is cut into pieces, of which some are fitted and others scored.
 
 use std::sync::Arc;
 
@@ -8,12 +8,12 @@ use super::{Dataset, Fault, FaultKind, Record};
 const PIECES: usize = 9;
 /// Smallest number of rows of a piece.
 const FEWEST_ROWS: usize = 100;
-/// Rows between the last row of a record and the first of the next one.
+/// Distance from the last row of a record to the first row of the next one, in rows.
 const NEXT_ROW: std::ops::Range<f64> = 0.5..1.5;
 
 impl Dataset {
     /// Cuts a single experiment into pieces; several experiments stay unchanged. The second of every three
-    /// pieces is scored and never fitted, whatever the role was.
+    /// pieces is scored and never fitted, whatever the role of the experiment.
     #[must_use]
     pub fn in_pieces(mut self) -> Self {
         let [whole] = self.records.as_slice() else { return self };
@@ -31,8 +31,8 @@ impl Dataset {
         self
     }
 
-    /// Tells each record which one it follows, by their clocks. If no two of them overlap, they are on one
-    /// clock, and a record may begin any time after the one before.
+    /// Links each record to the previous one on its clock. Records that do not overlap share one clock, and
+    /// any pause may lie between them.
     pub(super) fn join(&mut self) {
         let mut order: Vec<usize> = (0..self.records.len()).collect();
         order.sort_by(|a, b| self.records[*a].start_s.total_cmp(&self.records[*b].start_s));
@@ -50,7 +50,7 @@ impl Dataset {
 }
 
 impl Record {
-    /// How much later than the last row of another record it begins, in rows of that one.
+    /// Time from the last row of another record to the first row of this one, in rows of the other record.
     fn rows_after(&self, last: &Self) -> f64 {
         (self.start_s - last.end_s()) / last.spacing_s
     }
@@ -59,7 +59,7 @@ impl Record {
         self.times_s.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// Time without rows between the record before this one and its first row, s.
+    /// Pause between the previous record and the first row of this one, s.
     pub(crate) fn pause_s(&self) -> f64 {
         let last = self.before.as_deref().filter(|last| self.rows_after(last) >= NEXT_ROW.end);
         last.map_or(0.0, |last| self.start_s - last.end_s() - last.spacing_s)
@@ -79,7 +79,7 @@ impl Record {
             bridged: self.bridged.iter().map(part).collect(),
             ..self.clone()
         };
-        // A channel without a reading in a piece does not count there.
+        // A channel without a reading in a piece is ignored there.
         for c in 0..piece.silent.len() {
             piece.silent[c] |= piece.is_unread(c);
         }
@@ -145,11 +145,11 @@ mod tests {
         let earlier = |record: &Record| record.earlier().map(|other| other.start_s).collect::<Vec<_>>();
         let found: Vec<Vec<f64>> = several.records.iter().map(earlier).collect();
         let [_, one, zero, two] = [0, 1, 2, 3].map(|i: usize| several.records[i].start_s);
-        // The fourth piece is missing before the first of these.
+        // The fourth piece is missing before the first record listed here.
         assert_eq!(found, [vec![two, one, zero], vec![zero], vec![], vec![one, zero]]);
     }
 
-    /// Without the third piece there is a pause of its length. Records that overlap have clocks of their own.
+    /// Without the third piece there is a pause of its length. Records that overlap have separate clocks.
     #[test]
     fn truth_records_on_one_clock_follow_each_other_over_a_pause() {
         let mut parts = loaded(&["a.csv"], 1005).in_pieces();

@@ -1,16 +1,15 @@
-//! Steps of quantised readings.
+//! Quantisation steps of readings.
 
-/// Steps of a channel's columns, one for each experiment, that are coarser than believed; zero if there is
-/// none.
+/// Quantisation steps of a channel over all experiments, if coarser than believed; zero otherwise.
 #[derive(Clone, Copy)]
 pub(super) struct Grain {
-    /// The coarsest of any experiment.
+    /// The coarsest step of any experiment.
     pub(super) coarsest: f64,
-    /// The same if most experiments have a step.
+    /// The coarsest step if most experiments have a step, otherwise zero.
     pub(super) usual: f64,
 }
 
-/// `is_coarse` tells whether a step is coarser than believed.
+/// Steps of a channel; `is_coarse` says whether a step is coarser than believed.
 pub(super) fn grain(is_coarse: impl Fn(f64) -> bool, columns: impl Iterator<Item = Vec<f64>>) -> Grain {
     let steps: Vec<Option<f64>> = columns.map(|column| quantum(&column)).collect();
     let stepped = steps.iter().flatten().count();
@@ -19,8 +18,8 @@ pub(super) fn grain(is_coarse: impl Fn(f64) -> bool, columns: impl Iterator<Item
     Grain { coarsest, usual: if 2 * stepped > steps.len() { coarsest } else { 0.0 } }
 }
 
-/// The step of which all values are multiples, if there are few enough distinct values. It is the smallest
-/// distance of distinct values, refined over all of them.
+/// Step of which all values are multiples, if there are few enough distinct values. The smallest distance
+/// between values is the first estimate, which all values refine.
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     let mut values = column.to_vec();
     values.sort_by(f64::total_cmp);
@@ -37,8 +36,8 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     if step <= 0.0 {
         return None;
     }
-    // Refines by least squares on increasing distances. Otherwise an early error of the step would give wrong
-    // counts.
+    // Least squares over increasing distances: an inaccurate first step would give wrong counts at large
+    // distances.
     let first = values[0];
     for reach in [4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0] {
         let (mut xx, mut xy) = (0.0, 0.0);
@@ -71,7 +70,7 @@ mod tests {
         let column: Vec<f64> =
             (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
         let found = quantum(&column).unwrap();
-        // Least squares over levels that are multiples except for rounding.
+        // Least squares over levels that are multiples up to rounding errors.
         assert!((found / step - 1.0).abs() < 1e-9);
         let smooth: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.01).sin()).collect();
         assert_eq!(quantum(&smooth), None);

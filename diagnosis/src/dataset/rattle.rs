@@ -1,9 +1,9 @@
-//! Bodies that hit each other: free play appears in the accelerations on both sides of a joint, in any model.
+//! Impacts in a joint with free play appear in the accelerations on both sides of it, whatever the model.
 //!
-//! Between flanks no force acts, at a flank a large one does. The difference of the two accelerations is
-//! therefore small most of the time and large briefly. Its kurtosis shows this: it is 3 for noise and for
-//! sums of many sines, less for few sines, and far more for rare impacts. For a linearly flexible joint it is
-//! that of the excitation.
+//! There is no force between the flanks of free play, but a large one at a flank. The difference of the two
+//! accelerations is therefore small most of the time and large briefly. Its kurtosis shows this: 3 for noise
+//! and for sums of many sines, less for few sines, and far more for rare impacts. A linear flexible joint
+//! keeps the kurtosis of the excitation.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
@@ -12,7 +12,8 @@ use crate::dataset::Dataset;
 
 /// Smallest kurtosis of a difference of accelerations with impacts: more than twice that of noise.
 const IMPACTS: f64 = 7.0;
-/// Smallest deviation of the difference, over that of its noise, at which it is meaningful.
+/// Smallest ratio of the deviation of the difference to that of its noise at which the kurtosis is
+/// meaningful.
 const OVER_NOISE: f64 = 5.0;
 
 /// Evidence that two bodies with accelerometers hit each other; `None` without evidence. Records in which a

@@ -1,4 +1,4 @@
-//! Columns of one experiment's file on common instants, for any format of the file.
+//! Reads the columns of an experiment's file at common instants, for every file format.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use super::data::Table;
 use crate::error::DiagnosisError;
 
-/// Name of the time if the rows of a file have only a rate.
+/// Name of the time column if the file states only a rate.
 const TIME: &str = "t_s";
 
 /// Reads the columns of a dataset from a file; `held` names those that hold their value between readings.
@@ -68,7 +68,7 @@ fn unit_of(clock: LogClock) -> ClockUnit {
     }
 }
 
-/// Identification of a column in a file: its number if stated, else its name.
+/// Identifier of a column in a file: its number if stated, otherwise its name.
 fn in_file(name: &str, column: &Column) -> String {
     column.number.map_or_else(|| name.to_owned(), |number| number.to_string())
 }

@@ -1,17 +1,17 @@
-//! Series with uneven stamps or lost rows, on an even grid.
+//! Resamples series with uneven stamps or lost rows to an even grid.
 
-/// Course of a signal between its rows.
+/// Interpolation of a signal between its rows.
 #[derive(Clone, Copy)]
 pub(super) enum Between {
-    /// The value of the last row. Stamps wander, and a command belongs to the row that it was recorded with.
-    /// So a row counts from half a spacing before its stamp on.
+    /// The value of the last row, for commands. A row applies from half a spacing before its stamp, because
+    /// stamps jitter and a command belongs to its own row.
     Held,
     Straight,
-    /// The cubic through four rows: a position has no corners.
+    /// A cubic through four rows, because a position has no corners.
     Smooth,
 }
 
-/// A series read at `time` on `rows` even instants from its first.
+/// Resamples a series with stamps `time` at `rows` evenly spaced instants from its first stamp.
 pub(super) fn regrid(
     time: &[f64],
     column: &[f64],
@@ -46,8 +46,8 @@ pub(super) fn regrid(
         .collect()
 }
 
-/// Rows of the even grid further than half a spacing from every row of `time`, and those whose nearest row
-/// has no reading; empty if there are none.
+/// Rows of the even grid that are further than half a spacing from every stamp in `time`, or whose nearest
+/// row has no reading; empty if there are none.
 pub(super) fn far_from_rows(time: &[f64], gaps: &[bool], rows: usize, spacing_s: f64) -> Vec<bool> {
     let mut at = 0;
     let far: Vec<bool> = (0..rows)
@@ -62,7 +62,7 @@ pub(super) fn far_from_rows(time: &[f64], gaps: &[bool], rows: usize, spacing_s:
     if far.contains(&true) { far } else { Vec::new() }
 }
 
-/// Lagrange's cubic through the four rows from `first` onwards, at `t`.
+/// Lagrange's cubic through the four rows from index `first`, at time `t`.
 fn cubic(time: &[f64], column: &[f64], first: usize, t: f64) -> f64 {
     let rows = first..first + 4;
     let weight = |i: usize| -> f64 {
@@ -85,7 +85,7 @@ mod tests {
         assert!(far_from_rows(&time[..3], &[], 3, 0.01).is_empty());
     }
 
-    /// With the row before each stamp, half of the commands would be a row late.
+    /// If each instant took the row before its stamp, half of the commands would be a row late.
     #[test]
     fn regress_a_held_command_stays_with_its_row_where_stamps_wander() {
         let spacing_s = 0.01;
@@ -93,7 +93,7 @@ mod tests {
         let time: Vec<f64> = (0..200).map(stamp).collect();
         let column: Vec<f64> = (0..200).map(f64::from).collect();
         assert_eq!(regrid(&time, &column, 200, spacing_s, Between::Held), column);
-        // Of lost rows the command is that of the row before.
+        // A lost row keeps the command of the row before.
         let kept = |k: &usize| !(50..53).contains(k);
         let [time, column] = [time, column.clone()]
             .map(|series| (0..200).filter(kept).map(|k| series[k]).collect::<Vec<f64>>());
@@ -106,7 +106,7 @@ mod tests {
     fn order_a_position_between_uneven_rows_is_right_to_the_fourth_power() {
         let worst = |rows: usize, between: Between| {
             let spacing_s = 1.0 / rows as f64;
-            // Stamps wander by a fifth of a row.
+            // Stamps deviate by up to a fifth of a row.
             let stamp = |k: usize| (k as f64 + 0.2 * (7.3 * k as f64).sin()) * spacing_s;
             let time: Vec<f64> = (0..rows).map(stamp).collect();
             let column: Vec<f64> = time.iter().map(|t| (5.0 * t).sin()).collect();

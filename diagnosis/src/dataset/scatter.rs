@@ -1,22 +1,22 @@
-//! The noise of a channel without a stated one, from the scatter of its own readings.
+//! Noise of a channel without a stated noise, from the scatter of its readings.
 //!
-//! Differences of a high order remove a motion and leave white noise. Its variance is multiplied by a
-//! binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise
-//! that a filter has removed from the upper band is not visible, so the result is a lower bound.
+//! Differences of a high order remove a motion and leave white noise. They multiply the variance of noise by
+//! a binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990).
+//! Low-passed noise is not fully visible, so the result is a lower bound.
 
 use super::data::Record;
 
-/// Order of the differences: at an eighth of the sampling rate a motion is reduced to a thousandth, so that
+/// Order of the differences. At an eighth of the sampling rate they reduce a motion to a thousandth, so that
 /// only noise and impacts remain.
 const ORDER: usize = 8;
-/// Binomial coefficient of twice the order over the order: the factor of a difference on the variance of
-/// white noise.
+/// Binomial coefficient of twice the order over the order: the factor by which a difference multiplies the
+/// variance of white noise.
 const GAIN: f64 = 12870.0;
-/// Standard deviation of a normal distribution over its median absolute value. A median ignores the few rows
-/// of an impact.
+/// Ratio of a normal distribution's standard deviation to its median absolute value. A median ignores the few
+/// rows of an impact.
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
-/// Rows between readings may vary by this share in a difference.
+/// Largest relative deviation of the rows that a difference spans from their usual number.
 const UNEVEN: f64 = 0.05;
 
 /// Standard deviation of white noise in a series.
@@ -24,8 +24,8 @@ pub(crate) fn of_series(series: &[f64]) -> f64 {
     middle(sizes(series))
 }
 
-/// The same in the readings of a channel. A difference across bridged rows does not count, except where these
-/// recur between readings.
+/// Standard deviation of white noise in the readings of a channel. Differences across bridged rows are
+/// excluded, unless the channel is read at a regular interval.
 pub(crate) fn of_readings(record: &Record, channel: usize) -> f64 {
     let rows: Vec<usize> = record.read_rows(channel).collect();
     let spans: Vec<usize> = rows.windows(ORDER + 1).map(|rows| rows[ORDER] - rows[0]).collect();
@@ -36,7 +36,7 @@ pub(crate) fn of_readings(record: &Record, channel: usize) -> f64 {
     middle(kept.filter(|(_, span)| *span as f64 <= (1.0 + UNEVEN) * usual).map(|(size, _)| size).collect())
 }
 
-/// Sizes of the differences along a series.
+/// Absolute values of the differences along a series.
 fn sizes(series: &[f64]) -> Vec<f64> {
     let mut differences = series.to_vec();
     for _ in 0..ORDER {
@@ -50,8 +50,8 @@ fn middle(mut sizes: Vec<f64>) -> f64 {
     sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / GAIN.sqrt())
 }
 
-/// Standard deviation of white noise in a channel, from its readings in all experiments. It is the median, so
-/// that neither a filtered experiment nor one with impacts decides.
+/// Standard deviation of white noise in a channel, from its readings in all experiments. It is the median
+/// over the experiments, so that neither a filtered experiment nor one with impacts decides.
 pub(super) fn of_channel(records: &[Record], channel: usize) -> f64 {
     let mut found: Vec<f64> = records.iter().map(|record| of_readings(record, channel)).collect();
     found.sort_by(f64::total_cmp);
@@ -81,7 +81,8 @@ mod tests {
         Record { series: vec![series], bridged: vec![gaps], ..Record::default() }
     }
 
-    /// Noise with every fifth row read and the others on a line, or with two rows of fifty bridged.
+    /// Noise of a channel that is read in every fifth row and interpolated between, or with two of fifty rows
+    /// bridged.
     #[test]
     fn truth_bridged_rows_do_not_hide_noise() {
         let noise: Vec<f64> = noisy(SIGMA).iter().zip(noisy(0.0)).map(|(a, b)| a - b).collect();
@@ -89,7 +90,7 @@ mod tests {
             let gaps: Vec<bool> = (0..noise.len()).map(is_gap).collect();
             let mut series = noise.clone();
             bridge(&mut series, is_gap, false);
-            // Some 800 differences in the first case, which share rows.
+            // About 800 differences in the first case; neighbouring ones share rows.
             let found = of_readings(&record(series.clone(), gaps), 0);
             assert!((found / SIGMA - 1.0).abs() < 0.2, "{found}");
             assert!(of_series(&series) < 0.99 * found);
@@ -100,8 +101,8 @@ mod tests {
     fn truth_scatter_is_the_noise_and_not_the_motion() {
         // Neighbouring differences share rows, so 4000 of them give the median to about four per cent.
         assert!((of_series(&noisy(SIGMA)) / SIGMA - 1.0).abs() < 0.1);
-        // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): the apparent noise of a motion in
-        // the upper band.
+        // A motion of amplitude 0.1 at 0.7 radians per row looks like noise of 0.1 (2 sin 0.35)^8 /
+        // sqrt(12870).
         assert!(of_series(&noisy(0.0)) < 1e-4);
         let records = [SIGMA, 0.0, 2.0 * SIGMA].map(|sigma| record(noisy(sigma), Vec::new()));
         assert!((of_channel(&records, 0) / SIGMA - 1.0).abs() < 0.1);

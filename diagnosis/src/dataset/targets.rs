@@ -1,4 +1,4 @@
-//! Targets of servos against the positions that follow them: mixed-up units and signs.
+//! Compares targets of servos with the positions that follow them: wrong units and signs.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::Quantity;
@@ -11,13 +11,13 @@ use super::units::{COUNTS, Reading};
 
 /// Largest lag of a position behind its target in the search, s.
 const MOST_LAG_S: f64 = 0.5;
-/// Spacing of the compared rows, s: servos hardly move in less.
+/// Spacing of the compared rows, s: a servo hardly moves in a shorter time.
 const STEP_S: f64 = 5e-3;
-/// Largest factor between a target and the position that a servo holds there.
+/// Largest ratio between a target and the position at which a servo holds it.
 const UNLIKE: f64 = 5.0;
 
 impl Body<'_> {
-    /// Names targets and positions of one motion in different units or of opposite signs.
+    /// Reports targets and positions of one motion in different units or with opposite signs.
     pub(super) fn targets(&self, r: usize, odd: &mut Vec<Odd>) {
         let record = &self.dataset.records[r];
         let stride = ((STEP_S / record.spacing_s).round() as usize).max(1);
@@ -43,8 +43,8 @@ impl Body<'_> {
         }
     }
 
-    /// Whether a position is offset from its target all the time, by more than it moves and than the servo's
-    /// largest force can hold it off.
+    /// Whether a position has a constant offset from its target that exceeds its motion and the offset that
+    /// the servo's largest force can cause.
     fn beside(
         &self,
         record: usize,
@@ -67,8 +67,8 @@ impl Body<'_> {
         })
     }
 
-    /// Whether a channel reads the position that follows the target of a servo, or of a controller that was
-    /// recorded by its reference.
+    /// Whether a channel reads the position that follows the target of a servo, or the recorded reference of
+    /// a controller.
     fn is_followed_by(&self, driven: &Driven, channel: &Channel) -> bool {
         let dataset = self.dataset;
         if channel.quantity(&dataset.machine) != Quantity::Position {
@@ -88,8 +88,8 @@ impl Body<'_> {
         drive.servo.is_some() && is_its
     }
 
-    /// Whether a believed servo holds its target at this frequency, rad/s. Behind a faster target the
-    /// position may be far smaller, or turned.
+    /// Whether a believed servo follows a target at this frequency, rad/s. Above its bandwidth the position
+    /// may be far smaller than the target, or opposite in sign.
     fn is_held_at(&self, driven: &Driven, omega: f64) -> bool {
         let drive = &self.assembly.drives[driven.drive];
         drive.servo.as_ref().is_none_or(|servo| {
@@ -99,7 +99,7 @@ impl Body<'_> {
     }
 }
 
-/// A target and the position that follows it, with motions too different for a servo that holds its target.
+/// A fault if the motions of a target and of its position are too different for a working servo.
 fn unlike(record: usize, [position, target]: [Reading<'_>; 2], factor: f64) -> Option<Odd> {
     let (larger, smaller, factor) =
         if factor > 1.0 { (position, target, factor) } else { (target, position, 1.0 / factor) };
@@ -115,14 +115,14 @@ fn range(series: &[f64]) -> f64 {
     ends[1] - ends[0]
 }
 
-/// Mean frequency of a series about zero, rad/s.
+/// Mean frequency of a zero-mean series, rad/s.
 fn frequency(series: &[f64], spacing_s: f64) -> f64 {
     let square: f64 = series.iter().map(|x| x * x).sum();
     let rises: f64 = series.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
     (rises / square).sqrt() / spacing_s
 }
 
-/// Every `stride`-th row of a series, less their mean.
+/// Every `stride`-th row of a series, less the mean.
 fn swings(series: &[f64], stride: usize) -> Vec<f64> {
     let kept: Vec<f64> = series.iter().step_by(stride).copied().collect();
     let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;

@@ -4,33 +4,34 @@ use feeler_plant::description::Quantity;
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
-/// Degrees in a radian.
+/// Degrees per radian.
 const DEGREES: f64 = 57.295_779_5;
-/// Newtons in a pound-force.
+/// Newtons per pound-force.
 const POUND_N: f64 = 4.448_221_6;
 
-/// Steps of a fine encoder in a radian.
+/// Counts of a fine encoder per radian.
 const STEPS: f64 = 4096.0 / std::f64::consts::TAU;
-/// No machine has a ratio beyond this: one of two columns is in another unit.
+/// Largest plausible ratio of two columns of one machine: beyond it, one of them is in a wrong unit.
 const HOPELESS: f64 = 50.0;
-/// The same between a push and a motion: against gravity a slow motion takes a hundred times its inertia.
+/// Largest plausible ratio between a driving force and a motion: against gravity the force may be a hundred
+/// times the inertial force of a slow motion.
 const HOPELESS_PUSH: f64 = 1e4;
 
-/// The factor is that of the column's own `unit` and `scale`.
+/// The factor equals the column's own `unit` and `scale`.
 pub(super) const STATED: &str = "its own `unit` or `scale` (are its numbers in SI already?)";
-/// A factor between units that a reading is too small by.
+/// The reading is too small by a factor between units.
 const TOO_SMALL: &str = "the inverse of a factor between units (converted twice?)";
-/// A factor of no common unit.
+/// The factor belongs to no common unit.
 pub(super) const COUNTS: &str = "no factor of common units (counts?)";
 
 /// A column of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading<'a> {
-    /// Its header.
+    /// Header of the column.
     pub(super) column: &'a str,
-    /// The quantity that it is said to be.
+    /// The stated quantity.
     pub(super) quantity: Quantity,
-    /// The factor on its numbers, by its unit and scale.
+    /// The factor from the stated unit and scale.
     pub(super) scale: f64,
 }
 
@@ -66,7 +67,7 @@ fn factors(quantity: Quantity) -> &'static [(f64, &'static str)] {
     }
 }
 
-/// The units that a factor suggests, in words; `near` is its relative tolerance.
+/// The confused units that a factor suggests, in words; `near` is its relative tolerance.
 pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'static str> {
     if factor < 0.0 {
         return ((-factor).ln().abs() < near.ln_1p()).then_some("-1 (a sign?)");
@@ -86,8 +87,8 @@ pub(super) fn is_stated(factor: f64, scale: f64, near: f64) -> bool {
     is_close && (scale < 0.0 || scale.ln().abs() > 2.0 * near.ln_1p())
 }
 
-/// Which of two columns of one motion is in a wrong unit, by the ratio of the first to the second, and how:
-/// `true` for the second. If the second is known to be right, the first is wrong.
+/// The wrong one of two columns of one motion, from the ratio of the first to the second (`true` for the
+/// second), and the reason. If the second is known to be right, the first is wrong.
 pub(super) fn wrong(
     [first, second]: [Reading<'_>; 2],
     factor: f64,
@@ -106,7 +107,7 @@ pub(super) fn wrong(
     if factor < 0.0 {
         return None;
     }
-    // Smaller factors may be the machine's.
+    // Smaller ratios may be a property of the machine.
     let inverse = mixed_up(1.0 / factor, second.quantity, near)
         .filter(|_| !(1.0 / HOPELESS..HOPELESS).contains(&factor));
     let is_push = |reading: &Reading<'_>| matches!(reading.quantity, Quantity::Command | Quantity::Force);
@@ -114,7 +115,7 @@ pub(super) fn wrong(
     match inverse {
         Some(what) if !is_second_right => Some((true, what)),
         Some(_) if !is_push(&first) => Some((false, TOO_SMALL)),
-        // Whatever has the larger numbers counts steps.
+        // The column with the larger numbers holds counts.
         _ if factor > hopeless => Some((false, COUNTS)),
         _ if factor < 1.0 / hopeless && !is_second_right => Some((true, COUNTS)),
         _ => None,
@@ -142,16 +143,16 @@ mod tests {
     fn truth_the_column_that_one_factor_mends_is_the_wrong_one() {
         let pair =
             |first, second| [reading(Quantity::Position, first), reading(Quantity::Acceleration, second)];
-        // Numbers in metres, though `unit = "mm"`; then an accelerometer with `unit = "mm/s2"`.
+        // Numbers in metres with a stated `unit = "mm"`; then an accelerometer with `unit = "mm/s2"`.
         assert_eq!(wrong(pair(1e-3, 1.0), 0.98e-3, 0.15, false), Some((false, STATED)));
         assert_eq!(wrong(pair(1.0, 1e-3), 1.02e3, 0.15, false), Some((true, STATED)));
-        // Nothing is stated: the column in a smaller unit than SI, with larger numbers.
+        // Without a stated unit, the column with larger numbers is in a unit smaller than SI.
         let of = |factor, is_right| wrong(pair(1.0, 1.0), factor, 0.15, is_right);
         assert!(of(1e3, false).is_some_and(|(second, what)| !second && what.contains("mm for m")));
         assert!(of(1e-3, false).is_some_and(|(second, what)| second && what.contains("mm/s²")));
         assert_eq!(of(1e-3, true), Some((false, TOO_SMALL)));
         assert_eq!([of(1.0, false), of(0.3, false), of(4.45, false)], [None; 3]);
-        // Counts of a converter, of a motion or of a push.
+        // Counts of a converter, in a motion or in a force.
         assert_eq!([of(2e5, false), of(5e-6, false)], [Some((false, COUNTS)), Some((true, COUNTS))]);
         let pushed = |factor| {
             wrong([reading(Quantity::Command, 1.0), reading(Quantity::Acceleration, 1.0)], factor, 0.3, true)
@@ -170,7 +171,7 @@ mod tests {
             assert!(named(0.9 * size, false) && named(1.1 / size, true), "{size}");
         }
         assert!(wrong(pair, -0.9, 0.3, false).is_some_and(|(_, what)| what.contains("a sign")));
-        // A servo that follows its target half.
+        // A servo that moves by half its target.
         assert_eq!(wrong(pair, 0.5, 0.3, false), None);
     }
 }

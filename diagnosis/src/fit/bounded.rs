@@ -1,12 +1,12 @@
-//! The lowest point of a quadratic within bounds, by active sets.
+//! Minimum of a quadratic function within bounds, by active sets.
 //!
-//! Clamping the free solution is not enough. Let two unknowns work together, with one held by its bound. The
-//! other one's step was made for a partner that does not move, and leads uphill.
+//! Clamping the free solution is not enough. If one of two coupled unknowns is held at its bound, the step of
+//! the other no longer fits and may lead uphill.
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`, `a` positive definite; `None` if
-/// it is not. Zero must be within the bounds.
+/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`; `None` if `a` is not positive
+/// definite. Zero must be within the bounds.
 pub(crate) fn minimise(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
@@ -16,7 +16,7 @@ pub(crate) fn minimise(
     let n = b.len();
     let mut x = DVector::zeros(n);
     let mut held = vec![false; n];
-    // Every round holds or releases something; sets that come again are rounding.
+    // Every iteration holds or releases an unknown; only rounding errors can repeat an active set.
     for _ in 0..=3 * n {
         let free: Vec<usize> = (0..n).filter(|&i| !held[i]).collect();
         let taken = |i: usize| (0..n).filter(|&j| held[j]).map(|j| a[(i, j)] * x[j]).sum::<f64>();
@@ -33,7 +33,7 @@ pub(crate) fn minimise(
         }
         if is_within {
             let slope = a * &x - b;
-            // How strongly an unknown on its bound is pushed back inside.
+            // Derivative with which the cost falls as an unknown at its bound moves inside.
             let inward = |i: usize| if x[i] <= low[i] { -slope[i] } else { slope[i] };
             let loosest = (0..n)
                 .filter(|&i| held[i] && low[i] < high[i])
@@ -51,13 +51,13 @@ pub(crate) fn minimise(
 mod tests {
     use super::*;
 
-    /// Rounding of a few sums.
+    /// Rounding error of a few sums.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
     fn truth_a_held_unknown_takes_its_partner_along() {
-        // Two unknowns that do nearly the same: freely one goes far up and the other far down; held, the
-        // other alone does what both would.
+        // Two unknowns with nearly the same effect. The free solution has large values of opposite sign. If
+        // one is held at its bound, the other has their sum's effect.
         let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.99, 0.99, 1.0]);
         let b = DVector::from_row_slice(&[1.0, 0.5]);
         let x = minimise(&a, &b, &[-10.0, 0.0], &[10.0, 10.0]).unwrap();
@@ -89,8 +89,8 @@ mod tests {
             let slope = &a * &x - &b;
             for i in 0..n {
                 assert!(x[i] >= low[i] && x[i] <= high[i]);
-                // If it may go up, the slope is not downhill, and the other way round; the matrix amplifies
-                // rounding a thousandfold.
+                // At the minimum no unknown can lower the cost by moving inside its bounds. The matrix
+                // amplifies rounding errors a thousandfold.
                 assert!(x[i] >= high[i] || slope[i] > -1e3 * ROUNDING);
                 assert!(x[i] <= low[i] || slope[i] < 1e3 * ROUNDING);
             }

@@ -1,4 +1,4 @@
-//! Every effect of the library under every element of the believed machine where it makes sense.
+//! Candidates: every effect of the library on every element of the believed machine to which it applies.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, Axis, Element, ElementKind, Machine, Quantity, Site};
@@ -17,7 +17,7 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// Whether both are one effect under one element.
+    /// Whether both are the same effect on the same element.
     pub(crate) fn is(&self, other: &Self) -> bool {
         self.site == other.site && self.definition.kind == other.definition.kind
     }
@@ -28,7 +28,7 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     acting(machine, is_cause)
 }
 
-/// One kind under every element where it makes sense, be it a cause or not.
+/// One kind on every element to which it applies, even if it cannot be a cause.
 pub(crate) fn of_kind(machine: &Machine, kind: Kind) -> Vec<Candidate> {
     acting(machine, |definition| definition.kind == kind)
 }
@@ -61,16 +61,16 @@ fn applies(machine: &Machine, assembly: &Assembly, definition: &'static Definiti
     let mut probe = machine.clone();
     let values: Vec<f64> = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
     let Some(effects) = probe.element_mut(site).map(Element::effects_mut) else { return false };
-    // One that is believed is replaced.
+    // A believed effect of an overlapping kind is replaced.
     effects.retain(|effect| !overlaps(definition.kind, effect.definition.kind));
-    // A split of masses may ask for less than the typical one; the fit will.
+    // An effect that splits a mass may exceed it with the typical value. The fit uses a smaller one.
     let refused = definition.apply(&mut assembly.clone(), host_of(site), &values);
     effects.push(EffectUse { definition, values });
     matches!(refused, Err(EffectError::MassExceeded { .. })) || assemble(&probe).is_ok()
 }
 
-/// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing
-/// ground or what carries the reaction.
+/// Bodies between drive and tool: connected to a driven body rigidly or by stiffness, not through the ground
+/// or a body that takes a drive's reaction.
 fn driven(assembly: &Assembly) -> Vec<usize> {
     let pushed = assembly.drives.iter().map(|drive| drive.on).collect();
     let stops: Vec<usize> =
@@ -94,7 +94,7 @@ fn makes_sense(
             chain.contains(&assembly.links[i].a) && chain.contains(&assembly.links[i].b)
         }
         (Place::Transmission, ElementKind::Bodies) => {
-            // Bodies that move as one are one mass: the payload is named at the end that meets the work.
+            // Rigidly joined bodies are one mass. The payload is reported at the body that meets the work.
             let tool = assembly.contacts.iter().map(|contact| contact.a).find(|node| chain.contains(node));
             let last = tool.or_else(|| chain.last().copied());
             chain.contains(&(i + 1))
@@ -118,14 +118,14 @@ fn makes_sense(
                 .iter()
                 .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
         }
-        // A force beside a servo, or an input of one, is known: only its size may be off.
+        // A force beside a servo, or a servo's further input, is known. Only its gain may be off.
         (Place::Drive, ElementKind::Actuators) => !is_load(machine, i) || definition.has(Trait::PlainNumber),
         (Place::Encoder, ElementKind::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
         _ => true,
     }
 }
 
-/// Whether a drive is an input of a servo, or a force on a body that a drive of another kind moves.
+/// Whether a drive is a further input of a servo, or a force on a body that a drive of another kind moves.
 fn is_load(machine: &Machine, drive: usize) -> bool {
     let is_force = |kind: &ActuatorKind| matches!(kind, ActuatorKind::Force { .. });
     let Some((_, own)) = machine.actuators.get_index(drive) else { return false };

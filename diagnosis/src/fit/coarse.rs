@@ -1,5 +1,5 @@
-//! Readings in coarser steps than the file states. They are read off the values themselves: noise that was
-//! taken from the same readings hides them from every prediction.
+//! Readings with coarser steps than the file states. The readings themselves show such steps. Predictions do
+//! not, because the estimated noise includes the steps.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::ElementKind;
@@ -8,12 +8,14 @@ use crate::dataset::{Channel, Dataset};
 use crate::fit::candidates::Candidate;
 use crate::kinds::dossier;
 
-/// A channel whose readings all lie on coarser steps than the file states. No motion and no noise does that.
+/// A channel whose readings are all multiples of a coarser step than the file states. Neither motion nor
+/// noise causes this.
 #[derive(Clone, Debug)]
 pub(crate) struct Coarse {
     channel: usize,
     sensor: usize,
-    /// Evidence of one independent reading, nats: one in this many stated steps is a coarse one.
+    /// Evidence of one independent reading, nats: the logarithm of the ratio of the coarse step to the stated
+    /// one.
     nats: f64,
 }
 
@@ -28,7 +30,7 @@ impl Coarse {
         dataset.channels.iter().enumerate().filter_map(coarse).collect()
     }
 
-    /// Whether a set of causes has these steps.
+    /// Whether a set of causes explains these steps.
     pub(crate) fn is_seen_by(&self, causes: &[Candidate]) -> bool {
         let tells = |cause: &Candidate| {
             cause.site.table == ElementKind::Sensors
@@ -38,7 +40,8 @@ impl Coarse {
         causes.iter().any(tells)
     }
 
-    /// Evidence of an experiment with these independent readings per channel for a set of causes, nats.
+    /// Evidence of an experiment for a set of causes, nats. `looks` is the number of independent readings of
+    /// each channel.
     pub(crate) fn evidence(&self, causes: &[Candidate], looks: &[f64]) -> f64 {
         if self.is_seen_by(causes) { looks[self.channel] * self.nats } else { 0.0 }
     }

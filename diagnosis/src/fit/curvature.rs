@@ -1,10 +1,10 @@
-//! Sums over rows of products of slopes: the curvature of a fit and its gradient. Slopes are kept by unknown,
-//! each row by row.
+//! Sums over rows of products of slopes: the curvature of a fit and its gradient. Slopes are stored per
+//! unknown, each as a series over the rows.
 
 use feeler_lanes::dispatch;
 use nalgebra::{DMatrix, DVector};
 
-/// Rows whose products are summed side by side.
+/// Number of rows whose products are summed in parallel.
 const ABREAST: usize = 32;
 
 /// Adds `factor * sum_k w_k s_ki s_kj` to `a`.
@@ -21,7 +21,8 @@ pub(crate) fn add_curvature(a: &mut DMatrix<f64>, factor: f64, slopes: &[Vec<f64
     }
 }
 
-/// Adds `factor * sum_k w_k s_ki t_kj` to `a`, as [`add_curvature`] of two sets of unknowns.
+/// Adds `factor * sum_k w_k s_ki t_kj` to `a`: like [`add_curvature`], with the slopes of two sets of
+/// unknowns.
 pub(crate) fn add_mixed(
     a: &mut DMatrix<f64>,
     factor: f64,
@@ -81,7 +82,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// More rows than are summed side by side; all products and sums are whole numbers and exact.
+    /// There are more rows than are summed in parallel. All products and sums are integers, so they are
+    /// exact.
     #[test]
     fn truth_sums_are_those_written_out() {
         let rows = 2 * ABREAST + 5;

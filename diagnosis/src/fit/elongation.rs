@@ -1,12 +1,12 @@
-//! The two ends of a joint, read against each other.
+//! Elongation of a joint: the difference between readings at its two ends.
 //!
-//! Let two sensors read positions of one chain of bodies. Noise of a command, unmodelled friction before the
-//! joint and the motion's own errors move both readings alike. The difference of the readings does not have
-//! these errors: there, free play of a few steps of an encoder stands out. So the second position of a chain
-//! is weighed as its difference from the first, which keeps its own residual. Both together hold what the
-//! two readings hold, and an error that both share counts once.
+//! Two sensors may read positions of one chain of bodies. Noise of the command, unmodelled friction before
+//! the joint and errors of the motion shift both readings equally. Their difference is free of these errors,
+//! and shows free play of a few encoder steps. The second position of a chain is therefore compared as its
+//! difference from the first, and the first by itself. Together they keep all information, and a common error
+//! counts once.
 //!
-//! Sensors may be zeroed differently, so the mean difference of a record carries no information.
+//! Sensors may have different zeros, so the mean difference over a record carries no information.
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::Quantity;
@@ -14,14 +14,14 @@ use feeler_plant::description::Quantity;
 use crate::dataset::{Dataset, Record};
 use crate::predict::chain;
 
-/// Smallest number of readings of the first sensor, over that of the second, for a difference of them.
+/// Smallest ratio of the first sensor's number of readings to the second's for a difference.
 const READ_TOGETHER: f64 = 0.9;
 
-/// The channel from which another one is read as a difference.
+/// The reference channel from which another channel is subtracted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Against {
     pub(super) channel: usize,
-    /// Reading of the other channel over its own, for the same motion.
+    /// Ratio of the own reading to the reference's reading of the same motion.
     ratio: f64,
 }
 
@@ -54,12 +54,12 @@ fn of_record(dataset: &Dataset, assembly: &Assembly, record: &Record) -> Vec<Opt
 }
 
 impl Against {
-    /// One series less this share of the other one.
+    /// One series less the scaled reference series.
     pub(super) fn less(self, own: &[f64], other: &[f64]) -> Vec<f64> {
         own.iter().zip(other).map(|(own, other)| own - self.ratio * other).collect()
     }
 
-    /// Noise of the difference, from that of every channel.
+    /// Noise of the difference, from the noise of every channel.
     pub(super) fn noise(self, own: f64, noise: &[f64]) -> f64 {
         own.hypot(self.ratio * noise[self.channel])
     }
@@ -94,8 +94,8 @@ impl Against {
 mod tests {
     use super::*;
 
-    /// Two sensors, the second of twice the scale and zeroed elsewhere, on a motion that both share and a
-    /// joint that stretches.
+    /// Two sensors of a common motion, with a joint that stretches between them. The second has twice the
+    /// scale and another zero.
     #[test]
     fn truth_the_difference_has_the_stretch_and_not_the_motion() {
         let motion: Vec<f64> = (0..8).map(|k| f64::from(k * k)).collect();
@@ -103,20 +103,20 @@ mod tests {
         let second: Vec<f64> = motion.iter().zip(stretch).map(|(x, s)| 2.0 * (x + s) + 100.0).collect();
         let against = Against { channel: 0, ratio: 2.0 };
         let record = Record::even("a", 1e-3, vec![vec![0.0; 8]], vec![motion, second]);
-        // Whole numbers: exact.
+        // Integers are exact.
         assert_eq!(against.variation(&record, 1).to_bits(), 2.0_f64.to_bits());
-        // Without its last two readings the first sensor shows six of the eight.
+        // The first sensor lacks its last two readings, so the difference has six of eight rows.
         let mut gaps = vec![false; 8];
         gaps[6..].fill(true);
         let record = Record { bridged: vec![gaps, Vec::new()], ..record };
         let mut left = against.less(&record.series[1], &record.series[0]);
         against.centre(&record, 1, &mut left);
         assert_eq!(left, [2.0, -2.0, 2.0, -2.0, 2.0, -2.0, 0.0, 0.0]);
-        // Noise of three and of twice two.
+        // Noise of 3 and of 2 times 2.
         assert_eq!(against.noise(3.0, &[2.0, 3.0]).to_bits(), 5.0_f64.to_bits());
     }
 
-    /// A motion over 300 steps of two encoders, and a stretch of up to 3.7 steps.
+    /// A motion over 300 steps of two encoders, and an elongation of up to 3.7 steps.
     #[test]
     fn truth_rounding_of_two_moving_readings_is_noise_of_their_difference() {
         let rows = 3000;
@@ -129,7 +129,8 @@ mod tests {
         let square: f64 = (0..rows).zip(&left).map(|(k, left)| (left - stretch(k)).powi(2)).sum();
         let step = 12.0_f64.sqrt().recip();
         let noise = against.noise(step, &[step]);
-        // At a reversal the motion rests within a step for some rows: a few percent.
+        // Near a reversal the motion stays within a step for some rows, which changes the noise by a few
+        // percent.
         assert!(((square / f64::from(rows)).sqrt() / noise - 1.0).abs() < 0.05);
     }
 }

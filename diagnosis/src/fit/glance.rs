@@ -1,4 +1,4 @@
-//! Features of records that the starts of fits use.
+//! Features of records from which fits start.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
@@ -10,7 +10,7 @@ use crate::fit::scored::Scored;
 use crate::kinds::Glance;
 use crate::predict::Prediction;
 
-/// Quick findings on the records, with the force that the calibrated machine lacks.
+/// Simple features of the records, and the force that the calibrated machine lacks.
 pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     let dataset = task.dataset;
     let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
@@ -71,7 +71,7 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     glance
 }
 
-/// Share of the rows beyond either end of a range: noise and impacts reach farther.
+/// Share of the rows that is cut off at either end of a range, because of noise and impacts.
 const OUTSIDE: f64 = 0.02;
 
 /// Range of the measured elongation of a spring; `None` unless sensors read the positions of both its bodies.
@@ -85,7 +85,7 @@ fn elongation(dataset: &Dataset, spring: usize) -> Option<f64> {
         })
     });
     let (a, b) = (a?, b?);
-    // Encoders may be zeroed before every record.
+    // Encoders may be zeroed before each record.
     let counts = |record: &&Record| !record.is_check && !record.silent[a] && !record.silent[b];
     dataset.records.iter().filter(counts).filter_map(|record| range(record, [a, b])).reduce(f64::max)
 }
@@ -100,13 +100,13 @@ fn range(record: &Record, [a, b]: [usize; 2]) -> Option<f64> {
     Some(elongations[last - outside] - elongations[outside])
 }
 
-/// A force below this many times its noise counts as zero.
+/// A force below this multiple of its noise counts as zero.
 const COARSEST_TOUCH: f64 = 20.0;
-/// Share of the largest contact force of a record from which on its contact is surely closed.
+/// Share of a record's largest contact force above which the contact is surely closed.
 const PRESSED: f64 = 0.3;
 
-/// How much deeper the bodies of a contact are in each other than the measured force says. One value for
-/// every row of a record where they press.
+/// Penetration of a contact beyond that of the measured force, one value for every row of a record with a
+/// closed contact, m.
 fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
     let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
     let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;

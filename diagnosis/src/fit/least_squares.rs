@@ -14,8 +14,8 @@ use crate::fit::weights::Weights;
 use crate::inverse::Inverse;
 use crate::predict::{Prediction, Predictor};
 
-/// Independent pieces of evidence in one channel of one experiment. There are many samples, but a model error
-/// lasts over whole stretches of motion.
+/// Number of independent samples of one channel in one experiment. There are many more readings, but a model
+/// error persists over whole stretches of motion.
 pub(crate) const PIECES: f64 = 100.0;
 /// Residuals beyond this many sigmas enter the cost linearly.
 const ROBUST_SIGMAS: f64 = 8.0;
@@ -23,7 +23,8 @@ const ROBUST_SIGMAS: f64 = 8.0;
 const LEAST_DAMPING: f64 = 1e-9;
 /// A fit has converged if a step reduces the cost by less than this: a hundredth of the cost of one unknown.
 const CONVERGED: f64 = 0.02;
-/// The same as a share of the cost. The differences that separate models are far larger.
+/// Relative gain of the cost below which a fit has converged. The gains that distinguish models are far
+/// larger.
 const CONVERGED_SHARE: f64 = 1e-5;
 
 /// Records with their weights, and the indices of those that are fitted.
@@ -32,7 +33,7 @@ pub(crate) struct Task<'a> {
     pub(crate) weights: Weights,
     pub(crate) fitted: Vec<usize>,
     pub(crate) budget: Budget,
-    /// The records as balances of forces, if a balance can show them.
+    /// The records as balances of forces, if a balance applies to this machine.
     pub(crate) inverse: Option<Inverse>,
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn robust(r: f64) -> (f64, f64) {
 }
 
 impl Task<'_> {
-    /// The anchored prediction of one record; `None` if the model makes no valid machine or its motion is not
+    /// The anchored prediction of one record; `None` if the model is not a valid machine or its motion is not
     /// finite.
     pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
         let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
@@ -102,7 +103,7 @@ impl Task<'_> {
         model.unknowns.iter().zip(theta).map(term).sum()
     }
 
-    /// Cost over the fitted records: pieces times mean loss, and the priors.
+    /// Cost over the fitted records: [`PIECES`] times the mean loss of each channel, plus the priors.
     pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
         self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
             PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
@@ -126,8 +127,8 @@ impl Task<'_> {
         })
     }
 
-    /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction along which nothing that
-    /// is measured changes; empty for none.
+    /// Normal equations of one record: `J^T W J`, `J^T W r`. `still` is a direction in the unknowns that
+    /// changes no measured signal; empty if there is none.
     fn normal(
         &self,
         model: &Model,
@@ -161,7 +162,7 @@ impl Task<'_> {
         Fitted { model: model.clone(), theta, cost, sigma }
     }
 
-    /// A point and its cost, or those with the scale that the believed values ask for where that costs less.
+    /// A point and its cost; or the point with the scale that the believed values prefer, if that costs less.
     fn settled(
         &self,
         model: &Model,
@@ -177,7 +178,7 @@ impl Task<'_> {
         }
     }
 
-    /// The steps of a fit from a point with its cost.
+    /// The iterations of a fit from a point with its cost.
     fn descend(
         &self,
         model: &Model,
@@ -232,8 +233,8 @@ impl Task<'_> {
                 }
                 damping *= 8.0;
             }
-            // If only priors separate two unknowns, the cost has a valley and a damped fit creeps along it.
-            // One more step is therefore taken undamped.
+            // If only priors separate two unknowns, the cost has a narrow valley along which a damped fit
+            // advances slowly. One more step is therefore taken without damping.
             match gained {
                 Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
                 Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
@@ -244,10 +245,10 @@ impl Task<'_> {
     }
 }
 
-/// Longest step of one unknown: a factor of e, or its unit.
+/// Longest step of one unknown: a factor of e, or its unit for a linear unknown.
 const LONGEST_STEP: f64 = 1.0;
 
-/// Largest step of each unknown, downward and upward.
+/// Largest downward and upward step of each unknown.
 pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let of = |(unknown, theta): (&Unknown, &f64)| {
         let (low, high) = unknown.bounds;
@@ -259,7 +260,7 @@ pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>)
 /// Standard deviations from the normal matrix.
 pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
     let n = a.nrows();
-    // Unknowns without influence must not spoil the others.
+    // Scaling keeps unknowns without influence from spoiling the inversion.
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
     let scaled =
         DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });

@@ -1,4 +1,5 @@
-//! Freedoms of a model beyond the values of its machine: how guides give way, and when commands act.
+//! Unknowns of a model beyond the values of its machine: presliding of guides, and the instants at which
+//! commands act.
 
 use crate::fit::model::{DIFFERENCE, Model};
 use crate::fit::unknown::{SIGMAS, Target, Unknown};
@@ -6,18 +7,18 @@ use crate::predict::{Leeway, Presliding};
 
 /// Step of finite differences for the timing of commands, rows.
 const TIMING_DIFFERENCE: f64 = 1e-2;
-/// Commands act at most this much before or after their rows, where no hold is stated.
+/// Largest time between a row and the instant at which its command acts, if no hold is stated, rows.
 const MOST_LATE_ROWS: f64 = 0.5;
 
-/// Shift of the trial frequency of sticking guides, as a logarithm.
+/// Shift of the trial presliding frequency of sticking guides, as a logarithm.
 const STIFFER: f64 = 1.4;
 
-/// Prior standard deviations of pre-sliding frequency and damping ratio, as logarithms.
+/// Prior standard deviations of presliding frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 
 impl Model {
-    /// The same, where the instants at which commands act are not stated: up to half a row earlier or later
-    /// than the row. Half a row later is a command that was held.
+    /// Adds the unknown instant at which commands act, for commands without a stated hold. It is within half
+    /// a row of the row; half a row later corresponds to a held command.
     pub(crate) fn with_free_timing(mut self) -> Self {
         self.unknowns.push(Unknown {
             target: Target::CommandTiming,
@@ -30,7 +31,7 @@ impl Model {
         self
     }
 
-    /// Adds the pre-sliding of sticking guides to the unknowns.
+    /// Adds the presliding of sticking guides to the unknowns.
     pub(super) fn free_presliding(&mut self) {
         let usual = Presliding::default();
         for (target, value, sigma) in [
@@ -51,8 +52,8 @@ impl Model {
         }
     }
 
-    /// The start itself, and the same with sticking guides at lower and higher frequencies. Only the start if
-    /// none sticks.
+    /// The start, and starts with sticking guides at lower and higher presliding frequency. Only the start if
+    /// no guide sticks.
     pub(crate) fn stiffer(&self, start: &[f64]) -> Vec<Vec<f64>> {
         let Some(i) = self.unknowns.iter().position(|unknown| unknown.target == Target::PreslidingFrequency)
         else {
@@ -66,7 +67,7 @@ impl Model {
         [-STIFFER, 0.0, STIFFER].map(at).to_vec()
     }
 
-    /// Whether commands act as early or late as they may.
+    /// Whether commands act at the earliest or latest permitted instant.
     pub(crate) fn is_timing_at_limit(&self, theta: &[f64]) -> bool {
         let is_it = |(unknown, theta): (&Unknown, &f64)| {
             unknown.target == Target::CommandTiming && unknown.is_at_limit(*theta)
@@ -74,7 +75,7 @@ impl Model {
         self.unknowns.iter().zip(theta).any(is_it)
     }
 
-    /// The free quantities beyond the machine's values, at `theta`.
+    /// Values of the unknowns beyond the machine, at `theta`.
     pub(crate) fn leeway(&self, theta: &[f64]) -> Leeway {
         let mut found = Leeway::default();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {

@@ -17,7 +17,8 @@ pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
     assembly.rigid_mass_kg(node)
 }
 
-/// Mean of the accelerometers' residuals at each row; without any, the observer's, from the position's.
+/// Missing acceleration at each row: the mean residual of the accelerometers. Without any, it follows from
+/// the position's residual by the observer's error dynamics.
 pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
     let of = |wanted: Quantity| -> Vec<usize> {
         (0..dataset.channels.len())
@@ -41,8 +42,7 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
         .collect()
 }
 
-/// Root mean square of the acceleration that noise alone makes seem to be missing: of the sensors, steps of
-/// an encoder included.
+/// Root mean square of the missing acceleration that sensor noise alone suggests, encoder steps included.
 pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> f64 {
     let dataset = task.dataset;
     let of = |wanted: Quantity| -> Vec<f64> {
@@ -64,15 +64,15 @@ pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> 
     (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
 }
 
-/// Rows of noise from which its effect is estimated.
+/// Rows of simulated noise from which its effect is estimated.
 const NOISE_ROWS: usize = 4000;
 
-/// Corner of the smoothing before a position's residual is differentiated, over the observer's natural
-/// frequency (cycles per radian): 30 Hz at the fastest.
+/// Corner frequency of the smoothing before a position's residual is differentiated, over the observer's
+/// natural frequency (cycles per radian): at most 30 Hz.
 const SMOOTH: f64 = 0.75;
 
-/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
-/// the error dynamics of the observer itself.
+/// The acceleration that causes the residual `r` of an anchored position: `r'' + sqrt(2) omega r' + omega^2
+/// r`. These are the error dynamics of the observer.
 fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
     let r = low_pass(residual, SMOOTH * omega, dt);
     let last = r.len() - 1;
@@ -86,7 +86,7 @@ fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
         .collect()
 }
 
-/// First order forward and backward: second order with zero phase.
+/// A first-order low-pass, forward and backward: second order with zero phase.
 pub(crate) fn low_pass(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {
     let keep = (-TAU * corner_hz * spacing_s).exp();
     let mut out = series.to_vec();

@@ -1,4 +1,4 @@
-//! A machine with unknowns: believed values, free within their tolerance, and trial effects.
+//! A machine with unknowns: believed values, free within their tolerances, and trial effects.
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Believed, Element, ElementKind, Engagement, Machine, Site};
@@ -16,17 +16,17 @@ use crate::tolerance;
 /// Step of finite differences in `theta`.
 pub(super) const DIFFERENCE: f64 = 1e-3;
 /// Step of finite differences for a gap, m. It equals the step for the offset of a surface, which has the
-/// same effect. The slopes then agree, and only the priors separate the two.
+/// same effect. The slopes then agree exactly, and only the priors separate the two.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
 
 /// Calibration may reduce damping by this factor.
 const LESS_DAMPING: f64 = 8.0;
 
-/// A trial effect under an element.
+/// A trial effect on an element.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tried {
     pub site: Site,
-    /// The effect with its start values.
+    /// The effect with its starting values.
     pub effect: EffectUse,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    /// The believed machine, with its values free within their tolerances.
+    /// The believed machine with its values free within their tolerances.
     pub(crate) fn calibration(
         machine: &Machine,
         stated: &IndexMap<String, f64>,
@@ -67,8 +67,8 @@ impl Model {
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
-            // A value beyond its tolerance is an effect to be found, not calibration. Lower damping is
-            // calibration: no effect reduces damping.
+            // A value beyond its tolerance must be found as an effect. Lower damping is the exception: no
+            // effect reduces damping.
             let down =
                 if believed.dimension() == Dimension::DAMPING { sigma.max(LESS_DAMPING.ln()) } else { sigma };
             unknown.bounds = (centre - down, centre + sigma);
@@ -102,7 +102,7 @@ impl Model {
     pub(crate) fn with(&self, site: Site, definition: &'static Definition, values: &[f64]) -> Self {
         let mut model = self.clone();
         let index = model.tried.len();
-        // An optional value is a choice of the model. It is fitted only if the start sets it explicitly.
+        // An optional parameter is fitted only if its starting value differs from the default.
         let is_free = |(i, parameter): &(usize, &Parameter)| {
             parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits())
         };
@@ -160,10 +160,10 @@ impl Model {
             .collect()
     }
 
-    /// A point with some parts of the believed machine moved to these factors of what is believed.
+    /// A point at which some parts of the believed machine are multiplied by these factors.
     pub(crate) fn scaled(&self, theta: &[f64], factors: &[(Part, f64)]) -> Vec<f64> {
         let part_of = |target: Target| match target {
-            // No balance shows a contact.
+            // A balance does not involve contacts.
             Target::Value(Site { table: ElementKind::Contacts, .. }, _) => None,
             Target::Value(site, index) => match self.believed_at(site, index)?.dimension() {
                 Dimension::MASS => Some(Part::Mass),
@@ -188,8 +188,7 @@ impl Model {
         self.unknowns.iter().zip(self.start()).zip(theta).map(moved).collect()
     }
 
-    /// A point with the parameters of trial effects moved to those of these values that are
-    /// within their bounds.
+    /// A point at which the parameters of trial effects have these values, where they are within bounds.
     pub(crate) fn with_values(&self, theta: &[f64], values: &[Vec<f64>]) -> Vec<f64> {
         let moved = |(unknown, theta): (&Unknown, &f64)| {
             let Target::Effect(e, p) = unknown.target else { return *theta };
@@ -212,7 +211,7 @@ impl Model {
         self.tried.iter().any(|tried| tried.site == site && overlaps(tried.effect.definition.kind, kind))
     }
 
-    /// Whether an unknown has no influence because its effect was replaced.
+    /// Whether an unknown has no influence because another effect replaced its own.
     pub(crate) fn is_idle(&self, unknown: usize) -> bool {
         let Target::Belief(site, e, _) = self.unknowns[unknown].target else { return false };
         let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
@@ -240,13 +239,13 @@ impl Model {
         }) && any
     }
 
-    /// Number of effect parameters among the unknowns, the measure of complexity.
+    /// Number of effect parameters among the unknowns: the measure of complexity.
     pub(crate) fn effect_parameters(&self) -> usize {
         self.unknowns.iter().filter(|unknown| unknown.is_of_effect()).count()
     }
 
-    /// Copies the values of `other` at `theta` for shared unknowns. Effects from index `effects` on are
-    /// skipped.
+    /// Copies the values of shared unknowns from `other` at `theta`, except for effects with index `effects`
+    /// or higher.
     pub(crate) fn take_over(&self, start: &mut [f64], other: &Self, theta: &[f64], effects: usize) {
         for (unknown, start) in self.unknowns.iter().zip(start) {
             let shared = !matches!(unknown.target, Target::Effect(e, _) if e >= effects);
@@ -299,8 +298,8 @@ impl Model {
         self.unknowns.iter().find(is_of).is_some_and(|unknown| unknown.is_at_end(unknown.theta(value)))
     }
 
-    /// Believed values at the limits of their tolerances: key, believed and fitted value. Without those that
-    /// a trial effect of the same dimension on the same element carries on.
+    /// Believed values at the limits of their tolerances: key, believed and fitted value. A value is left out
+    /// if a trial effect of the same dimension on the same element adds to it.
     pub(crate) fn at_limits(&self, theta: &[f64]) -> Vec<(String, [f64; 2])> {
         let is_carried_on = |target: Target| {
             let Target::Value(site, index) = target else { return false };
@@ -321,8 +320,8 @@ impl Model {
         .collect()
     }
 
-    /// How far the fitted value of this key of an element exceeds the believed one, and whether it ends at
-    /// the limit of its tolerance. `None` if it is not fitted.
+    /// Excess of the fitted value of an element's key over the believed value, and whether it ends at the
+    /// limit of its tolerance. `None` if the value is not fitted.
     pub(crate) fn excess(&self, site: Site, key: &str, theta: &[f64]) -> Option<(f64, bool)> {
         let key = format!("{}.{key}", site.key(&self.believed));
         let of = |unknown: &Unknown| self.key_of(unknown.target).as_deref() == Some(key.as_str());
@@ -374,11 +373,10 @@ impl Model {
         machine
     }
 
-    /// The assembly at `theta` with the engagement of an experiment; `None` if the values make no valid
+    /// The assembly at `theta` with the engagement of an experiment; `None` if the values do not give a valid
     /// machine.
     ///
-    /// A clamped tool is attached. The laws of surfaces that part (Hertz, Hunt and Crossley) do not act
-    /// there.
+    /// A clamped tool is attached, so laws of separating surfaces (Hertz, Hunt and Crossley) do not apply.
     pub(crate) fn assembly(&self, theta: &[f64], engagement: Option<Engagement>) -> Option<Assembly> {
         assemble_for(self.machine(theta), engagement).ok()
     }
@@ -393,7 +391,7 @@ fn beliefs(
     stated: &IndexMap<String, f64>,
 ) -> Vec<Unknown> {
     let definition = effect.definition;
-    // The step of a reading is visible in the readings and is not fitted.
+    // The readings themselves show their step, so it is not fitted.
     let is_fitted =
         matches!(definition.change, Change::Plant(_)) && dossier(definition.kind).read_off.is_none();
     let parameters = definition.parameters.iter().zip(&effect.values).enumerate();
@@ -433,5 +431,5 @@ pub(crate) fn assemble_for(
     assemble(&machine)
 }
 
-/// An effect counts as absent below this share of its typical value.
+/// An effect below this share of its typical value counts as absent.
 const NEXT_TO_NOTHING: f64 = 1e-5;

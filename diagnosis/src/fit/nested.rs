@@ -1,15 +1,16 @@
-//! A model that contains another must not fit worse. Where an optimiser has stopped early it would, and the
-//! comparison would be the optimiser's.
+//! A model that contains another one must not fit worse. It does if its optimiser stopped early; the
+//! comparison would then judge the optimiser.
 
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::scored::Scored;
 use crate::kinds::{contains, embed, nearest};
 
-/// Cost by which a containing model may lag: the difference of two converged fits of the same machine.
+/// Largest cost by which a containing model may be worse: the difference between two converged fits of one
+/// machine.
 const SLACK: f64 = 0.5;
 
-/// Refits every model that fits worse than one that it contains, from that one's solution. All share the
-/// causes but the last.
+/// Refits every model that fits worse than a model that it contains, starting from that model's solution. All
+/// models share their causes except the last.
 pub(crate) fn enforce(
     task: &Task<'_>,
     fits: &mut [Scored],
@@ -39,9 +40,9 @@ pub(crate) fn enforce(
     }
 }
 
-/// Fits every law that a fitted one contains also from where that one ended. A simple law may have stopped
-/// far from its best, and would then seem to explain less than it does. `others` are those left after a few
-/// steps; what gains moves from there to `fits`.
+/// Refits every simpler law from the solution of a fitted law that contains it. The fit of a simpler law may
+/// have stopped far from its optimum, so that it would explain too little. `others` holds laws after a few
+/// steps; those that improve move to `fits`.
 pub(crate) fn lower(
     task: &Task<'_>,
     fits: &mut Vec<Scored>,
@@ -66,8 +67,9 @@ pub(crate) fn lower(
                 (task.cost(&model, &start), model, start)
             };
             let best = from.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
-            // An inner law that starts above where it ended has stopped well. One that the outer law only
-            // resembles must first leave the believed values that this one has fitted.
+            // If an inner law costs more at this start than its own fit, that fit is fine. A law that is only
+            // similar to the outer one must be refitted first, because the outer fit changed believed values
+            // too.
             let is_inner = contains(big.definition.kind, small.definition.kind);
             let Some((_, model, start)) = best.filter(|(cost, ..)| !is_inner || *cost < inner.fitted.cost)
             else {

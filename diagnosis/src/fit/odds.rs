@@ -1,27 +1,27 @@
-//! Evidence of the records for one model against another.
+//! Evidence of the records for one model over another.
 //!
-//! Evidence counts stretches of motion, not samples. Each channel of each experiment counts as a few
-//! independent samples of its mean square residual. Logarithms are compared, so that the size of what no
-//! model explains cancels. A white-noise likelihood of all samples would make every comparison certain, even
-//! the wrong ones.
+//! Evidence counts stretches of motion, not readings. Each channel of each experiment counts as a few
+//! independent samples of its mean square residual. Logarithms are compared, so that the common unexplained
+//! part cancels. A white-noise likelihood of all readings would make every comparison certain, even wrong
+//! ones.
 
 use crate::dataset::{Channel, scatter_of};
 use crate::fit::least_squares::{Task, robust};
 use crate::fit::scored::Scored;
 use crate::fit::weights::Weights;
 
-/// Evidence on the check experiments that a cause must bring, nats.
+/// Evidence on the check experiments that a cause needs to be accepted, nats.
 pub(crate) const ACCEPT: f64 = 6.0;
-/// Evidence on all experiments that a cause must bring, nats.
+/// Evidence on all experiments that a cause needs to be accepted, nats.
 pub(crate) const ACCEPT_ALL: f64 = 15.0;
-/// Evidence that each additional unknown must bring, nats.
+/// Additional evidence for each further unknown, nats.
 const PER_UNKNOWN: f64 = 1.5;
 /// Smaller mean squares are noise, and their differences carry no information.
 const QUIET: f64 = 0.05;
 /// Lowest mean square of noise over an experiment, relative to its expectation.
 const LEAST_NOISE: f64 = 0.97;
 
-/// Evidence for `new` against `old` over `records`, nats.
+/// Evidence for `new` over `old` on `records`, nats.
 pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
     let mut sum = 0.0;
     for &r in records {
@@ -37,8 +37,8 @@ pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usi
     sum - PER_UNKNOWN * unknowns
 }
 
-/// Evidence for one set of causes against another over some records, nats. It counts predictions, and the
-/// balance of forces if that shows both.
+/// Evidence for one set of causes over another on some records, nats. It counts predictions, and the balance
+/// of forces if that covers both sets.
 pub(crate) fn evidence(task: &Task<'_>, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
     let predicted = gain(&task.weights, old, new, records);
     let (Some(inverse), Some(old), Some(new)) = (&task.inverse, &old.balanced, &new.balanced) else {
@@ -49,7 +49,7 @@ pub(crate) fn evidence(task: &Task<'_>, old: &Scored, new: &Scored, records: &[u
         let counted = task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r));
         counted.map(|(_, looks)| looks.iter().copied().fold(0.0, f64::max)).sum::<f64>()
     };
-    // The balance is weighed on the check experiments.
+    // The balance has evidence on the check experiments only, so it is scaled up for all.
     let is_all = records.iter().any(|&r| !is_check(r));
     let times = if is_all { looks(&|_| true) / looks(&is_check).max(1.0) } else { 1.0 };
     (1.0 - inverse.weight) * predicted + inverse.weight * times * (new.nats - old.nats)
@@ -63,8 +63,8 @@ pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
     weights.iter().map(|w| w / sum).collect()
 }
 
-/// Largest evidence that a further cause can bring, nats: on the check experiments, and on all. Infinite if a
-/// balance of forces sees below the noise of predictions.
+/// Largest evidence that a further cause can gain, nats: on the check experiments, and on all. Infinite if a
+/// balance of forces resolves less than the noise of predictions.
 pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     if task.inverse.as_ref().is_some_and(|inverse| inverse.weight > 0.0 && inverse.is_noisy) {
         return [f64::INFINITY; 2];
@@ -72,10 +72,10 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     let dataset = task.dataset;
     let mut perfect = scored.clone();
     for (r, (misfits, record)) in perfect.misfits.iter_mut().zip(&dataset.records).enumerate() {
-        // A fit does not see the steps of an encoder, and stated noise may be too large.
+        // Encoder steps do not count here, since a fit ignores them. Stated noise may be too large.
         let noise = |c: usize| dataset.channels[c].noise.min(scatter_of(record, c));
         let noise: Vec<f64> = (0..misfits.len()).map(noise).collect();
-        // In the difference of two encoders it does.
+        // In the difference of two encoders the steps count.
         let step = |(noise, channel): (&f64, &Channel)| noise.max(channel.resolution / 12.0_f64.sqrt());
         let stepped: Vec<f64> = noise.iter().zip(&dataset.channels).map(step).collect();
         for (c, misfit) in misfits.iter_mut().enumerate() {
@@ -90,7 +90,7 @@ pub(crate) fn room(task: &Task<'_>, scored: &Scored) -> [f64; 2] {
     [checks, all].map(|records| gain(&task.weights, scored, &perfect, &records))
 }
 
-/// Mean loss of normal noise of this many sigmas, by the three-point Gauss-Hermite rule.
+/// Mean loss of normal noise with this deviation in sigmas, by the three-point Gauss-Hermite rule.
 fn mean_loss(sigmas: f64) -> f64 {
     robust(3.0_f64.sqrt() * sigmas).0 / 3.0
 }

@@ -1,4 +1,4 @@
-//! Residuals of a prediction, and the scale that all forces share by them.
+//! Residuals of a prediction, and the common scale of all forces.
 
 use std::borrow::Cow;
 
@@ -9,12 +9,12 @@ use crate::fit::model::Model;
 use crate::fit::shared_scale::SharedScale;
 use crate::predict::Prediction;
 
-/// Change of the prediction, in sigmas squared, from which on the records know the scale better than the
-/// believed values. The scale moves by one standard deviation of its belief.
+/// Squared change of the prediction, in sigmas, above which the records determine the scale better than the
+/// believed values. The scale changes by one standard deviation of its prior.
 const KNOWN: f64 = 1.0;
 
 impl Task<'_> {
-    /// The series by which a channel is weighed, in words.
+    /// Name of the series with which a channel is compared.
     pub(crate) fn weighed_as(&self, c: usize) -> String {
         let column = |c: usize| &self.dataset.channels[c].column;
         let against = self.weights.against.iter().find_map(|against| against[c]);
@@ -24,13 +24,14 @@ impl Task<'_> {
         }
     }
 
-    /// Half the step below which what a channel is weighed by is not resolved; none for a difference. Each of
-    /// two moving readings is rounded anew in every row, which is noise and resolves less than a step.
+    /// Half the quantisation step of the compared series; zero for a difference. In a difference of two
+    /// moving readings, rounding changes in every row: it acts as noise, and averaging resolves less than a
+    /// step.
     pub(crate) fn dead_zone(&self, r: usize, c: usize, prediction: &Prediction) -> f64 {
         if self.weights.against[r][c].is_some() { 0.0 } else { prediction.dead_zone[c] }
     }
 
-    /// The smooth prediction of the quantity by which a channel is weighed.
+    /// The smooth prediction of the series with which a channel is compared.
     fn smooth<'p>(&self, r: usize, c: usize, prediction: &'p Prediction) -> Cow<'p, [f64]> {
         let smooth = &prediction.smooth;
         self.weights.against[r][c].map_or(Cow::Borrowed(&smooth[c][..]), |against| {
@@ -47,7 +48,7 @@ impl Task<'_> {
         }
     }
 
-    /// Residuals of a channel in signal units, with the doubt of an encoder step.
+    /// Residuals of a channel in signal units, before the dead zone of an encoder step.
     pub(crate) fn departures(&self, r: usize, c: usize, prediction: &Prediction) -> Vec<f64> {
         let record = &self.dataset.records[r];
         let less = |(measured, predicted): (&f64, &f64)| measured - predicted;
@@ -77,7 +78,7 @@ impl Task<'_> {
         weights
     }
 
-    /// The same, zero also within the dead zone: there a slope has no effect.
+    /// Robust weights that are zero also within the dead zone, where a slope has no effect.
     pub(crate) fn weights_beyond(
         &self,
         r: usize,
@@ -116,8 +117,8 @@ impl Task<'_> {
         moved.iter().map(of).collect()
     }
 
-    /// The scale that all forces of a model share, if the fitted records know it less well than the believed
-    /// values do. `None` also if the model does not predict.
+    /// The scale that all forces of a model share, if the fitted records determine it less well than the
+    /// believed values. `None` also if the model has no prediction.
     pub(crate) fn shared_scale(&self, model: &Model, theta: &[f64]) -> Option<SharedScale> {
         let scale = SharedScale::of(model, self.dataset)?;
         let (_, sigma) = scale.believed(model, theta)?;

@@ -1,17 +1,18 @@
-//! Standard deviations of fitted values under lasting residuals: the errors of a model are not white noise.
+//! Standard deviations of fitted values under correlated residuals: model errors are not white noise.
 //!
 //! Four estimates are made, and the largest counts:
 //!
-//! - **What readings are worth.** Noise is new in every row. The rest of a residual lasts, and counts once
-//!   per independent stretch. The normal matrix with these weights gives the first estimate.
-//! - **The actual residuals.** Their effect on the values is taken from the fit, block by block of motion.
+//! - **The information of the readings.** Noise is independent in every row. The rest of a residual is
+//!   correlated, and counts once per independent stretch. The normal matrix with these weights gives the
+//!   first estimate.
+//! - **The actual residuals.** Their effect on the values follows from the fit, block by block of motion.
 //!   This is the sandwich of Huber and White, with blocks as clusters (Cameron and Miller, A Practitioner's
 //!   Guide to Cluster-Robust Inference, Journal of Human Resources 50, 2015).
-//! - **What differs between experiments.** The same with whole records as clusters, also those that were not
-//!   fitted. A law that is not quite right pulls values one way in one motion, and the other way in another.
-//!   The fit hides this of its own records, and of the others it hides nothing.
-//! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost is
-//!   flatter than they say.
+//! - **The differences between experiments.** This is the sandwich with whole records as clusters, including
+//!   those that were not fitted. A slightly wrong law shifts values one way in one motion, and the other way
+//!   in another. In the fitted records the fit hides part of this, in the others it does not.
+//! - **The cost itself**, by steps along the first estimate. Where impacts make slopes steep, the cost rises
+//!   less than the slopes indicate.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -21,35 +22,35 @@ use crate::fit::least_squares::{Fitted, Task, robust};
 use crate::fit::shared_scale::without;
 use crate::fit::walk::{cost, stretch};
 
-/// Smallest number of blocks over all fitted records together, and per unknown: a fit hides the effect of
-/// as many blocks as it has unknowns.
+/// Smallest number of blocks over all fitted records, and per unknown: a fit removes the effect of as many
+/// blocks as it has unknowns.
 const BLOCKS: usize = 12;
 const BLOCKS_PER_UNKNOWN: usize = 3;
-/// Smallest number of records whose differences say how far values are off.
+/// Smallest number of records whose differences give a standard deviation.
 const RECORDS: usize = 4;
 
 /// The contribution of one record.
 struct Part {
     /// Curvature of the cost.
     curvature: DMatrix<f64>,
-    /// The same with each reading by its worth.
+    /// Curvature with each reading weighted by its information.
     worth: DMatrix<f64>,
-    /// Weight of a reading of each channel.
+    /// Weight of a reading of each channel by its information.
     per_reading: Vec<f64>,
     /// Gradient from the residuals of each block.
     pulls: Vec<DVector<f64>>,
 }
 
 impl Part {
-    /// The square of the gradient from the whole record.
+    /// Outer product of the gradient from the whole record.
     fn of_record(&self) -> DMatrix<f64> {
         let whole: DVector<f64> = self.pulls.iter().sum();
         &whole * whole.transpose()
     }
 }
 
-/// One standard deviation of every unknown of a fitted model. `None` if it does not predict or the records
-/// hold no information.
+/// Standard deviation of every unknown of a fitted model. `None` if the model has no prediction or the
+/// records hold no information.
 pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let n = fitted.theta.len();
     let each = BLOCKS.max(BLOCKS_PER_UNKNOWN * n).div_ceil(task.fitted.len().max(1));
@@ -72,7 +73,7 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     }
     let records = task.dataset.records.len();
     let checks: Vec<usize> = (0..records).filter(|r| !task.fitted.contains(r)).collect();
-    // A check record that the model does not follow carries no information about values.
+    // A check record that the model cannot predict carries no information about values.
     let others: Vec<DMatrix<f64>> = checks.par_iter().filter_map(|&r| Some(of(r)?.of_record())).collect();
     let known = task.fitted.len() + others.len();
     for other in others {
@@ -83,12 +84,12 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
         .map(|unknown| unknown.prior.map_or(0.0, |(_, sigma)| sigma.powi(-2)))
         .collect();
     for (i, prior) in priors.iter().enumerate() {
-        // Unknowns without influence keep their values.
+        // A small term keeps the matrix regular for unknowns without influence.
         bread[(i, i)] += prior + 1e-9;
         worth[(i, i)] += prior + 1e-9;
     }
     let inverse = bread.try_inverse()?;
-    // Number of values that the records determine, and not their priors.
+    // Number of values that the records determine, rather than the priors.
     let determined: f64 = priors.iter().enumerate().map(|(i, prior)| 1.0 - prior * inverse[(i, i)]).sum();
     filling *= blocks / (blocks - determined.max(1.0)).max(1.0);
     for (i, prior) in priors.iter().enumerate() {
@@ -109,8 +110,8 @@ pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     deviations.iter().all(|deviation| deviation.is_finite()).then_some(deviations)
 }
 
-/// The contribution of record `r`, in some blocks. `still` is a direction along which no measured signal
-/// changes; empty for none.
+/// The contribution of record `r`, divided into blocks. `still` is a direction in the unknowns that changes
+/// no measured signal; empty if there is none.
 fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize) -> Option<Part> {
     let n = fitted.theta.len();
     let here = task.predict(&fitted.model, &fitted.theta, r)?;
@@ -132,7 +133,7 @@ fn part(task: &Task<'_>, fitted: &Fitted, still: &[f64], r: usize, blocks: usize
         let factor = task.share(r, c);
         let worth = worth(task, r, c, &residuals);
         part.per_reading[c] = worth;
-        // The fit moves under the residuals beyond the dead zone alone.
+        // Only residuals beyond the dead zone move the fit.
         let beyond = task.weights_beyond(r, c, &here, &residuals);
         add_curvature(&mut part.curvature, factor, &slopes, &beyond);
         add_curvature(&mut part.worth, worth, &slopes, &weights);
@@ -157,8 +158,8 @@ fn worth(task: &Task<'_>, r: usize, c: usize, residuals: &[f64]) -> f64 {
     task.share(r, c).min(once_per_look(noise, misfit - noise, readings / weights.looks[r][c]))
 }
 
-/// Information of a reading whose error has a variance that is new in every row, and one that lasts over
-/// some rows.
+/// Information of a reading. Its error has one part with the variance `new` that is independent in every row,
+/// and one with the variance `lasting` that is constant over `rows` rows.
 fn once_per_look(new: f64, lasting: f64, rows: f64) -> f64 {
     (new + lasting * rows).max(f64::MIN_POSITIVE).recip()
 }
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
     use crate::chance::Chance;
 
-    /// The mean of errors `e_k + m_j`, with one `m` for each stretch of some rows, has the variance
+    /// The mean of `n` errors `e_k + m_j`, with one `m` for each stretch of `rows` rows, has the variance
     /// `(new + lasting rows) / n`.
     #[test]
     fn truth_information_of_lasting_errors_is_that_of_their_mean() {
@@ -185,7 +186,8 @@ mod tests {
         let draws: u32 = 400;
         let variance = (0..draws).map(|_| mean().powi(2)).sum::<f64>() / f64::from(draws);
         let expected = (once_per_look(new, lasting, rows as f64) * (rows * stretches) as f64).recip();
-        // A variance from 400 draws is known to 7 %; white noise alone would be off by a factor of six.
+        // 400 draws determine a variance to 7 %. With white noise alone the result would be off by a factor
+        // of six.
         assert!((variance / expected - 1.0).abs() < 0.25, "{variance} against {expected}");
     }
 }

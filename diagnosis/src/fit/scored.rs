@@ -1,4 +1,4 @@
-//! A set of causes that was fitted.
+//! A fitted set of causes.
 
 use std::borrow::Borrow;
 
@@ -6,7 +6,7 @@ use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::inverse::Balanced;
 
-/// The first of each set of causes.
+/// The sets without repetitions: the first of each is kept.
 pub(crate) fn distinct<T: Borrow<Scored>>(sets: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut kept: Vec<T> = Vec::new();
     for set in sets {
@@ -24,12 +24,12 @@ pub(crate) struct Scored {
     pub(crate) fitted: Fitted,
     /// Mean robust squared residual per record and channel.
     pub(crate) misfits: Vec<Vec<f64>>,
-    /// The same causes in a balance of forces; `None` if none shows them.
+    /// The balance of forces with the same causes; `None` if a balance does not involve one of them.
     pub(crate) balanced: Option<Balanced>,
 }
 
 impl Scored {
-    /// Its causes that another set does not have, with their indices.
+    /// The causes that another set lacks, with their indices.
     pub(crate) fn beyond<'s>(&'s self, other: &Self) -> Vec<(usize, &'s Candidate)> {
         let is_own = |(_, cause): &(usize, &Candidate)| !other.causes.iter().any(|known| known.is(cause));
         self.causes.iter().enumerate().filter(is_own).collect()

@@ -1,9 +1,9 @@
-//! Compares candidates cheaply: a few steps in the parameters of an effect, while the other unknowns follow
-//! linearly.
+//! Compares candidates cheaply: a few steps in the parameters of an effect, while the other unknowns are
+//! linearised.
 //!
 //! The slopes of the base model are computed once. Every trial value of the effect then costs one prediction.
-//! The best shift of the other unknowns follows from the normal equations. This is variable projection with
-//! frozen slopes (Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
+//! The best change of the other unknowns follows from the normal equations. This is variable projection with
+//! fixed slopes (Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -14,9 +14,9 @@ use crate::fit::least_squares::{Fitted, Task, beyond, deviations, reach, robust}
 use crate::fit::model::Model;
 use crate::predict::Prediction;
 
-/// Attempts with a shorter step before screening stops.
+/// Number of shorter steps that are tried before screening stops.
 const TRIALS: usize = 4;
-/// Gain of the cost in one step below which screening stops, and the same as a share of the cost.
+/// Gain of the cost in one step below which screening stops, absolute and as a share of the cost.
 const SETTLED: f64 = 1.0;
 const SETTLED_SHARE: f64 = 1e-3;
 
@@ -44,15 +44,15 @@ pub(crate) struct Screened {
 struct Trial {
     cost: f64,
     shift: DVector<f64>,
-    /// The part of the shift at which the residuals were weighted.
+    /// Shift of the other unknowns at which the robust weights were computed.
     weighed_at: DVector<f64>,
-    /// The other unknowns that follow freely; the rest are at their bounds.
+    /// The other unknowns that are free; the rest are at their bounds.
     free: Vec<usize>,
     predictions: Vec<Prediction>,
 }
 
 impl<'a> Linearised<'a> {
-    /// Computes the slopes of a fitted model; `None` if it does not predict.
+    /// Computes the slopes of a fitted model; `None` if it has no prediction.
     pub(crate) fn new(task: &'a Task<'a>, base: &'a Fitted) -> Option<Self> {
         let n = base.theta.len();
         let parts: Option<Vec<_>> = task
@@ -88,7 +88,7 @@ impl<'a> Linearised<'a> {
         let mut pull = DVector::zeros(n);
         for (i, unknown) in base.model.unknowns.iter().enumerate() {
             for curvature in [&mut normal, &mut plain] {
-                // Unknowns without influence keep their values.
+                // A small term keeps the matrix regular for unknowns without influence.
                 curvature[(i, i)] += unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)) + 1e-9;
             }
             pull[i] = unknown.prior.map_or(0.0, |(mean, prior)| (base.theta[i] - mean) / prior.powi(2));
@@ -96,7 +96,7 @@ impl<'a> Linearised<'a> {
         Some(Self { task, base, slopes, normal, plain, pull })
     }
 
-    /// Takes a few steps from `start`, whose first unknowns are those of the base.
+    /// Takes a few steps from `start`. Its first unknowns are those of the base.
     pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Screened> {
         let n = self.base.theta.len();
         let own = start.len() - n;
@@ -157,7 +157,7 @@ impl<'a> Linearised<'a> {
             (low[i], high[i]) = (0.0, 0.0);
         }
         // Far from the best fit, the robust loss hardly depends on the distance. Plain least squares
-        // therefore finds the neighbourhood first.
+        // therefore comes first.
         let still = DVector::zeros(n);
         let [here, alike] = self.along(&predictions, &still);
         let near = minimise(&self.plain, &(alike.1 - &self.pull), &low, &high)?;
@@ -243,8 +243,8 @@ impl<'a> Linearised<'a> {
         Some(residuals)
     }
 
-    /// Normal equations of the effect's own parameters. The part that the other unknowns can take over is
-    /// projected out.
+    /// Normal equations of the effect's own parameters, after projecting out the part that the other unknowns
+    /// can explain.
     fn own_normal(&self, model: &Model, theta: &[f64], here: &Trial) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = self.base.theta.len();
         let own = theta.len() - n;

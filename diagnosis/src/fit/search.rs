@@ -24,28 +24,29 @@ use crate::predict::{Prediction, Predictor};
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
-/// Steps after which candidates are compared, and steps after which hopeless ones are dropped.
+/// Steps after which candidates are compared, and steps after which unpromising ones are dropped.
 const SCREENING_STEPS: usize = 6;
 const FIRST_STEPS: usize = 2;
-/// Bound on a candidate's further gain, in gains of its last step: converging steps halve their gain.
+/// Bound on a candidate's further gain, as a multiple of its last gain: converging steps halve their gain.
 const STILL_TO_GAIN: f64 = 2.0;
-/// Shares of the best candidate's reduction of the logarithm of the cost, which is what evidence compares.
-/// Below the first a candidate is dropped after its first steps. Below the second it is not fitted to the
-/// end.
+/// Reduction of the logarithm of the cost, as a share of the best candidate's. Evidence compares this
+/// logarithm. Below the first share a candidate is dropped after its first steps, below the second it is not
+/// fitted fully.
 const PROMISING: f64 = 0.1;
 const RIVAL: f64 = 0.2;
-/// Starts of a candidate that are fitted, and the number if all predict worse than the base.
+/// Number of starts per candidate that are fitted, and the number if all predict worse than the base.
 const BEST_STARTS: usize = 3;
 const POOR_STARTS: usize = 2;
 /// Starts are equal if all their values differ by less than this, as a fraction.
 const NEIGHBOURS: f64 = 0.16;
-/// A candidate is fitted only if screening reduces the cost by this much. It is a fraction of the least
-/// evidence that is ever accepted: one nat takes a cost of about ten.
+/// A candidate is fitted only if screening reduces the cost by this much. It is a fraction of the smallest
+/// evidence that is accepted: a nat corresponds to a cost of about ten.
 const WORTH_FITTING: f64 = 25.0;
-/// Candidates that are fitted fully. At least one of every place is among them.
+/// Number of candidates that are fitted fully, at least one for every place.
 const FULLY: usize = 7;
 
-/// Candidates that are fitted after all, because they gain what others only promised.
+/// Number of dropped candidates that are still fitted fully, because others gained less than screening
+/// promised.
 const MOST_OVERLOOKED: usize = 4;
 
 /// Everything that a search has tried.
@@ -53,10 +54,10 @@ pub(crate) struct Search<'a> {
     pub(crate) task: Task<'a>,
     pub(crate) calibrated: Scored,
     pub(crate) singles: Vec<Scored>,
-    /// Singles that were not fitted to the end, and singles that nothing in the records suggests.
+    /// Single causes that were not fitted fully, and single causes that nothing in the records indicates.
     pub(crate) others: Vec<Scored>,
     pub(crate) silent: Vec<Candidate>,
-    /// Singles that were not tried because the time ran out.
+    /// Single causes that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
     /// Range that the fitted records cover.
     pub(crate) seen: Seen,
@@ -97,11 +98,12 @@ pub(crate) fn search(
         return Ok(Search { task, calibrated, singles, others, silent: all, untried, seen });
     }
     let mut extended = extensions(&task, &calibrated, &all, &glance);
-    // Every cause contains calibration. If a cause of nearly zero fits better, calibration had stopped early.
+    // Every cause contains calibration. If the fit of a nearly zero cause is better, calibration had stopped
+    // early.
     if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
         calibrated = better;
         glance = self::glance(&task, &calibrated);
-        // If time runs out, fits from the worse calibration are better than none.
+        // If time runs out, the fits from the worse calibration are kept.
         let again = extensions(&task, &calibrated, &all, &glance);
         if again.untried.len() <= extended.untried.len() {
             extended = again;
@@ -136,14 +138,14 @@ fn finest_step(dataset: &Dataset) -> f64 {
 }
 
 /// Fits the values of the believed machine from several starts: the believed values, and those that balance
-/// the forces. Each start is tried with softer and stiffer sticking guides, because dry friction makes
-/// valleys between them.
+/// the forces. Each start is tried with softer and stiffer sticking guides, because dry friction causes local
+/// minima.
 fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     let believed = model.start();
     let balanced = task.inverse.as_ref().map(|inverse| model.scaled(&believed, &inverse.believed()));
     let starts: Vec<Vec<f64>> =
         std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start)).collect();
-    // Leaving causes untried costs more than a slightly worse calibration.
+    // Untried causes are worse than a slightly inaccurate calibration.
     let is_late = || task.budget.is_over(Stage::Calibrate);
     let begun = starts.into_par_iter().enumerate().filter(|(i, _)| *i == 0 || !is_late());
     let fits = begun.map(|(_, start)| task.fit(model, &start, SCREENING_STEPS));
@@ -154,7 +156,7 @@ fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
     }
 }
 
-/// Calibration from the end points of causes beside it, if that costs clearly less.
+/// Calibration from the solutions of fits with causes, if that costs clearly less.
 fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option<Scored> {
     let begin = |scored: &Scored| {
         let mut start = calibrated.fitted.theta.clone();
@@ -170,11 +172,11 @@ fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option
 
 /// The results of adding one effect, for every candidate.
 pub(crate) struct Extended {
-    /// Fitted to the end.
+    /// Candidates that were fitted fully.
     pub(crate) fits: Vec<Scored>,
-    /// Dropped after a few steps.
+    /// Candidates that were dropped after a few steps.
     pub(crate) others: Vec<Scored>,
-    /// Candidates that nothing in the records suggests, or with which no machine moves.
+    /// Candidates that nothing in the records indicates, or that allow no motion.
     pub(crate) silent: Vec<Candidate>,
     /// Candidates that were not tried because the time ran out.
     pub(crate) untried: Vec<Candidate>,
@@ -186,16 +188,16 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
     let misfits = task
         .misfits(&fitted.model, &fitted.theta, &records)
         .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
-    // A cause that a balance does not show adds nothing to it.
+    // A balance that does not involve a cause gains nothing from it.
     let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&Inverse::shown_of(&causes)));
     Scored { causes, fitted, misfits, balanced }
 }
 
-/// The first steps of a candidate, and its balance of forces.
+/// A candidate after its first steps, and its balance of forces.
 type Begun = (Screened, Option<Balanced>);
 
-/// Adds each candidate to `base`. All are fitted for a few steps; the best, and the best of every place, are
-/// fitted to the end.
+/// Adds each candidate to `base`. All candidates are fitted for a few steps; the best ones, and the best of
+/// every place, are fitted fully.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
         let (fits, others, untried) = (Vec::new(), Vec::new(), Vec::new());
@@ -273,8 +275,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     Extended { fits, others, silent, untried }
 }
 
-/// Fits those to the end that were dropped for the promise of others which these did not keep: screening is
-/// linear.
+/// Fully fits dropped candidates if the preferred ones gained less than linear screening promised.
 fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &mut Vec<Scored>) {
     let records: Vec<usize> = (0..task.dataset.records.len()).collect();
     let gained = |scored: &Scored| evidence(task, base, scored, &records);
@@ -290,12 +291,12 @@ fn overlooked(task: &Task<'_>, base: &Scored, fits: &mut Vec<Scored>, others: &m
     fits.extend(finished);
 }
 
-/// Fits a model that was dropped after a few steps to the end.
+/// Fully fits a model that was dropped after a few steps.
 pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
     score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
 }
 
-/// The first steps with one effect more than `base`.
+/// The first steps with one effect in addition to `base`.
 fn screen(
     task: &Task<'_>,
     linearised: &Linearised<'_>,
@@ -332,7 +333,7 @@ fn screen(
         .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
 }
 
-/// Values of a candidate, the last cause of a balance of forces, if a fit may begin there.
+/// Values of a candidate, the last cause of a balance of forces, if they are a valid start.
 fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
     let values = found.values.last()?;
     let parameters = candidate.definition.parameters;
@@ -343,7 +344,7 @@ fn balanced_start(found: &Balanced, candidate: Candidate) -> Option<Vec<f64>> {
     values.iter().zip(parameters).all(is_within).then(|| values.clone())
 }
 
-/// Whether two starts of a candidate are so close that fits from both end at the same point.
+/// Whether two starts of a candidate are so close that their fits reach the same point.
 fn are_neighbours(a: &Model, b: &Model) -> bool {
     let values =
         |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();

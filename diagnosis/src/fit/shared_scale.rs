@@ -1,12 +1,12 @@
-//! The scale that all forces share.
+//! The common scale of all forces.
 //!
-//! Motion does not say how much a kilogram is. Let no column be a force, or let the gain between it and the
-//! force be unknown. One factor on all masses, dampings, stiffnesses and frictions then changes nothing that
-//! is measured. Only the believed values limit it.
+//! Motion alone does not determine the unit of mass. If no column is a force, or the gain of each force
+//! column is unknown, a common factor on all masses, dampings, stiffnesses and frictions changes no measured
+//! signal. Only the believed values limit this factor.
 //!
-//! Slopes by finite differences hide this. Each has its own error near impacts and reversals, and in their
-//! sum these errors look like knowledge of the factor. Here that sum is removed from the slopes, and the
-//! believed values alone choose the factor.
+//! Slopes by finite differences hide this. Each slope has an error near impacts and reversals. The sum of
+//! these errors looks like information about the factor. It is therefore removed from the slopes, so that the
+//! believed values alone determine the factor.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ElementKind, Quantity, Site};
@@ -19,18 +19,18 @@ use crate::fit::curvature::along;
 use crate::fit::model::Model;
 use crate::fit::unknown::{Target, Unknown};
 
-/// Smallest standard deviation of the logarithm of a believed value that hardly limits the scale.
+/// Standard deviation of the logarithm of a believed value above which the value hardly limits the scale.
 const LOOSE: f64 = 0.2;
 
-/// The change of every unknown of a model under another unit of mass.
+/// Change of every unknown of a model if the unit of mass changes.
 #[derive(Clone, Debug)]
 pub(crate) struct SharedScale {
-    /// Exponent of mass in the unit of each unknown; that of a gain makes up for its column.
+    /// Exponent of mass in the unit of each unknown; a gain has the exponent that keeps its column unchanged.
     exponents: Vec<f64>,
 }
 
 impl SharedScale {
-    /// `None` if a column carries a force that no unknown gain scales.
+    /// The scale of a model; `None` if a column carries a force without an unknown gain.
     pub(super) fn of(model: &Model, dataset: &Dataset) -> Option<Self> {
         let exponents: Vec<f64> = (model.unknowns.iter().enumerate())
             .map(|(i, unknown)| if model.is_idle(i) { 0.0 } else { exponent(model, unknown.target) })
@@ -54,7 +54,7 @@ impl SharedScale {
         (are_commands && are_readings).then_some(Self { exponents })
     }
 
-    /// The same point with all forces larger by the factor `exp(by)`.
+    /// The point with all forces multiplied by `exp(by)`.
     pub(crate) fn moved(&self, model: &Model, theta: &[f64], by: f64) -> Vec<f64> {
         let rows = model.unknowns.iter().zip(&self.exponents).zip(theta);
         rows.map(
@@ -65,15 +65,15 @@ impl SharedScale {
         .collect()
     }
 
-    /// Change of every unknown over that of the logarithm of the scale.
+    /// Derivative of every unknown with respect to the logarithm of the scale.
     pub(crate) fn direction(&self, model: &Model, theta: &[f64]) -> Vec<f64> {
         let rows = model.unknowns.iter().zip(&self.exponents).zip(theta);
         rows.map(|((unknown, exponent), theta)| if unknown.log { *exponent } else { exponent * theta })
             .collect()
     }
 
-    /// The logarithm of the scale that the believed values ask for, within all bounds, and its standard
-    /// deviation. `None` if no believed value has a share in it.
+    /// The logarithm of the scale that the believed values prefer, within all bounds, and its standard
+    /// deviation. `None` if no believed value depends on the scale.
     pub(super) fn believed(&self, model: &Model, theta: &[f64]) -> Option<(f64, f64)> {
         let (mut precision, mut pull) = (0.0_f64, 0.0_f64);
         let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -90,13 +90,13 @@ impl SharedScale {
             let [a, b] = [unknown.bounds.0, unknown.bounds.1].map(reach);
             (least, most) = (least.max(a.min(b)), most.min(a.max(b)));
         }
-        // A value on its bound may lie beyond it by rounding.
+        // Rounding may put a value at its bound slightly outside.
         let by = (pull / precision).clamp(least.min(0.0), most.max(0.0));
         (precision > 0.0 && by.is_finite()).then(|| (by, precision.sqrt().recip()))
     }
 
-    /// Whether masses alone limit the scale closely. A gain then does what larger masses do, with damping and
-    /// friction that are larger too.
+    /// Whether masses alone limit the scale closely. A gain then has the same effect as larger masses,
+    /// dampings and frictions.
     pub(crate) fn is_of_masses(&self, model: &Model) -> bool {
         let is_close = |unknown: &Unknown| unknown.prior.is_some_and(|(_, sigma)| sigma < LOOSE);
         let is_mass = |unknown: &Unknown| {
@@ -106,13 +106,13 @@ impl SharedScale {
         scaled.map(|(unknown, _)| unknown).filter(|unknown| is_close(unknown)).all(is_mass)
     }
 
-    /// The point with the scale that the believed values ask for.
+    /// The point with the scale that the believed values prefer.
     pub(crate) fn settled(&self, model: &Model, theta: &[f64]) -> Vec<f64> {
         self.believed(model, theta).map_or_else(|| theta.to_vec(), |(by, _)| self.moved(model, theta, by))
     }
 }
 
-/// Removes from slopes along the unknowns their part along `direction`, row by row.
+/// Removes the component along `direction` from the slopes of the unknowns, row by row.
 pub(crate) fn without(direction: &[f64], slopes: &mut [Vec<f64>]) {
     let square: f64 = direction.iter().map(|d| d * d).sum();
     let rows = slopes.first().map_or(0, Vec::len);
@@ -125,7 +125,7 @@ pub(crate) fn without(direction: &[f64], slopes: &mut [Vec<f64>]) {
     }
 }
 
-/// Exponent of mass in the unit of a measured quantity; one if that is unknown.
+/// Exponent of mass in the unit of a measured quantity; one if the unit is unknown.
 fn mass_of(quantity: Quantity) -> f64 {
     quantity.dimension().map_or(1.0, |dimension| dimension.mass)
 }
@@ -148,7 +148,7 @@ fn believed_effect(model: &Model, site: Site, effect: usize) -> Option<&'static 
     Some(model.believed.element(site)?.1.effects().get(effect)?.definition)
 }
 
-/// Exponent of mass in the unit of what an unknown stands for.
+/// Exponent of mass in the unit of an unknown's quantity.
 fn exponent(model: &Model, target: Target) -> f64 {
     match target {
         Target::Value(site, _) if site.table == ElementKind::Sensors => -read(model, site),
@@ -177,10 +177,11 @@ fn of_parameter(model: &Model, site: Site, definition: &'static Definition, para
         model.believed.actuators.get_index(site.index).filter(|_| site.table == ElementKind::Actuators);
     let command = drive.map_or(Dimension::FORCE, |(_, actuator)| actuator.kind.command());
     match (site.table, definition.kind) {
-        // A servo's loop is scaled by its gains.
+        // A scaled loop gain of a servo scales its force.
         (_, Kind::DriveGain | Kind::LoopGain) => command.mass,
         (_, Kind::ForceGain) => -read(model, site),
-        // They count in readings, or in commands before the gain.
+        // Parameters of sensors are in units of the reading, a dead band in units of the command before the
+        // gain.
         (ElementKind::Sensors, _) | (_, Kind::DriveDeadband) => 0.0,
         _ => definition
             .parameters
@@ -193,18 +194,18 @@ fn of_parameter(model: &Model, site: Site, definition: &'static Definition, para
 mod tests {
     use super::*;
 
-    /// Slopes of which the first two together carry information, and the third carries none.
+    /// The sum of the first two slopes carries information to be removed; the third slope is independent.
     #[test]
     fn truth_no_step_along_the_scale_changes_a_prediction() {
         let mut slopes = vec![vec![1.0, -2.0, 0.5], vec![-0.9, 2.2, -0.5], vec![3.0, 1.0, 4.0]];
         let (third, direction) = (slopes[2].clone(), [1.0, 1.0, 0.0]);
         without(&direction, &mut slopes);
         for (first, second) in slopes[0].iter().zip(&slopes[1]) {
-            // Sums of a few numbers of order one: some units of rounding.
+            // The rounding error of a few numbers of order one.
             assert!((first + second).abs() < 1e-14);
         }
         assert_eq!(slopes[2], third);
-        // Each of the two took half of the first row's sum of 0.1.
+        // The sum of 0.1 in the first row is removed half from each of the two.
         assert!((slopes[0][0] - 0.95).abs() < 1e-14 && (slopes[1][0] + 0.95).abs() < 1e-14);
     }
 }

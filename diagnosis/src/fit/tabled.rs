@@ -18,12 +18,12 @@ const KINDS: [Kind; 3] = [Kind::ForceTable, Kind::SpeedTable, Kind::FrictionTabl
 /// Rows averaged into one point of the missing force, and the smallest number of such points.
 const AVERAGE: usize = 8;
 const FEWEST: usize = 20 * POINTS;
-/// Weight of the bends between points, over that of the missing force: it decides only where hardly any
-/// motion was.
+/// Weight of the curvature between points, relative to the missing force. It matters only where there was
+/// hardly any motion.
 const SMOOTH: f64 = 1e-8;
 /// Steps of the fit: the force is linear in its values.
 const STEPS: usize = 6;
-/// Speed, over the root mean square one, below which a guide may not slide yet.
+/// Speed, over the root mean square speed, below which a guide may still be presliding.
 const SLIDES: f64 = 0.1;
 
 /// A fitted machine with a table, and the element that has it.
@@ -34,9 +34,9 @@ pub(crate) struct Tabled {
     pub(crate) table: Table,
 }
 
-/// Fits a table to the force that a fitted model lacks at a guide, together with all that is free in the
-/// model. Of the kinds of table it is the one that, read off the fitted records, comes nearest to the missing
-/// force of `checks`. `None` if no guide moves with the first drive, or if one has a table already.
+/// Fits a table to the force that a fitted model lacks at a guide, together with all unknowns of the model.
+/// The kind of table is the one that, estimated from the fitted records, comes closest to the missing force
+/// of `checks`. `None` if no guide moves with the first drive, or if a guide already has a table.
 pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option<Tabled> {
     let assembly = base.fitted.model.assembly(&base.fitted.theta, None)?;
     let drive = &assembly.drives[task.dataset.drives.first()?.drive];
@@ -65,7 +65,7 @@ pub(crate) fn tabled(task: &Task<'_>, base: &Scored, checks: &[usize]) -> Option
     Some(Tabled { scored: score(task, base.causes.clone(), fitted), site, kind, table })
 }
 
-/// A missing force where a table is looked up, and what the table's own force there counts in it.
+/// A missing force: the position or speed at which the table is read, and the factor on the table's force.
 struct Missing {
     at: f64,
     factor: f64,
@@ -73,7 +73,7 @@ struct Missing {
 }
 
 impl Along {
-    /// Points of a portrait as a table of this kind sees them.
+    /// Points of a portrait in the coordinate of this kind of table.
     fn seen(&self, kind: Kind, portrait: &[[f64; 4]]) -> Vec<Missing> {
         let mean = portrait.iter().map(|[_, v, ..]| v * v).sum::<f64>() / portrait.len().max(1) as f64;
         let seen = |[x, v, _, force]: &[f64; 4]| {
@@ -89,21 +89,21 @@ impl Along {
     }
 }
 
-/// Share of missing forces, as mean squares, that a table leaves; `None` without any.
+/// Share of the mean square missing force that a table leaves; `None` if no force is missing.
 fn left(missing: &[Missing], table: &Table) -> Option<f64> {
     let sum = |of: &dyn Fn(&Missing) -> f64| missing.iter().map(|one| of(one).powi(2)).sum::<f64>();
     let all = sum(&|one| one.force);
     (all > 0.0).then(|| sum(&|one| one.force - one.factor * table.force(one.at)) / all)
 }
 
-/// How the position of a guide follows from that of a drive: `sign x + offset`.
+/// Position of a guide from that of a drive: `sign x + offset`.
 struct Along {
     sign: f64,
     offset: f64,
 }
 
 impl Along {
-    /// `None` if the two ends of the guide do not move as the two of the drive.
+    /// `None` if the two ends of the guide do not move with the two ends of the drive.
     fn of(assembly: &Assembly, guide: [NodeId; 2], drive: [NodeId; 2]) -> Option<Self> {
         let moves_with =
             |a: NodeId, b: NodeId| assembly.reached(vec![a], &[], |link| link.rigid).contains(&b);
@@ -118,8 +118,8 @@ impl Along {
     }
 }
 
-/// Values of the table that comes nearest to missing forces, over all places where there are any. A level of
-/// friction is not below zero.
+/// Values of the table closest to the missing forces, over the range where there are any. A friction level is
+/// not negative.
 fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
     let ends = |(low, high): (f64, f64), one: &Missing| (low.min(one.at), high.max(one.at));
     let (from, to) = missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
@@ -149,8 +149,8 @@ fn regressed(kind: Kind, missing: &[Missing]) -> Option<Vec<f64>> {
 }
 
 impl Model {
-    /// The model with a table whose forces are free, and a point that continues `theta`. The records decide
-    /// where the table begins and ends.
+    /// The model with a table of unknown forces, and a point that continues `theta`. The range of the table
+    /// comes from the records.
     fn with_table(&self, theta: &[f64], site: Site, kind: Kind, values: &[f64]) -> (Self, Vec<f64>) {
         let definition = kind.definition();
         let mut model = self.with(site, definition, values);
@@ -159,7 +159,7 @@ impl Model {
             let parameter = unknown.parameter_of(effect).map(|p| &definition.parameters[p]);
             parameter.is_none_or(|parameter| parameter.null.is_some())
         });
-        // Steps of a fit are at most one unit: the largest force.
+        // A step of a fit is at most one unit, so the unit is the largest force.
         let unit = values[2..].iter().fold(f64::MIN_POSITIVE, |most, force| most.max(force.abs()));
         for unknown in model.unknowns.iter_mut().filter(|unknown| unknown.parameter_of(effect).is_some()) {
             let factor = unknown.unit / unit;
@@ -193,18 +193,19 @@ mod tests {
             let found = Along::of(&assembly, [link.b, link.a], [1, GROUND_NODE]);
             found.map(|Along { sign, offset }| [sign, offset])
         };
-        // The drive pushes the motor, at 0.3 m; the tip is joined to it at zero.
+        // The drive moves the motor at 0.3 m; the tip, rigidly joined to it, starts at zero.
         assert_eq!(along("[\"ground\", \"motor\"]", "rigid = true"), Some([1.0, 0.0]));
         assert_eq!(along("[\"motor\", \"ground\"]", "rigid = true"), Some([-1.0, 0.0]));
         assert_eq!(along("[\"ground\", \"tip\"]", "rigid = true"), Some([1.0, -0.3]));
         assert_eq!(along("[\"ground\", \"tip\"]", "stiffness = 1e5"), None);
     }
 
-    /// The weight of the bends, over the share of one point in the trace.
+    /// Ratio of the curvature's weight to the share of one point in the trace.
     const OFF: f64 = 1e-4;
     const AXIS: Along = Along { sign: 1.0, offset: 0.0 };
 
-    /// A portrait of 402 points along the way, there and back at every speed, with a force over both.
+    /// A portrait of 402 points along the stroke, forward and back at all speeds, with a force that depends
+    /// on position and speed.
     fn portrait_of(force: impl Fn(f64, f64) -> f64) -> Vec<[f64; 4]> {
         let at = |k: u32| (-0.1 + 0.4 * f64::from(k) / 200.0, 0.2 * (0.05 * f64::from(k)).cos());
         let way = (0..=200).map(at).flat_map(|(x, v)| [[x, v], [x, -v]]);
@@ -223,11 +224,11 @@ mod tests {
         for (own, table, portrait) in &made {
             let found = regressed(*own, &AXIS.seen(*own, portrait)).unwrap();
             let read = Table::of(&found);
-            // If there was no motion, only the weight of the bends decides.
+            // Only the curvature decides where there was no motion.
             for Missing { at, .. } in AXIS.seen(*own, portrait) {
                 assert!((read.force(at) - table.force(at)).abs() < OFF, "{own} {at} {found:?}");
             }
-            // Read off half of the points, no other kind comes as near to the other half.
+            // Estimated from half of the points, no other kind is as close to the other half.
             let half = |odd: usize| portrait.iter().skip(odd).step_by(2).copied().collect::<Vec<_>>();
             let left = |kind: Kind| {
                 let values = regressed(kind, &AXIS.seen(kind, portrait)).unwrap();

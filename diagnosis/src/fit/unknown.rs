@@ -2,9 +2,9 @@
 
 use feeler_plant::description::Site;
 
-/// Number of standard deviations that a tolerance stands for.
+/// Number of standard deviations that correspond to a tolerance.
 pub(super) const SIGMAS: f64 = 2.0;
-/// A value is at its end within this share of the width of its tolerance.
+/// A value this close to an end, as a share of the width of its tolerance, counts as being at the end.
 const AT_END: f64 = 5e-3;
 
 /// The quantity that one unknown represents.
@@ -17,9 +17,9 @@ pub(super) enum Target {
     /// A parameter of a trial effect: the index of the effect in the model, and of the parameter in its
     /// definition.
     Effect(usize, usize),
-    /// Pre-sliding of sticking guides: natural frequency.
+    /// Natural frequency of presliding in sticking guides.
     PreslidingFrequency,
-    /// Pre-sliding of sticking guides: damping ratio.
+    /// Damping ratio of presliding in sticking guides.
     PreslidingDamping,
     /// Time from a row to the instant at which its command acts, in rows.
     CommandTiming,
@@ -53,8 +53,8 @@ impl Unknown {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
     }
 
-    /// Whether it lies at the limit of its tolerance, and not at another bound. That may be one of a kind of
-    /// value, or of damping, which may be much smaller.
+    /// Whether the value lies at the limit of its tolerance. Its range may end elsewhere: damping may be much
+    /// smaller, and some kinds of values have bounds of their own.
     pub(super) fn is_at_limit(&self, theta: f64) -> bool {
         let (low, high) = self.bounds;
         let Some((centre, sigma)) = self.prior else { return false };
@@ -62,7 +62,7 @@ impl Unknown {
         [low, high].iter().any(|end| is_limit(*end) && (theta - end).abs() < AT_END * (high - low))
     }
 
-    /// Whether it lies at an end of its range.
+    /// Whether the value lies at an end of its range.
     pub(super) fn is_at_end(&self, theta: f64) -> bool {
         let (low, high) = self.bounds;
         (theta - low).min(high - theta) < AT_END * (high - low)
@@ -72,7 +72,7 @@ impl Unknown {
         matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
     }
 
-    /// Whether it is a parameter of a trial effect.
+    /// Whether the unknown is a parameter of a trial effect.
     pub(super) fn is_of_effect(&self) -> bool {
         matches!(self.target, Target::Effect(..))
     }
@@ -102,7 +102,7 @@ mod tests {
         };
         let both = of((0.3, 1.7));
         assert!(both.is_at_limit(0.3) && both.is_at_limit(1.7) && !both.is_at_limit(1.0));
-        // Damping may be much smaller; a kind of value may begin at the believed one.
+        // Damping may be much smaller than believed; other ranges may begin at the believed value.
         let lower = of((-1.1, 1.7));
         assert!(!lower.is_at_limit(-1.1) && lower.is_at_limit(1.7));
         let clipped = of((1.0, 1.7));

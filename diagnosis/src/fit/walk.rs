@@ -1,20 +1,21 @@
-//! Steps along a fitted value, as far as the cost allows.
+//! Steps along an unknown, up to the point where the cost has risen.
 //!
-//! The normal matrix is made of slopes over a thousandth of each value. An impact or a reversal that moves to
-//! another row makes them steep over so short a step. The cost then seems to have a narrow minimum. The cost
-//! itself, over longer steps, shows how far the value may really be off.
+//! The normal matrix consists of slopes over a thousandth of each value. If an impact or a reversal moves to
+//! another row, slopes over so short a step are steep, and the cost appears to have a narrow minimum. Longer
+//! steps show how far the value may really be off.
 
 use crate::fit::least_squares::{Fitted, Task};
 
-/// Rise of the cost over one deviation below which it is flatter than its slopes say; one is expected.
+/// Rise of the cost over one deviation below which it is flatter than its slopes indicate; the expected rise
+/// is one.
 const FLAT: f64 = 0.25;
 /// Rise of the cost over a true standard deviation.
 const RISE: f64 = 1.0;
 /// Largest number of doublings of a step.
 const DOUBLINGS: i32 = 10;
 
-/// Factor on one deviation of unknown `i`: the cost has risen by one there, or the unknown is at its bound.
-/// `step` is the step by one deviation, with the other unknowns following. `worth` is what a reading counts,
+/// Factor on one deviation of unknown `i` at which the cost has risen by one, or the unknown is at its bound.
+/// `step` is a step of one deviation, with the other unknowns following. `worth` is the weight of a reading
 /// by fitted record and channel; `here` is the cost at the fitted values.
 pub(super) fn stretch(
     task: &Task<'_>,
@@ -34,14 +35,14 @@ pub(super) fn stretch(
         let there: Vec<f64> = rows
             .map(|((theta, step), unknown)| (theta + by * step).clamp(unknown.bounds.0, unknown.bounds.1))
             .collect();
-        // If the machine does not move, the value is known not to be.
+        // Without a prediction the value is excluded.
         cost(task, fitted, worth, &there).map_or(f64::INFINITY, |there| there - here)
     };
     [-1.0, 1.0].map(|side| reach(|by| rise(side * by))).into_iter().fold(1.0, f64::max)
 }
 
-/// The first step, of doubling ones, by which a cost has risen by one and at twice which it stays so; one if
-/// it rises there as expected. A single jump of a rough cost is not a rise.
+/// Steps double. The result is the first step that raises the cost by one, and whose double does too. A
+/// single jump of a rough cost does not count. The result is one if the cost rises as expected.
 fn reach(rise: impl Fn(f64) -> f64) -> f64 {
     let has_risen = |by: f64| rise(by) >= RISE;
     if rise(1.0) >= FLAT && has_risen(2.0) {
@@ -59,7 +60,7 @@ fn reach(rise: impl Fn(f64) -> f64) -> f64 {
     2.0_f64.powi(DOUBLINGS - 1)
 }
 
-/// Cost over the fitted records, with each reading by its worth.
+/// Cost over the fitted records, with each reading weighted by `worth`.
 pub(super) fn cost(task: &Task<'_>, fitted: &Fitted, worth: &[Vec<f64>], theta: &[f64]) -> Option<f64> {
     let misfits = task.misfits(&fitted.model, theta, &task.fitted)?;
     let of_record = |((&r, misfits), worth): ((&usize, &Vec<f64>), &Vec<f64>)| {
@@ -78,18 +79,18 @@ mod tests {
 
     #[test]
     fn truth_a_cost_as_steep_as_its_slopes_say_is_not_stretched() {
-        // Whole numbers and their squares, exact.
+        // Integers and their squares are exact.
         assert_eq!(reach(|by| by * by).to_bits(), 1.0_f64.to_bits());
         assert_eq!(reach(|_| f64::INFINITY).to_bits(), 1.0_f64.to_bits());
     }
 
-    /// A cost that is flat within jumps of a hundredth, and rises by one over 24 deviations.
+    /// A cost with jumps of a hundredth that rises by one over 24 deviations.
     #[test]
     fn truth_a_cost_flatter_than_its_slopes_is_followed_until_it_rises() {
         let rough = |by: f64| (by / 24.0).powi(2) + 0.01 * (50.0 * by).sin();
-        // The first doubling beyond 24.
+        // The first power of two above 24.
         assert_eq!(reach(rough).to_bits(), 32.0_f64.to_bits());
-        // A jump at one deviation, which is gone at two, does not end the walk.
+        // A jump at one deviation that is gone at two does not end the steps.
         let jump = |by: f64| (by / 24.0).powi(2) + if by < 1.5 { 2.0 } else { 0.0 };
         assert_eq!(reach(jump).to_bits(), 32.0_f64.to_bits());
         // A cost that never rises ends at the longest step.

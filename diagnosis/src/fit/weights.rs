@@ -1,4 +1,5 @@
-//! Scales of residuals: noise, errors that no model is expected to explain, and independent samples.
+//! Scales of residuals: noise, errors that no model is expected to explain, and the number of independent
+//! samples.
 
 use feeler_plant::description::Quantity;
 
@@ -10,14 +11,15 @@ use crate::predict::Prediction;
 
 /// Share of a channel's variation that no model is expected to explain.
 const DISCREPANCY: f64 = 0.01;
-/// Share of a motion to which the readings of two sensors agree on a rigid joint: their scales differ.
+/// Relative difference between the scales of two sensors on a rigid joint.
 const AGREEMENT: f64 = 1e-4;
 /// Smallest scale of a channel in one experiment, as a share of its variation over all experiments.
 const SMALLEST_SCALE: f64 = 0.1;
-/// Independent samples per channel and second of motion: errors of a model last about a tenth of a second.
+/// Independent samples per channel and second of motion: errors of a model are correlated over about a tenth
+/// of a second.
 const LOOKS_PER_S: f64 = 8.0;
-/// Independent samples per radian if only positions correct a prediction: errors last as long as the memory
-/// of the observer.
+/// Independent samples per radian of the observer's frequency if only positions correct a prediction. Errors
+/// are then correlated over the observer's memory.
 const LOOKS_PER_RADIAN: f64 = 0.2;
 /// Smallest number of independent samples of an experiment, and of rows per sample.
 const FEWEST_LOOKS: f64 = 4.0;
@@ -26,7 +28,7 @@ const ROWS_PER_LOOK: f64 = 10.0;
 /// Scales of the residuals, per record and channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights {
-    /// One sigma of noise.
+    /// Standard deviation of noise.
     pub(crate) noise: Vec<Vec<f64>>,
     /// Root mean square of the variation.
     pub(crate) scale: Vec<Vec<f64>>,
@@ -34,7 +36,8 @@ pub(crate) struct Weights {
     pub(crate) sigma: Vec<Vec<f64>>,
     /// Number of independent samples.
     pub(crate) looks: Vec<Vec<f64>>,
-    /// The channel from which another one is weighed as a difference; `None` for one weighed by itself.
+    /// The reference channel from which a channel is subtracted; `None` for a channel that is compared by
+    /// itself.
     pub(super) against: Vec<Vec<Option<Against>>>,
     /// Stated resolutions that the readings contradict.
     pub(crate) coarse: Vec<Coarse>,
@@ -58,7 +61,7 @@ impl Weights {
         let pooled: Vec<f64> = (0..channels)
             .map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt())
             .collect();
-        // A channel that never changes carries no information, however wrong its prediction is.
+        // A channel that never changes carries no information, even if its prediction is wrong.
         let scale =
             |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
         let scale: Vec<Vec<f64>> = own
@@ -76,8 +79,8 @@ impl Weights {
                     .collect()
             })
             .collect();
-        // The anchored prediction of a position differs from its reading only by the effect of an
-        // acceleration error within the memory of the observer.
+        // The anchored prediction of a position differs from its reading by the effect of an acceleration
+        // error within the memory of the observer only.
         let is_position: Vec<bool> = dataset
             .channels
             .iter()
@@ -88,7 +91,7 @@ impl Weights {
         let against = against(dataset);
         let sigma = (0..dataset.records.len())
             .map(|r| {
-                // Accelerometers keep a prediction on the motion despite noise of the command.
+                // Accelerometers keep a prediction on the motion, even if the command is noisy.
                 let wander = if is_blind { wander(dataset, r, reference[r].omega) } else { 0.0 };
                 let commanded = if is_blind { commanded_acceleration(dataset, r) } else { 0.0 };
                 let accelerations =
@@ -152,13 +155,12 @@ fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f6
 }
 
 impl Weights {
-    /// Noise of the quantity by which a channel of a record is weighed, from that of every channel.
+    /// Noise of the series with which a channel of a record is compared, from the noise of every channel.
     pub(crate) fn noise_of(&self, r: usize, c: usize, noise: &[f64]) -> f64 {
         self.against[r][c].map_or(noise[c], |against| against.noise(noise[c], noise))
     }
 
-    /// Whether a channel is weighed as the difference of the two ends of a joint, in every record that it
-    /// counts in.
+    /// Whether a channel is compared as the elongation of a joint in every record in which it is used.
     pub(crate) fn is_elongation(&self, c: usize) -> bool {
         let mut counted = self.against.iter().zip(&self.sigma).filter(|(_, sigma)| sigma[c].is_finite());
         counted.clone().next().is_some() && counted.all(|(against, _)| against[c].is_some())

@@ -1,7 +1,6 @@
 //! The disturbance ladder: an unknown force (or an unknown error of a reading) is allowed at one place after
-//! the other. The ladder gives the improvement at each place, and the variables that the force depends on.
-//! The shape of the force against position, speed, drive force and time is the portrait of the missing
-//! effect.
+//! another. The ladder gives the improvement at each place, and the variables on which the force depends. The
+//! graph of the force over position, speed, drive force and time is the portrait of the missing effect.
 
 use std::f64::consts::TAU;
 
@@ -19,12 +18,12 @@ use crate::report::{PortraitPoint, Rung};
 
 /// Rows averaged into one point.
 const AVERAGE: usize = 8;
-/// Points handed on for drawing.
+/// Number of points that are kept for drawing.
 const POINTS: usize = 800;
-/// Smallest share of the missing force's variance for a named wave over position, on fitted and on check
-/// experiments alike.
+/// Smallest share of the missing force's variance that a reported wave over position explains, on fitted and
+/// on check experiments alike.
 const LEAST_WAVE: f64 = 0.02;
-/// Smallest number of periods of a wave within the travel.
+/// Smallest number of periods of a wave within the stroke.
 const LEAST_PERIODS: f64 = 2.0;
 /// Mean square residuals below this are noise.
 const QUIET: f64 = 1.0;
@@ -39,7 +38,7 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
             .collect()
     };
     let accelerations = of_kind(&[Quantity::Acceleration]);
-    // A force on all bodies does not show in the difference of two ends of a joint.
+    // A common force on all bodies does not appear in the difference of a joint's two ends.
     let mut positions = of_kind(&[Quantity::Position]);
     positions.retain(|&c| !task.weights.is_elongation(c));
     let forces = of_kind(&[Quantity::Force, Quantity::SpringForce]);
@@ -57,8 +56,8 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     let common =
         |r: usize, p: &Prediction| missing_acceleration(dataset, r, p).iter().map(|a| mass * a).collect();
     let nothing = |r: usize, _: &Prediction, _: usize| vec![0.0; records[r].len()];
-    // A force on all moving bodies removes the common part of accelerometers, one between them the
-    // difference.
+    // A common force on all moving bodies removes the mean residual of the accelerometers. A force between
+    // them removes the difference.
     let apart = |r: usize, p: &Prediction, c: usize| -> Vec<f64> {
         residual(r, p, c)
             .iter()
@@ -94,7 +93,7 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     rungs
 }
 
-/// The admitted force, or error, along a record.
+/// The allowed force, or reading error, along a record.
 type Freed<'a> = dyn Fn(usize, &Prediction) -> Vec<f64> + 'a;
 /// The remaining residual of a channel.
 type Left<'a> = dyn Fn(usize, &Prediction, usize) -> Vec<f64> + 'a;
@@ -160,7 +159,7 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// The part of it that comes from noise alone.
+/// The part of the missing force that is due to noise.
 pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -> f64 {
     let mass = moving_mass(task.dataset, scored);
     let (mut sum, mut rows) = (0.0, 0.0);
@@ -173,9 +172,9 @@ pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, in words. They are drag that differs
-/// by direction, and waves over position with two periods within the travel. Both must explain as much of the
-/// check experiments, which did not select them.
+/// Shapes in the force that is missing even with the accepted effects, in words: drag that differs by
+/// direction, and waves over position with two periods within the stroke. Both must also explain the check
+/// experiments, from which they were not estimated.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let checks: Vec<usize> =
         (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
@@ -183,7 +182,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         [task.fitted.as_slice(), checks.as_slice()].map(|records| in_free_motion(task, scored, records));
     let is_rotational = task.dataset.machine.axis == Axis::Rotational;
     let mut said = Vec::new();
-    // Checked first: in a motion that repeats it would look periodic in position.
+    // Drag comes first: in a periodic motion it would look periodic in position.
     let by_direction = slope(&seen);
     let share = [&seen, &unseen]
         .map(|points| taken_out(points, |p| by_direction * p.speed))
@@ -204,7 +203,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     for ForceRipple { amplitude, pitch, phase, .. } in ripples(&over_position) {
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
-        // After a drive is homed again the wave has another phase.
+        // If a drive is homed again, the phase of the wave changes.
         let share = taken_out(&seen, at).min(share_at(&unseen, pitch));
         if share > LEAST_WAVE && pitch * LEAST_PERIODS <= high - low {
             said.push(format!(
@@ -222,7 +221,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     said
 }
 
-/// The missing force at one instant, without the means of a record's motion.
+/// The missing force at one instant, and the motion without the means over its record.
 struct Missing {
     position: f64,
     /// Magnitude of the velocity, without its mean.

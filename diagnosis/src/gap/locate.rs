@@ -17,13 +17,13 @@ const EDGES_HZ: [f64; 4] = [5.0, 20.0, 80.0, 320.0];
 const APPROACH_S: f64 = 0.1;
 /// Time after touch-down that counts as impact, and after lift-off as release, s.
 const IMPACT_S: f64 = 0.02;
-/// Limits of low and high amplitude: the command of an experiment over its peers' median.
+/// Limits of low and high amplitude: ratio of an experiment's command to the median of similar experiments.
 const AMPLITUDE_SHARES: [f64; 2] = [0.8, 1.25];
 
 const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
 const AMPLITUDES: [&str; 3] = ["low", "middle", "high"];
 
-/// A model at its values.
+/// A model with values of its unknowns.
 pub(crate) type At<'a> = (&'a Model, &'a [f64]);
 
 #[derive(Clone, Copy, Default)]
@@ -34,7 +34,7 @@ struct Sums {
     seconds: f64,
 }
 
-/// The table of the gap before, after calibration and after the accepted effects, over all experiments;
+/// The table of the gap before calibration, after it and with the accepted effects, over all experiments.
 /// `noise` is the standard deviation of every channel.
 pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<GapCell> {
     let dataset = task.dataset;
@@ -78,8 +78,8 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
         .collect()
 }
 
-/// The bands of all records. Their edges lie below half the slowest sampling rate, and the last band ends at
-/// half the fastest. Spacings of records differ at least in their last digits.
+/// The bands of all records. Their edges are below half the slowest sampling rate, and the last band ends at
+/// half the fastest. The spacings of records may differ in their last digits.
 fn bands(records: &[Record]) -> Vec<[f64; 2]> {
     let half_rate = |record: &Record| 0.5 / record.spacing_s;
     let slowest = records.iter().map(half_rate).fold(f64::INFINITY, f64::min);
@@ -129,7 +129,7 @@ fn of_record(
     sums
 }
 
-/// Splits a series into bands that add up to it, with zero phase.
+/// Splits a series into bands without phase shift; the bands add up to the series.
 fn split(series: &[f64], bands: &[[f64; 2]], spacing_s: f64) -> Vec<Vec<f64>> {
     let mut below = vec![0.0; series.len()];
     let mut parts = Vec::new();
@@ -203,15 +203,15 @@ mod tests {
 
     use super::*;
 
-    /// Sums of a few hundred rounded terms.
+    /// Rounding error of sums with a few hundred terms.
     const ROUNDING: f64 = 1e-12;
 
     fn sampled_every(spacing_s: f64) -> Record {
         Record::even("free.csv", spacing_s, Vec::new(), Vec::new())
     }
 
-    /// At 200 Hz the last edge is at 0.8 times half the rate, so that the last digits of the spacing decide
-    /// whether it counts.
+    /// At 200 Hz the last edge is exactly at the limit of 0.8 times half the rate. The last digits of the
+    /// spacing would decide whether it counts.
     #[test]
     fn regress_records_whose_spacings_differ_in_their_last_digits_share_their_bands() {
         let [short, long] = [sampled_every(0.005 - 1e-12), sampled_every(0.005 + 1e-12)];
@@ -227,7 +227,8 @@ mod tests {
             assert!((parts.iter().map(|part| part[k]).sum::<f64>() - x).abs() < ROUNDING);
         }
         let power = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>();
-        // Twice first order at 5 Hz reduces 1 Hz by 1 / (1 + 1/25): 92 % of the power stays.
+        // A first-order filter applied twice at 5 Hz reduces 1 Hz by 1 / (1 + 1/25): 92 % of the power
+        // remains.
         assert!(power(&parts[0]) > 0.9 * power(&series));
     }
 }

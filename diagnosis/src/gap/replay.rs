@@ -1,4 +1,5 @@
-//! A machine driven with a dataset's recorded commands: predictions of every column, and their errors.
+//! Replay: predictions of every column of a dataset for a machine with the recorded commands, and their
+//! errors.
 
 use feeler_plant::description::Machine;
 use rayon::prelude::*;
@@ -9,19 +10,19 @@ use crate::error::DiagnosisError;
 use crate::fit::model::assemble_for;
 use crate::predict::{Anchoring, Predictor, Start};
 
-/// Length of the short predictions, s: the same as in the gap of a diagnosis.
+/// Length of the short predictions, s; a diagnosis measures the gap over the same length.
 pub const WINDOW_S: f64 = 0.05;
 
 /// Error of a prediction of one column.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnError {
-    /// Its name in the dataset.
+    /// Name of the column in the dataset.
     pub column: String,
-    /// Root mean square of its variation over the experiment, signal units.
+    /// Root mean square variation of the column over the experiment, signal units.
     pub scale: f64,
     /// Root mean square error of the free prediction from the first row, signal units.
     pub rms: f64,
-    /// That error over the scale; infinite (`null` in JSON) if the column never changes.
+    /// Ratio of `rms` to `scale`; infinite (`null` in JSON) if the column never changes.
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
@@ -32,9 +33,9 @@ pub struct ColumnError {
 /// One experiment, predicted.
 #[derive(Clone, Debug, Serialize)]
 pub struct Replay {
-    /// The experiment's file.
+    /// File of the experiment.
     pub experiment: String,
-    /// Whether it was set aside for scoring.
+    /// Whether the experiment was set aside for scoring.
     pub is_check: bool,
     /// Errors by column.
     pub errors: Vec<ColumnError>,
@@ -50,13 +51,13 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Name of the file of its predictions: CSV, whatever the format of the experiment.
+    /// Name of the file with the predictions: CSV, whatever the format of the experiment.
     pub fn csv_name(&self) -> String {
         let stem = self.experiment.rsplit_once('.').map_or(self.experiment.as_str(), |(stem, _)| stem);
         format!("{stem}.csv")
     }
 
-    /// The predicted columns under their own names and time stamps; commands as they were.
+    /// The predicted columns under their own names and time stamps, with the recorded commands.
     pub fn csv(&self, dataset: &Dataset) -> String {
         let record = &dataset.records[self.record];
         let commands = dataset.drives.iter().map(|driven| &driven.column);
@@ -72,10 +73,10 @@ impl Replay {
     }
 }
 
-/// Drives a machine with a dataset's recorded commands: freely from the first row, and in short windows from
-/// the measured motion.
+/// Simulates a machine with a dataset's recorded commands: once freely from the first row, and in short
+/// windows that start from the measured motion.
 ///
-/// The machine's elements must be those of the dataset's channels. Use the dataset's own machine, one from
+/// The machine needs the elements that the dataset's channels read. Use the dataset's own machine, one from
 /// its diagnosis, or load the dataset for the machine with [`Dataset::load_for`].
 ///
 /// # Errors
@@ -84,7 +85,7 @@ pub fn replay(machine: &Machine, dataset: &Dataset) -> Result<Vec<Replay>, Diagn
     (0..dataset.records.len()).into_par_iter().map(|r| replay_record(machine, dataset, r)).collect()
 }
 
-/// The same for one experiment, by its index.
+/// Simulates one experiment, given by its index, as [`replay`] does.
 ///
 /// # Errors
 /// If the machine has no motion.
@@ -108,19 +109,19 @@ pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Resu
     })
 }
 
-/// Largest relative error; larger ones and runs that diverge count as this.
+/// Largest relative error; larger errors and diverging runs count as this.
 const MOST_ERROR: f64 = 1e6;
 /// A free run is worse than another one if its error is larger by this factor.
 pub(crate) const WORSE: f64 = 1.05;
 
-/// Error of free runs from the first row over the scale of each column, by the believed and the repaired
-/// machine. It is the root mean square over the check experiments. `None` if the believed machine does not
-/// run.
+/// Errors of free runs from the first row, over the scale of each column, of the believed and of the repaired
+/// machine. Each is a root mean square over the check experiments. `None` if the believed machine has no
+/// motion.
 pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
     Some([free_run(dataset, &dataset.machine)?, free_run(dataset, repaired).unwrap_or(MOST_ERROR)])
 }
 
-/// The same for one machine; `None` if it does not run.
+/// Error of one machine's free runs; `None` if it has no motion.
 pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
     let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
     let errors: Option<Vec<Vec<f64>>> =
@@ -128,7 +129,7 @@ pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
     root_mean_square(&errors?.concat())
 }
 
-/// The first experiment over which a machine runs farther off than another one, and the errors of both.
+/// The first experiment on which a machine's free run is clearly worse than another's, with both errors.
 pub(crate) fn strays(dataset: &Dataset, machine: &Machine, other: &Machine) -> Option<(usize, [f64; 2])> {
     let of = |r: usize| {
         let error =
@@ -140,8 +141,8 @@ pub(crate) fn strays(dataset: &Dataset, machine: &Machine, other: &Machine) -> O
     (0..dataset.records.len()).into_par_iter().find_map_first(of)
 }
 
-/// Errors of a free run over one experiment, of each column that varies, over its scale; `None` if the
-/// machine does not run.
+/// Errors of a free run over one experiment for each column that varies, over its scale; `None` if the
+/// machine has no motion.
 fn free_errors(dataset: &Dataset, machine: &Machine, r: usize) -> Option<Vec<f64>> {
     let record = &dataset.records[r];
     let assembly = assemble_for(machine.clone(), record.engagement).ok()?;

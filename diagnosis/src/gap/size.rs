@@ -1,4 +1,4 @@
-//! Size of the gap: short free predictions from the corrected state, compared with the measurement.
+//! Size of the gap: short free predictions from the corrected state, compared with the measurements.
 
 use feeler_plant::description::Machine;
 use indexmap::IndexMap;
@@ -17,9 +17,9 @@ use crate::report::Gap;
 
 /// Length of the free windows, s.
 const WINDOW_S: f64 = 0.05;
-/// Draws of the bootstrap.
+/// Number of bootstrap draws.
 const DRAWS: usize = 400;
-/// A smaller gap counts as closed to the floor, so that no ratio of tiny numbers is printed.
+/// A smaller gap counts as closed to the floor, to avoid ratios of tiny numbers.
 const TINY: f64 = 1e-4;
 
 fn window_rows(record: &Record) -> usize {
@@ -30,8 +30,8 @@ fn rows_of(record: &Record, seconds: f64) -> usize {
     ((seconds / record.spacing_s).round() as usize).max(1)
 }
 
-/// The length nearest to that of a free window of which a lap holds a whole number, so that windows of all
-/// laps start alike. `None` if there is none between half and twice that length.
+/// Length nearest to that of a free window that divides a lap, so that the windows of all laps start alike.
+/// `None` if there is none between half and twice the length.
 fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
     let rows = window_rows(record);
     (rows / 2..=2 * rows)
@@ -39,8 +39,8 @@ fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
         .min_by_key(|own| own.abs_diff(rows))
 }
 
-/// Predictions of a record in free windows of some rows, one series per channel; `None` if the model has
-/// none.
+/// Predictions of a record in free windows of `rows` rows, one series per channel; `None` if the model has no
+/// prediction.
 fn predicted(
     task: &Task<'_>,
     model: &Model,
@@ -53,7 +53,7 @@ fn predicted(
     Some(predictor.follow(Anchoring::Continuous, Start::Windows(rows)).ok()?.series)
 }
 
-/// Errors of free windows of some rows, one series per channel; `None` if the model has no prediction.
+/// Errors of free windows of `rows` rows, one series per channel; `None` if the model has no prediction.
 fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
     let series = predicted(task, model, theta, record, rows)?;
@@ -71,7 +71,8 @@ pub(crate) fn square_errors(
     square_errors_over(task, model, theta, records, Some(WINDOW_S))
 }
 
-/// The same for free predictions over this horizon, s, or over the whole record.
+/// Mean square errors of free predictions over a horizon in s, or over the whole record; otherwise as
+/// [`square_errors`].
 pub(crate) fn square_errors_over(
     task: &Task<'_>,
     model: &Model,
@@ -97,9 +98,9 @@ fn over_scale(task: &Task<'_>, r: usize, errors: &[Vec<f64>]) -> Option<f64> {
     mean.is_finite().then_some(mean)
 }
 
-/// Mean square error over scale, as [`square_errors_over`], that the noise of a measured command makes in
-/// predictions: how far they move if as much noise again is added. Zero beside contacts, whose impacts are
-/// at other instants after any change.
+/// Mean square error over scale, as [`square_errors_over`], that the noise of a measured command causes. It
+/// is measured by adding noise of the same size again. Zero for machines with contacts, because any change
+/// shifts the instants of impacts.
 pub(crate) fn square_wander(
     task: &Task<'_>,
     model: &Model,
@@ -128,8 +129,9 @@ fn mean_square(series: &[f64]) -> f64 {
 
 /// Standard deviation of every channel's noise: as stated, or more if repeated experiments differ by more. A
 /// model error is equal in all repetitions and cancels in the difference of their errors. No model can
-/// explain the part that does not repeat. The median stretch of motion counts, so that an impact one row
-/// later in one repetition has no effect. If no noise is stated, laps within a record count as repetitions.
+/// explain the part that does not repeat. The median over stretches of motion is used, so that an impact one
+/// row later in one repetition has no effect. If no noise is stated, laps within a record count as
+/// repetitions.
 pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
     let stated = task.weights.noise.first().cloned().unwrap_or_default();
     let records = &task.dataset.records;
@@ -171,22 +173,22 @@ pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
     stated.iter().zip(&mut stretches).map(of).collect()
 }
 
-/// Mean square, stretch by stretch, of the part of each of two repetitions that the other lacks.
+/// Mean square per stretch of the part in which each of two repetitions differs from the other.
 fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
 }
 
-/// Errors of short predictions that noise alone leaves.
+/// Errors of short predictions due to noise alone.
 pub(crate) struct Floors {
     /// Mean square over scale of each record, as [`square_errors`].
     pub(crate) square: Vec<f64>,
-    /// Root mean square over scale of the noise of all channels alone.
+    /// Root mean square over scale due to the noise of the channels alone.
     pub(crate) read: f64,
 }
 
 impl Floors {
-    /// By the noise of every channel, as [`noise`], and by that of a measured command.
+    /// Floors from the noise of every channel, as [`noise`], and from that of a measured command.
     pub(crate) fn of(
         task: &Task<'_>,
         model: &Model,
@@ -214,9 +216,9 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset used for
-/// neither. It is the true closing, for comparison with the claimed one. `noise` is the standard deviation of
-/// every column in that dataset; `None` if a machine has no prediction.
+/// Share of the closable gap that `repaired` closes compared with `calibrated`, on a dataset that neither was
+/// fitted to. It is the true closing, for comparison with the claimed one. `noise` is the standard deviation
+/// of every column in that dataset. `None` if a machine has no prediction.
 pub fn closing(
     dataset: &Dataset,
     calibrated: &Machine,
@@ -254,7 +256,7 @@ pub fn closing(
 }
 
 fn closed(refit: f64, after: f64, floor: f64) -> f64 {
-    // Noise is at most the error of the best model, whatever the difference of repeated stretches.
+    // Noise is at most the error of the best model, even if repeated stretches differ by more.
     let floor = floor.min(after);
     let closable = refit - floor;
     if closable <= TINY * TINY {

@@ -11,35 +11,35 @@ use crate::fit::scored::Scored;
 /// Mean square residual, in sigmas, above which a channel is not explained.
 pub(crate) const ADEQUATE: f64 = 1.8;
 
-/// The place that the residual of a model points to, and why.
+/// The place that the residual of a model indicates, and the reason.
 #[derive(Clone, Debug)]
 pub(crate) struct Pointer {
     pub(crate) place: Place,
     pub(crate) channel: usize,
     pub(crate) is_contact: bool,
-    /// Whether the residual depends on what stands for the place, and by more than next to nothing.
+    /// Whether the residual depends clearly on the quantity that indicates the place.
     pub(crate) is_clear: bool,
     pub(crate) evidence: String,
 }
 
-/// Share of the missing force that goes with position, velocity or drive force below which it goes with none.
-/// Six places on three blind seeds were named by less, and all were wrong.
+/// Smallest share of the missing force that must correlate with position, velocity or drive force. On three
+/// blind seeds six places were named with less, and all were wrong.
 const CLEAR: f64 = 0.05;
 
-/// Largest mean square residual, over that of noise, that noise alone may leave in a channel over the
-/// experiments of one engagement.
+/// Largest ratio of a channel's mean square residual to that of noise, over the experiments of one
+/// engagement, that noise alone explains.
 const NOISE_ALONE: f64 = 1.25;
 
 /// Whether no channel shows more than noise (standard deviation per channel) in the experiments of any
-/// engagement. The effect of a weak cause in one kind of experiment is lost in the mean over all. It is also
-/// below the share that no model is expected to explain.
+/// engagement. The mean over all experiments would hide a weak cause that acts in one engagement only. So
+/// would the share that no model is expected to explain.
 pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
     let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
     for (r, record) in task.dataset.records.iter().enumerate() {
         let share = |(c, misfit): (usize, &f64)| {
             let noise = task.weights.noise_of(r, c, noise).max(f64::MIN_POSITIVE);
             let sigmas = task.weights.sigma[r][c] / noise;
-            // A channel that does not count here has no misfit.
+            // A channel that is ignored here has no misfit.
             if sigmas.is_finite() { misfit * sigmas.powi(2) } else { 0.0 }
         };
         let shares: Vec<f64> = scored.misfits[r].iter().enumerate().map(share).collect();
@@ -60,12 +60,12 @@ pub(crate) fn channel_misfits(scored: &Scored) -> Vec<f64> {
     (0..scored.misfits[0].len()).map(|c| scored.misfits.iter().map(|m| m[c]).sum::<f64>() / n).collect()
 }
 
-/// Share of a channel's misfit after calibration that may remain for an explained channel. Real friction and
+/// Share of a channel's misfit after calibration that an explained channel may keep. Real friction and
 /// contacts differ slightly from every law of the library, mostly near reversals and touch-down.
 const DISCREPANCY: f64 = 0.12;
 
-/// Channels that a model does not explain, each with its residual in standard deviations. More remains of
-/// their misfit after calibration than the usual difference between real effects and library laws.
+/// Channels that a model does not explain, each with its residual in standard deviations. Their misfit keeps
+/// a larger share than the usual difference between real effects and the laws of the library.
 pub(crate) fn unexplained(calibrated: &Scored, scored: &Scored) -> Vec<(usize, f64)> {
     let excess = |m: f64| (m - 1.0).max(0.0);
     let before = channel_misfits(calibrated);
@@ -142,14 +142,14 @@ pub(crate) fn lacking(task: &Task<'_>, calibrated: &Scored, repaired: &Scored, r
     rows.map(|(k, ([x, v, _, before], [.., after]))| [at(k), x, v, before, after]).collect()
 }
 
-/// Most points of the force that machines lack along a record.
+/// Largest number of points of the missing force along a record.
 const LACKING_POINTS: usize = 2000;
 
-/// Ratio of mean square residuals of two encoders along one chain above which the chain is not rigid; and
-/// the mean square residual of their difference.
+/// Smallest ratio of mean square residuals of two encoders along one chain that shows that the chain is not
+/// rigid. Also the smallest such mean square of their difference.
 const APART: f64 = 3.0;
 
-/// The joint whose two ends move apart; `None` if none do. What moves both alike does not show in their
+/// The joint whose two ends move apart; `None` if there is none. A common motion does not appear in the
 /// difference.
 fn parted(task: &Task<'_>, misfits: &[f64]) -> Option<Pointer> {
     let apart = (0..misfits.len()).filter(|&c| task.weights.is_elongation(c) && misfits[c] > APART);
@@ -159,7 +159,7 @@ fn parted(task: &Task<'_>, misfits: &[f64]) -> Option<Pointer> {
     Some(Pointer { place: Place::Transmission, channel, is_contact: false, is_clear: true, evidence })
 }
 
-/// The place that the residuals of a model point to.
+/// The place that the residuals of a model indicate.
 pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let dataset = task.dataset;
     let misfits = channel_misfits(scored);
@@ -235,7 +235,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
             }
         }
         Quantity::Force | Quantity::SpringForce => {
-            // The same departure in the motion would be an acting force; here only the reading departs.
+            // If a force acted, the motion would depart too; here only the reading does.
             (Place::ForceSensor, says("the force reading departs while the motion is explained"))
         }
         _ => (Place::Guide, says("it is not explained")),

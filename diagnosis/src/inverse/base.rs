@@ -1,4 +1,4 @@
-//! Terms that the believed machine itself adds to a balance of forces, each value free within its tolerance.
+//! Terms of the believed machine in a balance of forces, each value free within its tolerance.
 
 use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, ElementKind, Quantity, Site};
@@ -11,35 +11,35 @@ use crate::fit::candidates::Candidate;
 use crate::kinds::{At, Form, Shown, dossier, overlaps};
 use crate::tolerance::{DAMPING, FRACTION};
 
-/// Damping and friction may be this many times smaller than believed.
+/// Damping and friction may be smaller than believed by this factor.
 const LESS: f64 = 8.0;
 
-/// One believed part of the balance.
+/// One believed term of the balance.
 #[derive(Clone)]
 pub(super) enum Side {
     Mass(f64),
     Damping(f64),
-    /// The gravity that a body states: largest torque and phase.
+    /// Gravity of a body: largest torque and phase.
     Gravity(f64, f64),
-    /// A believed effect: its element, its terms and its values.
+    /// A believed effect: its element, kind, terms, values and tolerance.
     Effect(Site, Kind, Shown, Vec<f64>, f64),
 }
 
-/// Meaning of a part of the balance for the fit of the machine.
+/// The part of the machine that a term of the balance describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// All that moves.
+    /// All moving masses.
     Mass,
-    /// The guide of the axis.
+    /// Damping of the guide.
     Damping,
-    /// The gravity that bodies state.
+    /// Gravity of the bodies.
     Gravity,
-    /// A believed effect under an element.
+    /// A believed effect on an element.
     Effect(Site, Kind),
 }
 
 impl Side {
-    /// The part, and a coefficient of it over the believed one.
+    /// The part, and the ratio of a coefficient to the believed one.
     pub(super) fn over(&self, coefficient: f64) -> (Part, f64) {
         match self {
             Self::Mass(mass) => (Part::Mass, coefficient / mass),
@@ -52,12 +52,13 @@ impl Side {
 
 pub(super) struct Base {
     sides: Vec<Side>,
-    /// The channel of the position that is measured.
+    /// Channel of the measured position.
     pub(super) position: usize,
 }
 
 impl Base {
-    /// `None` if the first drive does not push an axis that moves as one between ground and nothing else.
+    /// Terms of the machine; `None` if the first drive does not move a rigid axis that is connected to the
+    /// ground only.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
         let assembly = assemble(machine).ok()?;
@@ -76,7 +77,7 @@ impl Base {
                 continue;
             }
             if is_in(link.a) || is_in(link.b) {
-                // A spring holds the axis, or another body hangs on it.
+                // A spring holds the axis, or another body is attached to it.
                 let other = if is_in(link.a) { link.b } else { link.a };
                 if link.stiffness != 0.0 || link.cubic != 0.0 || other != GROUND_NODE {
                     return None;
@@ -112,13 +113,13 @@ impl Base {
         (mass.is_finite() && mass > 0.0).then_some(Self { sides, position })
     }
 
-    /// Whether a balance of this machine can show a cause: it acts on the axis itself.
+    /// Whether a balance of this machine can involve a cause, because it acts on the axis itself.
     pub(super) fn shows(cause: &Candidate) -> bool {
         matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission)
             && matches!(cause.site.table, ElementKind::Bodies | ElementKind::Springs | ElementKind::Actuators)
     }
 
-    /// The parts that no cause takes the place of.
+    /// The terms that no cause replaces.
     pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = &'a Side> {
         let stays = |side: &&Side| match side {
             Side::Effect(site, kind, ..) => {

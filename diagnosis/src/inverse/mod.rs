@@ -1,9 +1,9 @@
-//! Inverse dynamics: the balance of forces between measured command and measured motion. Both are smoothed at
-//! a few times the frequency of the motion.
+//! Inverse dynamics: the balance of forces between measured command and measured motion. Both are low-passed
+//! at a few times the frequency of the motion.
 //!
-//! Nothing is predicted forward, so that the noise of a command does not accumulate. Slow motion under a
-//! noisy command shows more clearly in a balance than in a prediction. A balance does not see contact,
-//! impacts and hidden modes, and gives no answer there.
+//! Nothing is simulated, so the noise of a command does not accumulate. Slow motion under a noisy command is
+//! therefore clearer in a balance than in a prediction. A balance does not cover contact, impacts or hidden
+//! modes.
 
 mod base;
 mod rows;
@@ -26,14 +26,14 @@ use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
 
-/// Kept rows per independent one: twice the rate of the corner is independent.
+/// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
-/// Evidence that each additional unknown must bring, nats.
+/// Additional evidence for each further unknown, nats.
 const PER_UNKNOWN: f64 = 1.5;
-/// Rounds in which the shapes of several causes are found in turn.
+/// Iterations over the shapes of several causes, one shape after another.
 const ROUNDS: usize = 3;
-/// Smallest numbers of kept rows: of fitted experiments, which must show every unknown, and of check
-/// experiments, whose evidence grows with their number.
+/// Smallest numbers of kept rows. The fitted experiments must determine every unknown, and the evidence of
+/// the check experiments grows with their rows.
 const FEWEST_FITTED: usize = 60;
 const FEWEST_CHECKED: usize = 24;
 
@@ -46,15 +46,15 @@ pub(crate) struct Inverse {
     /// Centre of the travel, m, and time of the last row, s.
     centre: f64,
     until_s: f64,
-    /// Weight of the balance against predictions.
+    /// Weight of the balance relative to predictions.
     pub(crate) weight: f64,
-    /// Whether the command has measurement noise, which predictions accumulate and a balance does not.
+    /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
     pub(crate) is_noisy: bool,
-    /// Mean square of the check experiments that the calibrated machine leaves.
+    /// Mean square residual of the calibrated machine on the check experiments.
     alone: f64,
 }
 
-/// Trial pre-sliding distances of guides, as shares of the travel.
+/// Trial presliding distances of guides, as shares of the stroke.
 const WAYS: [f64; 6] = [1e-6, 1e-4, 2.5e-4, 6e-4, 1.5e-3, 4e-3];
 
 /// The balance of a set of causes.
@@ -64,7 +64,7 @@ pub(crate) struct Balanced {
     pub(crate) nats: f64,
     /// Parameters of each cause.
     pub(crate) values: Vec<Vec<f64>>,
-    /// Factors for mass, damping and effects of the believed machine beside these causes.
+    /// Factors on mass, damping and effects of the believed machine, fitted with these causes.
     pub(crate) believed: Vec<(Part, f64)>,
 }
 
@@ -76,7 +76,7 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
-    /// The force over the command.
+    /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
         gains.filter(|(shown, _)| matches!(shown.form, Form::Gain)).map(|(_, gain)| *gain).product()
@@ -84,8 +84,8 @@ impl Shaped<'_> {
 }
 
 impl Inverse {
-    /// Prepares the free experiments that have a position and a command of force. `None` if none of them is
-    /// to fit or none to check, or if the believed machine does not move as a single axis.
+    /// Prepares the free experiments with a position and a force command. `None` if there are none to fit or
+    /// none to check, or if the believed machine does not move as a single axis.
     pub(crate) fn new(dataset: &Dataset) -> Option<Self> {
         let base = Base::of(dataset)?;
         let channel = base.position;
@@ -98,7 +98,7 @@ impl Inverse {
             let [motion, _] = pace(&record.series[channel], record.spacing_s)?;
             Some(corner_hz(motion, record.spacing_s))
         });
-        // All share one corner, because likelihoods of different bands cannot be compared.
+        // All experiments share one corner, because likelihoods of different bands cannot be compared.
         let corner = corners.fold(f64::INFINITY, f64::min);
         let ready = |is_check: bool| -> Vec<Rows> {
             let of = |record: &&Record| {
@@ -129,8 +129,8 @@ impl Inverse {
         (inverse.alone > 0.0).then_some(inverse)
     }
 
-    /// Finds the pre-sliding distance of guides: the trial distance at which the believed machine, with
-    /// friction of any level, has the smallest residual.
+    /// Finds the presliding distance of guides: the trial distance with the smallest residual of the believed
+    /// machine, with any level of friction.
     fn turn(&mut self) {
         let stroke = self.extent.stroke;
         let ways = WAYS.map(|share| share * stroke);
@@ -151,21 +151,21 @@ impl Inverse {
         self.fitted.iter_mut().chain(&mut self.checked).for_each(|rows| rows.turn_over(best));
     }
 
-    /// The causes that a balance shows.
+    /// The causes that a balance involves.
     pub(crate) fn shown_of(causes: &[Candidate]) -> Vec<Candidate> {
         let is_shown =
             |cause: &&Candidate| Base::shows(cause) && dossier(cause.definition.kind).balance.is_some();
         causes.iter().filter(is_shown).copied().collect()
     }
 
-    /// Factors for mass, damping and effects of the believed machine at which the forces balance best.
+    /// Factors on mass, damping and effects of the believed machine at which the forces balance best.
     pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
         let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
         let (terms, target) = self.balance(&self.fitted, &nothing, None);
         solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&nothing, &found))
     }
 
-    /// The same beside causes, from all coefficients.
+    /// These factors with causes, from all coefficients.
     fn factors(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<(Part, f64)> {
         let sides = self.base.sides(shaped.causes).zip(coefficients);
         sides.map(|(side, found)| side.over(found * shaped.gain())).collect()
@@ -178,7 +178,7 @@ impl Inverse {
         Some([self.alone, left].map(|left| left.sqrt() / self.drive_force()))
     }
 
-    /// Balances a set of causes; `None` if the balance does not show one of them.
+    /// Balances a set of causes; `None` if the balance does not involve one of them.
     pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
         let shaped = self.shaped(causes)?;
         let left = self.left(&shaped, None)?;
@@ -233,8 +233,8 @@ impl Inverse {
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean square residual of a set of fitted causes on the check experiments. A smooth force at a place is
-    /// included if given.
+    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force at a
+    /// place is included if given.
     fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
@@ -323,7 +323,7 @@ impl Inverse {
     fn values(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let gain = shaped.gain();
         let mut next = self.base.sides(shaped.causes).count();
-        // The terms of the command come last.
+        // The coefficients of dead bands come last.
         let mut last = coefficients.len()
             - shaped.shown.iter().filter(|shown| matches!(shown.form, Form::Deadband)).count();
         let of = |(shown, &shape): (&Shown, &f64)| {
@@ -346,8 +346,8 @@ impl Inverse {
     }
 }
 
-/// Weight of a balance: half if only positions correct predictions, which then say little about slow forces.
-/// Otherwise zero.
+/// Weight of a balance: a half if only positions correct predictions, because these then show little of slow
+/// forces. Otherwise zero.
 fn weight(dataset: &Dataset) -> f64 {
     let is_read = |channel: &Channel| channel.quantity(&dataset.machine) == Quantity::Acceleration;
     if dataset.channels.iter().any(is_read) { 0.0 } else { HALF }
@@ -358,10 +358,10 @@ fn is_noisy(dataset: &Dataset) -> bool {
     dataset.records.iter().all(|record| record.commands.first().is_some_and(is_noise))
 }
 
-/// Weight of a balance that is as informative as predictions.
+/// Weight of a balance that carries as much information as predictions.
 const HALF: f64 = 0.5;
 
-/// Share of the largest command over which its sign changes smoothly.
+/// Share of the largest command over which the command's smooth sign changes.
 const COMMAND_TURNS: f64 = 0.01;
 
 fn direction(command: f64, largest: f64) -> f64 {

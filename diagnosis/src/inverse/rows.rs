@@ -1,22 +1,22 @@
-//! Records prepared for a balance of forces: motion and command without components far above the motion.
+//! Records prepared for a balance of forces: motion and command, low-passed far above the motion.
 
 use std::f64::consts::TAU;
 
 use crate::filter;
 use crate::kinds::{At, Extent};
 
-/// Ratio of the smoothing's corner to the frequency of the motion.
+/// Ratio of the low-pass corner to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
 /// Largest corner, in cycles per row.
 const MOST_CORNER: f64 = 0.15;
-/// Corner of the motion in the terms, over that of the smoothing. Strong smoothing before a nonlinear term
-/// would turn it at the wrong instant, and give it the wrong size.
+/// Ratio of the low-pass corner for motion in nonlinear terms to the main corner. Strong smoothing before a
+/// nonlinear term would change its instants and its size.
 const LIGHT: f64 = 2.0;
-/// Rows per period of the corner at which terms are computed, and the number kept. There are enough that the
-/// instant of a reversal between two rows has no effect.
+/// Rows per period of the corner at which terms are computed, and the number that is kept. At this density
+/// the instant of a reversal between two rows has no effect.
 const ROWS_PER_CORNER: f64 = 48.0;
 const KEPT_PER_CORNER: f64 = 4.0;
-/// Periods of the corner omitted at either end, where the smoothing settles.
+/// Periods of the corner that are omitted at either end, where the low-pass settles.
 const ENDS: f64 = 1.0;
 
 /// The measured series of one experiment.
@@ -33,18 +33,18 @@ pub(super) struct Rows {
     spacing_s: f64,
     apart: usize,
     corner_hz: f64,
-    /// Rows omitted at either end, and spacing of the kept ones.
+    /// Number of rows omitted at either end, and spacing of the kept rows.
     end: usize,
     kept: usize,
     /// The command as measured, row by row.
     command: Vec<f64>,
     measured_spacing_s: f64,
-    /// The command below the corner.
+    /// The low-passed command.
     pub(super) smooth: Vec<f64>,
-    /// Speed and acceleration below the corner.
+    /// Low-passed speed and acceleration.
     pub(super) speed: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
-    /// Lightly smoothed position and speed, for the terms.
+    /// Position and speed for nonlinear terms, with a higher corner.
     position: Vec<f64>,
     light_speed: Vec<f64>,
     /// See [`At::direction`].
@@ -53,7 +53,7 @@ pub(super) struct Rows {
     start_s: f64,
 }
 
-/// Corner of the smoothing for a motion of frequency `motion`, rad/s.
+/// Corner frequency of the low-pass for a motion of frequency `motion`, rad/s.
 pub(super) fn corner_hz(motion: f64, spacing_s: f64) -> f64 {
     (ABOVE_MOTION * motion / TAU).min(MOST_CORNER / spacing_s)
 }
@@ -100,22 +100,22 @@ impl Rows {
         series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
     }
 
-    /// The command below the corner, after `change` is applied to every row.
+    /// The command after `change` is applied to every row, low-passed.
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
         let changed: Vec<f64> = self.command.iter().map(|u| change(*u)).collect();
         let smooth = smoothed(&changed, self.corner_hz, self.measured_spacing_s);
         smooth.into_iter().step_by(self.apart).collect()
     }
 
-    /// Sets the direction to that of friction in a guide with pre-sliding distance `way_m`. The friction
+    /// Sets the direction to that of friction in a guide with presliding distance `way_m`. The friction
     /// approaches its level exponentially with the distance moved (Dahl, Solid Friction Damping of Mechanical
     /// Vibrations, AIAA Journal 14, 1976).
     pub(super) fn turn_over(&mut self, way_m: f64) {
         let mut direction = self.light_speed.first().map_or(0.0, |v| v.signum());
         for k in 0..self.light_speed.len() {
             let [from, to] = [self.light_speed[k.saturating_sub(1)], self.light_speed[k]];
-            // If the motion turns between two rows, both directions count. A turn that is noticed only at the
-            // next row would resemble a delay.
+            // If the motion reverses between two rows, both directions count. A reversal that took effect
+            // only at the next row would look like a delay.
             let turn = from / (from - to);
             let shares = if from * to < 0.0 { [turn, 1.0 - turn] } else { [1.0; 2] };
             for (speed, share) in [from, to].into_iter().zip(shares) {
@@ -127,7 +127,7 @@ impl Rows {
         }
     }
 
-    /// A function of the motion at every row, below the corner.
+    /// A function of the motion at every row, low-passed.
     pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
         let at = |k: usize| At {
             position: self.position[k],
@@ -156,8 +156,8 @@ impl Rows {
         slope(series, self.spacing_s)
     }
 
-    /// Extent of several experiments (largest command and excursion, and usual speed), and the centre of
-    /// their travel.
+    /// Extent of several experiments (largest command, stroke and root mean square speed), and the centre of
+    /// their stroke.
     pub(super) fn extent(rows: &[Self]) -> (Extent, f64) {
         let over = |of: &dyn Fn(&Self) -> Vec<f64>| rows.iter().flat_map(of).collect::<Vec<f64>>();
         let positions = over(&|rows| rows.thin(&rows.position));

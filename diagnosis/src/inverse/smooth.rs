@@ -1,5 +1,5 @@
 //! Tests whether a smooth force that no effect of the library makes would balance clearly better. At the
-//! guide it depends on position, speed, direction and time; in the drive on the command.
+//! guide such a force depends on position, speed, direction and time; in the drive it depends on the command.
 
 use feeler_plant::effects::Place;
 
@@ -8,21 +8,22 @@ use super::rows::Rows;
 use super::solve::Term;
 use crate::fit::candidates::Candidate;
 
-/// A smooth force beyond some causes.
+/// A smooth force in addition to some causes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smooth {
     /// The place at which it acts.
     pub(crate) place: Place,
     /// Gain on the check experiments, nats.
     pub(crate) nats: f64,
-    /// Share of the remaining variance on the check experiments that it removes.
+    /// Share of the remaining variance on the check experiments that the force removes.
     pub(crate) share: f64,
-    /// Root mean square of the force that the causes leave, over the drive force.
+    /// Root mean square of the force that the causes leave unexplained, over the drive force.
     pub(crate) left: f64,
 }
 
 impl Inverse {
-    /// Smooth forces at the guide and in the drive beyond some causes; empty if no balance shows the causes.
+    /// Smooth forces at the guide and in the drive, in addition to some causes. Empty if the balance does not
+    /// involve the causes.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
         let Some(shaped) = self.shaped(causes) else { return Vec::new() };
         let Some(left) = self.left(&shaped, None) else { return Vec::new() };
@@ -36,8 +37,7 @@ impl Inverse {
     }
 
     /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
-    /// motion asks for. The measured command would bring its noise into the terms, and they would then
-    /// explain that noise.
+    /// motion requires. With the measured command the terms would contain its noise, and would explain it.
     pub(super) fn drive_terms(&self, made: &[f64]) -> Vec<Term> {
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let shapes: [fn(f64) -> f64; 3] = [|u| u * u, |u| u * u.abs(), |u| u * u * u];
@@ -45,7 +45,7 @@ impl Inverse {
         shapes.into_iter().map(term).collect()
     }
 
-    /// The terms of a smooth force at the guide, a function of position, speed, direction and time.
+    /// The terms of a smooth force at the guide, as functions of position, speed, direction and time.
     pub(super) fn guide_terms(&self, rows: &Rows) -> Vec<Term> {
         let half = 0.5 * self.extent.stroke.max(f64::MIN_POSITIVE);
         let usual = self.extent.speed.max(f64::MIN_POSITIVE);
@@ -80,7 +80,7 @@ impl Inverse {
     }
 }
 
-/// A term of either sign.
+/// A term with a coefficient of either sign.
 fn free(series: Vec<f64>) -> Term {
     Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY }
 }

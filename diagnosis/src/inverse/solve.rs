@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::fit::bounded::minimise;
 
-/// Ridge, as a share of a term's own square: it separates terms that act alike.
+/// Ridge, as a share of a term's square. It separates terms with the same effect.
 const RIDGE: f64 = 1e-9;
 
 /// One term of a balance: a series times a coefficient between bounds.
@@ -15,7 +15,8 @@ pub(super) struct Term {
     pub(super) high: f64,
 }
 
-/// The coefficients that bring the terms nearest to the target; `None` if they cannot be determined.
+/// The coefficients that minimise the squared distance of the terms' sum from the target; `None` if they
+/// cannot be determined.
 pub(super) fn solve(terms: &[Term], target: &[f64]) -> Option<Vec<f64>> {
     let n = terms.len();
     let sizes: Vec<f64> = terms.iter().map(|term| dot(&term.series, &term.series).sqrt()).collect();
@@ -54,7 +55,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The ridge, over the smallest curvature of two terms that differ by 0.3.
+    /// Ratio of the ridge to the smallest curvature of two terms that differ by 0.3.
     const RIDGED: f64 = 1e-6;
 
     #[test]

@@ -1,4 +1,4 @@
-//! Balances of motions that are given, under forces that are written out.
+//! Balances of given motions under known forces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -27,7 +27,7 @@ reads = "carriage.position"
 "#;
 const OMEGA: f64 = 2.0;
 
-/// Two waves of a position, or of its derivatives.
+/// Position as a sum of two waves, or one of its derivatives.
 fn waves(t: f64, order: i32, shift: f64) -> f64 {
     let wave = |size: f64, omega: f64, phase: f64| {
         size * omega.powi(order) * (omega * t + phase + f64::from(order) * 0.5 * PI).sin()
@@ -36,12 +36,12 @@ fn waves(t: f64, order: i32, shift: f64) -> f64 {
 }
 
 /// Three records of 1.2 kg with 4 N s/m under the force `law` of position and speed. The command has noise of
-/// 2 % of its largest value, and the guide of the machine carries `effect`.
+/// 2 % of its largest value, and the machine's guide has `effect`.
 fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
     balance_of(&format!("{BELIEVED}{effect}"), 0.02, law)
 }
 
-/// The same for a machine file in full, under a command with this share of noise.
+/// Such records for a complete machine file, with this relative noise of the command.
 fn balance_of(machine: &str, share: f64, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
     let machine = Document::parse(machine, "axis.toml").unwrap().scenario.machine;
     let mut chance = Chance::seeded(5);
@@ -62,7 +62,7 @@ fn balance_of(machine: &str, share: f64, law: &dyn Fn(f64, f64) -> f64) -> (Inve
     (Inverse::new(&dataset).expect("an axis that moves as one"), candidates(&dataset.machine))
 }
 
-/// The kinds of a pair, or of one cause, that gain most, with their values.
+/// The pair of kinds, or the single kind, with the largest gain, with their values.
 fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<f64>>) {
     let (inverse, all) = found;
     let sets: Vec<Vec<Candidate>> = match count {
@@ -78,8 +78,8 @@ fn friction(all: &[Candidate]) -> Vec<Candidate> {
     all.iter().filter(|one| one.definition.kind == Kind::CoulombFriction).copied().collect()
 }
 
-/// A level loses some percent about its reversals, where the smooth direction turns. A noise of 2 % over
-/// thousands of rows shifts nothing by a percent.
+/// A level loses some percent near reversals, where the smooth direction changes. A noise of 2 % over
+/// thousands of rows shifts the result by less than a percent.
 const OFF: f64 = 0.05;
 
 #[test]
@@ -109,7 +109,8 @@ fn truth_stated_gravity_is_part_of_a_balance_with_and_without_noise() {
         assert!(found.0.weight > 0.0 && found.0.is_noisy == (share > 0.0));
         let gravity = found.0.weigh(&friction(&found.1)).unwrap().believed;
         let gravity = gravity.iter().find(|(part, _)| *part == Part::Gravity).unwrap().1;
-        // A wave of 0.3 rad shows it beside mass and load: sine and cosine there differ by a few percent.
+        // A motion of 0.3 rad separates gravity from mass and load: sine and cosine differ by a few percent
+        // there.
         assert!((gravity / 1.05 - 1.0).abs() < OFF, "{gravity}");
     }
 }
@@ -120,7 +121,7 @@ fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
     let (inverse, all) = inverse(believed, &|_, v| 6.0 * v.signum());
     let gain = |one: &Candidate| Some((inverse.weigh(&[*one])?.nats, one.definition.kind));
     let most = all.iter().filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-    // The only error left is that of the smooth direction about reversals.
+    // The only remaining error is that of the smooth direction near reversals.
     assert!(most.0 < 15.0, "{most:?}");
 }
 

@@ -22,7 +22,7 @@ impl Known for AsymmetricFriction {
         embed: |values| Self { level: CoulombFriction::of(values).level, asymmetry: 0.0 },
         nearest: |outer| vec![vec![outer.level]],
     }];
-    /// Equivalent for a guide that always slides.
+    /// For a guide that always slides the pair has the same effect.
     const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ConstantLoad,

@@ -5,11 +5,11 @@ use feeler_plant::effects::{Backlash, Host, Kind, Parameters};
 use super::start::mode;
 use super::{Element, Glance, Known, Seen};
 
-/// Trial frequencies of two bodies on their flanks.
+/// Trial frequencies of two bodies in contact at their flanks, Hz.
 const FLANKS_HZ: [f64; 3] = [100.0, 250.0, 600.0];
-/// Initial ratio of the largest command to the play times the stiffness of its flanks.
+/// Initial ratio of the flanks' stiffness times the play to the largest command.
 const STIFF: f64 = 10.0;
-/// A free play is zero if this share of the largest command would bend the flanks as far.
+/// A play counts as zero if this share of the largest command deflects the flanks by more.
 const LEAST_PLAY: f64 = 0.01;
 
 impl Known for Backlash {
@@ -22,14 +22,14 @@ impl Known for Backlash {
         let [a, b] = [link.a, link.b].map(|node| assembly.nodes[node].mass_kg);
         let flanks = FLANKS_HZ.map(|frequency_hz| mode(a * b / (a + b), frequency_hz, 0.05));
         let at = |width: f64| flanks.map(|(stiffness, damping)| Self { width, stiffness, damping });
-        // For an axis with long travel, in the records' own scale: the largest command bends the flanks by a
-        // tenth of the play.
+        // For an axis with a long stroke, in units of that stroke: the largest command deflects the flanks by
+        // a tenth of the play.
         let reduced = a * b / (a + b);
         let coarse = [0.003, 0.01, 0.03].map(|share| share * glance.stroke()).into_iter().map(|width| {
             let stiffness = STIFF * glance.command / width.max(f64::MIN_POSITIVE);
             Self { width, stiffness, damping: 0.2 * (stiffness * reduced).sqrt() }
         });
-        // Sensors on both bodies show the play itself.
+        // Sensors on both bodies measure the play directly.
         let seen = glance.elongation(element.host).into_iter();
         let seen = seen.flat_map(|range| [range, 0.9 * range]).flat_map(at);
         let fine = [1.0, 4.0, 15.0].into_iter().flat_map(|factor| at(factor * Self::typical().width));

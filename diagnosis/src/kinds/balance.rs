@@ -1,7 +1,7 @@
-//! Contribution of a kind to the balance of forces of an axis that moves as one. One side is the drive's
-//! command, the other the inertial force, the damping force, and the contribution of the kind.
+//! Contribution of a kind to the balance of forces of a rigid axis. One side is the drive's command; the
+//! other consists of the inertial force, the damping force, and the contribution of the kind.
 
-/// Sizes of all experiments together.
+/// Magnitudes over all experiments.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Extent {
     /// Root mean square of the speed, m/s.
@@ -14,12 +14,12 @@ pub(crate) struct Extent {
     pub(crate) resolved_s: f64,
 }
 
-/// A motion at one row, with the value of the single nonlinear parameter.
+/// The motion at one row, with the value of the single nonlinear parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct At {
     pub(crate) position: f64,
     pub(crate) speed: f64,
-    /// Direction of the motion from -1 to 1; it changes gradually as a guide gives way.
+    /// Direction of the motion from -1 to 1; it changes gradually during presliding.
     pub(crate) direction: f64,
     pub(crate) shape: f64,
 }
@@ -42,26 +42,26 @@ impl Force {
     }
 }
 
-/// Side of the balance, and form, of a kind's contribution.
+/// How a kind enters the balance.
 #[derive(Clone, Copy)]
 pub(crate) enum Form {
     /// Forces of the motion.
     Forces(&'static [Force]),
     /// A force proportional to acceleration.
     Mass,
-    /// The force is this many times the command; its shape.
+    /// The force is the command times a factor, the shape.
     Gain,
-    /// The force follows the command with a time constant; its shape.
+    /// The force follows the command with a time constant, the shape.
     Lag,
-    /// The force is delayed after the command; its shape.
+    /// The force follows the command after a delay, the shape.
     Delay,
-    /// The force lacks a part with the sign of the command.
+    /// The force lacks a constant part in the direction of the command.
     Deadband,
-    /// The force stays below a limit; its shape.
+    /// The force stays below a limit, the shape.
     Limit,
 }
 
-/// Contribution of a kind, and the conversion to its parameters.
+/// Contribution of a kind, with the conversion to its parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Balance<K> {
     pub(crate) form: Form,
@@ -69,12 +69,12 @@ pub(crate) struct Balance<K> {
     pub(crate) shapes: fn(&Extent) -> Vec<f64>,
     /// Parameters from the coefficients of the forces and the shape.
     pub(crate) values: fn(&[f64], f64) -> K,
-    /// The other way round.
+    /// Coefficients of the forces and the shape from the parameters.
     pub(crate) coefficients: fn(K) -> (Vec<f64>, f64),
 }
 
 impl<K> Balance<K> {
-    /// Forces that are proportional to the parameters.
+    /// A balance with forces that are proportional to the parameters.
     pub(crate) const fn forces(
         forces: &'static [Force],
         values: fn(&[f64], f64) -> K,
@@ -83,7 +83,7 @@ impl<K> Balance<K> {
         Self { form: Form::Forces(forces), shapes: |_| vec![0.0], values, coefficients }
     }
 
-    /// A change with a single parameter, which is its shape.
+    /// A balance with a single parameter, which is the shape.
     pub(crate) const fn shaped(
         form: Form,
         shapes: fn(&Extent) -> Vec<f64>,

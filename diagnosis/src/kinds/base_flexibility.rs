@@ -6,7 +6,7 @@ use feeler_plant::effects::{BaseFlexibility, Host, Parameters};
 use super::start::{NARROW, every, is_overdamped, mode};
 use super::{Element, Glance, Known, Seen};
 
-/// Range of the search for the mode of a base.
+/// Range of trial frequencies for the mode of a base, Hz.
 const RANGE_HZ: (f64, f64) = (4.0, 45.0);
 
 impl Known for BaseFlexibility {

@@ -4,8 +4,8 @@ use feeler_plant::effects::CommandDelay;
 
 use super::{Balance, DELAY_ROWS, Element, Form, Glance, Known, Seen, spread};
 
-/// Readings do not show when a held command arrives between two rows, and jump when the arrival passes a row.
-/// So every row is a separate minimum.
+/// Trial delays, rows. Readings do not show when a held command arrives between two rows, and jump when the
+/// arrival passes a row. Each row is therefore a separate minimum.
 const ROWS: [f64; 12] = [0.3, 0.5, 0.8, 1.2, 1.5, 1.8, 2.5, 3.5, 4.5, 5.5, 7.5, 10.5];
 
 impl Known for CommandDelay {

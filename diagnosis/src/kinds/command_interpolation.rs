@@ -1,4 +1,5 @@
-//! `command-interpolation`: records show its delay or lag only, which others have too, so it is not tried.
+//! `command-interpolation`: records show only a delay or lag, which other effects cause too, so it is not
+//! tried.
 
 use feeler_plant::effects::CommandInterpolation;
 

@@ -1,4 +1,4 @@
-//! `command-noise`: its numbers are not in the records, so no fit can find it.
+//! `command-noise`: records do not contain its random values, so no fit can find it.
 
 use feeler_plant::effects::CommandNoise;
 

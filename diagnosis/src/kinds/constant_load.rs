@@ -5,7 +5,7 @@ use feeler_plant::effects::ConstantLoad;
 use super::{Balance, Element, Force, Glance, Known};
 
 impl Known for ConstantLoad {
-    /// It pushes along the axis, so a negative value resists.
+    /// The load acts along the axis, so a negative value resists forward motion.
     const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
         &[Force::signed(|_| -1.0)],
         |of, _| Self { force: of[0] },

@@ -1,4 +1,4 @@
-//! `contact-damping`: another damping of the contact.
+//! `contact-damping`: a contact with another damping than believed.
 
 use feeler_plant::description::Contact;
 use feeler_plant::effects::ContactDamping;

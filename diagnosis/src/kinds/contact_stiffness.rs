@@ -1,4 +1,4 @@
-//! `contact-stiffness`: another stiffness of the contact.
+//! `contact-stiffness`: a contact with another stiffness than believed.
 
 use feeler_plant::description::Contact;
 use feeler_plant::effects::{ContactStiffness, Kind};

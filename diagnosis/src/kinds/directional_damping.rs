@@ -4,7 +4,7 @@ use feeler_plant::effects::{DirectionalDamping, Kind, Parameters, ViscousFrictio
 
 use super::{Element, Glance, Inner, Known, Seen};
 
-/// Asymmetries below this are none.
+/// Smaller asymmetries count as zero.
 const LEAST_ASYMMETRY: f64 = 0.05;
 
 impl Known for DirectionalDamping {

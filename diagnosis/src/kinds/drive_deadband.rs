@@ -1,4 +1,4 @@
-//! `drive-deadband`: small commands without effect.
+//! `drive-deadband`: a drive that ignores small commands.
 
 use feeler_plant::effects::DriveDeadband;
 

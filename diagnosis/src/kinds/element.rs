@@ -1,4 +1,4 @@
-//! The element for a trial effect, and the visible features of the records.
+//! The element of a trial effect, and features of the records.
 
 use feeler_catalogue::Key;
 use feeler_plant::assembly::{Assembly, assemble};
@@ -12,16 +12,16 @@ use crate::tolerance;
 pub(crate) struct Element<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) host: Host,
-    /// Its key in the file, as in `springs.guide`.
+    /// Key of the element in the file, such as `springs.guide`.
     pub(crate) key: String,
-    /// Tolerances in the file, by key; `None` if its values are known exactly.
+    /// Tolerances stated in the file, by key; `None` if the element's values are known exactly.
     tolerance: Option<&'a IndexMap<String, f64>>,
 }
 
 /// The library's host for an element.
 pub(crate) fn host_of(site: Site) -> Host {
     match site.table {
-        // Node 0 is ground.
+        // Node 0 is the ground.
         ElementKind::Bodies => Host::Body(site.index + 1),
         ElementKind::Springs => Host::Spring(site.index),
         ElementKind::Contacts => Host::Contact(site.index),
@@ -31,12 +31,12 @@ pub(crate) fn host_of(site: Site) -> Host {
 }
 
 impl<'a> Element<'a> {
-    /// The element of a machine at a place, with the tolerances in its file.
+    /// The element of a machine at a site, with the tolerances stated in its file.
     pub(crate) fn at(site: Site, machine: &'a Machine, tolerance: &'a IndexMap<String, f64>) -> Self {
         Element { machine, host: host_of(site), key: site.key(machine), tolerance: Some(tolerance) }
     }
 
-    /// The same without any tolerance.
+    /// The element without tolerances.
     pub(crate) fn known_exactly(&self) -> Self {
         Element { key: self.key.clone(), tolerance: None, ..*self }
     }
@@ -56,37 +56,37 @@ impl<'a> Element<'a> {
         self.machine.contacts.get_index(i).map(|(_, contact)| contact)
     }
 
-    /// Whether it is a drive with a position loop of its own.
+    /// Whether the element is a drive with its own position loop.
     pub(crate) fn is_servo(&self) -> bool {
         let Host::Actuator(i) = self.host else { return false };
         let drive = self.machine.actuators.get_index(i);
         drive.is_some_and(|(_, drive)| matches!(drive.kind, ActuatorKind::PositionServo(_)))
     }
 
-    /// The machine taken together.
+    /// The assembled machine.
     pub(crate) fn assembly(&self) -> Option<Assembly> {
         assemble(self.machine).ok()
     }
 
-    /// The tolerance of a value of its own, as a fraction.
+    /// The tolerance of a value of the element, as a fraction.
     pub(crate) fn tolerance(&self, value: &Key, default: f64) -> f64 {
         let Some(stated) = self.tolerance else { return 0.0 };
         stated.get(&format!("{}.{}", self.key, value.name)).copied().unwrap_or(default)
     }
 
-    /// The believed effects of its spring.
+    /// The believed effects of the element's spring.
     pub(crate) fn laws(&self) -> &[EffectUse] {
         self.spring().map_or(&[], |spring| spring.effects.as_slice())
     }
 
-    /// Whether the first values of one of its believed laws of friction may be these, by its tolerance.
+    /// Whether the tolerance of a believed law of friction includes these first values.
     pub(crate) fn is_within(&self, law: &EffectUse, values: &[f64]) -> bool {
         let rows = values.iter().zip(&law.values).zip(law.definition.parameters);
         rows.map(|((own, believed), parameter)| ((own / believed).ln().abs(), parameter.name))
             .all(|(off, name)| off <= self.tolerance_of_friction(law, name).ln_1p())
     }
 
-    /// The tolerance of a parameter of one of its believed laws of friction, as a fraction.
+    /// The tolerance of a parameter of a believed law of friction, as a fraction.
     fn tolerance_of_friction(&self, law: &EffectUse, parameter: &str) -> f64 {
         let Some(stated) = self.tolerance else { return 0.0 };
         let key = format!("{}.effects.{}.{parameter}", self.key, law.definition.kind);
@@ -94,11 +94,11 @@ impl<'a> Element<'a> {
     }
 }
 
-/// Rows by which a command may act late without being a finding. It may be held for half a row, and timing is
-/// known to no better than half a row.
+/// Delay of a command that is not a finding, rows. A command may be held for half a row, and its timing is
+/// known to half a row only.
 pub(crate) const LATE_ROWS: f64 = 1.0;
 
-/// Share of the fastest motion below which a guide practically sticks.
+/// Share of the largest speed below which a guide practically sticks.
 const AS_GOOD_AS_STUCK: f64 = 0.01;
 
 /// The range that the records cover.
@@ -112,44 +112,44 @@ pub(crate) struct Seen {
     pub(crate) speed_m_per_s: f64,
     /// The finest step of an encoder if only encoders measure the motion, m; zero otherwise.
     pub(crate) step_m: f64,
-    /// Time within which it is not known when a command acts, s: a row where no hold is stated, else zero.
+    /// Uncertainty of the instant at which a command acts, s: one row without a stated hold, otherwise zero.
     pub(crate) instant_s: f64,
 }
 
 impl Seen {
-    /// The longest way, m.
+    /// Range of the positions, m.
     pub(crate) fn stroke_m(self) -> f64 {
         let [low, high] = self.ends_m;
         (high - low).max(0.0)
     }
 
-    /// The same for a drive whose commands act this many rows after theirs; `None` if their instants are
-    /// known. What is later than [`LATE_ROWS`] in all is a finding.
+    /// The range for a drive whose commands act this many rows late; `None` if their instants are known. A
+    /// total delay above [`LATE_ROWS`] is a finding.
     pub(crate) fn beside(self, late_rows: Option<f64>) -> Self {
         Self { instant_s: late_rows.map_or(0.0, |rows| self.instant_s * (LATE_ROWS - rows)), ..self }
     }
 
-    /// Whether a command that is late by so much acts when others may act as well.
+    /// Whether a command with this delay is within the uncertainty of timing.
     pub(crate) fn is_in_time(&self, late_s: f64) -> bool {
         late_s < self.instant_s
     }
 
-    /// Whether a guide is practically stuck below this speed. A level of friction that has fallen by then may
-    /// as well be a guide that gives way before it slides.
+    /// Whether a guide practically sticks below this speed. A level that falls within these speeds cannot be
+    /// distinguished from presliding.
     pub(crate) fn is_stuck_below(&self, speed_m_per_s: f64) -> bool {
         speed_m_per_s < AS_GOOD_AS_STUCK * self.speed_m_per_s
     }
 
-    /// Whether a motion of this size is lost in the steps of the encoders.
+    /// Whether a motion of this size is below the resolution of the encoders.
     pub(crate) fn is_lost(&self, size_m: f64) -> bool {
         size_m < self.step_m
     }
 }
 
-/// Visible features of the records.
+/// Features of the records from which fits start.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
-    /// Largest command that is a force, or force of the first drive from another command, N.
+    /// Largest force command, or force of the first drive if its command is not a force, N.
     pub(crate) command: f64,
     /// Largest command, in its unit.
     pub(crate) asked: f64,
@@ -157,20 +157,19 @@ pub(crate) struct Glance {
     pub(crate) command_change: f64,
     /// Row spacing, s.
     pub(crate) spacing_s: f64,
-    /// Length of the longest record with those that it goes on from, s.
+    /// Length of the longest record, with the previous records on its clock, s.
     pub(crate) duration_s: f64,
     /// Largest contact force measured, N.
     pub(crate) force: f64,
     /// Fastest motion, m/s.
     pub(crate) speed: f64,
-    /// Steps in the values of channels, by sensor.
+    /// Quantisation steps of channels, by sensor.
     pub(crate) quanta: Vec<(usize, f64)>,
-    /// Missing force against position, `(x, F)`.
+    /// Missing force over position, `(x, F)`.
     pub(crate) missing: Vec<(f64, f64)>,
-    /// Apparent additional distance of surfaces, by contact: from the positions of the bodies when a force is
-    /// measured.
+    /// Apparent offset of each contact's surface, from the positions of the bodies when a force is measured.
     pub(crate) surfaces: Vec<(usize, f64)>,
-    /// Range of the measured elongation, by spring: if sensors read the positions of both its bodies.
+    /// Range of the measured elongation of each spring with position sensors on both bodies.
     pub(crate) elongations: Vec<(usize, f64)>,
 }
 
@@ -187,7 +186,7 @@ impl Glance {
         if self.missing.is_empty() { [0.0; 2] } else { ends }
     }
 
-    /// From the one to the other, m.
+    /// Range of the positions, m.
     pub(crate) fn stroke(&self) -> f64 {
         let [low, high] = self.ends();
         (high - low).max(0.0)

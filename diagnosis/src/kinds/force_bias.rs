@@ -1,4 +1,4 @@
-//! `force-bias`: a force reading without a force.
+//! `force-bias`: a force sensor with an offset.
 
 use feeler_plant::effects::ForceBias;
 

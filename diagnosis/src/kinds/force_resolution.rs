@@ -1,4 +1,4 @@
-//! `force-resolution`: forces in steps.
+//! `force-resolution`: quantised forces.
 
 use feeler_plant::effects::ForceResolution;
 
@@ -6,7 +6,7 @@ use super::start::quanta;
 use super::{Element, Glance, Known, STEP_SPREAD};
 
 impl Known for ForceResolution {
-    /// A step is read from the values themselves; residuals determine it far less well.
+    /// A step is visible in the readings themselves; residuals determine it far less well.
     const READ_OFF: Option<f64> = Some(STEP_SPREAD);
 
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {

@@ -6,8 +6,8 @@ use feeler_plant::effects::ForceRipple;
 
 use super::{Balance, Element, Force, Form, Glance, Known, Seen, spread};
 
-/// Step of the trial waves per stroke, from half a wave on. With it the phase over the stroke changes by less
-/// than half a turn per step.
+/// Step between trial waves, in waves per stroke, from half a wave upwards. It changes the phase over the
+/// stroke by less than half a turn.
 const WAVES_STEP: f64 = 0.25;
 const PITCHES: usize = 400;
 /// Number of pitches passed on to the fit.
@@ -52,7 +52,7 @@ impl Known for ForceRipple {
     }
 }
 
-/// The sines in position that explain most of the missing force.
+/// The sines over position that explain most of the missing force.
 pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
     let (low, high) =
         missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
@@ -84,7 +84,7 @@ pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
 }
 
 /// The sine and cosine of a period that explain most of a force over position, and the explained amount.
-/// `None` if the positions do not determine them.
+/// `None` if the positions do not determine their amplitudes.
 pub(super) fn wave(points: &[(f64, f64)], period: f64) -> Option<(f64, [f64; 2])> {
     let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (x, f) in points {

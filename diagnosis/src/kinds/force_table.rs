@@ -1,4 +1,4 @@
-//! `force-table`: the force that no law explains, so no fit finds it as a cause.
+//! `force-table`: a force over position that no law explains. It is not tried as a cause.
 
 use feeler_plant::effects::ForceTable;
 

@@ -1,4 +1,4 @@
-//! `friction-table`: what is left when nothing else explains it, so no fit finds it as a cause.
+//! `friction-table`: friction over position that no law explains. It is not tried as a cause.
 
 use feeler_plant::effects::FrictionTable;
 

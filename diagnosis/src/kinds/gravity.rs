@@ -11,7 +11,7 @@ use super::{Balance, Element, Force, Form, Glance, Known, Resembled};
 /// Trial values of the largest torque, as shares of the largest command.
 const SHARES: [f64; 3] = [0.05, 0.25, 0.7];
 
-/// Angles at which a weight may act as a constant load, in a whole turn.
+/// Number of angles within a turn at which a weight is compared with a constant load.
 const ANGLES: u32 = 8;
 
 impl Known for Gravity {
@@ -42,7 +42,7 @@ impl Known for Gravity {
         ),
     ];
 
-    /// Only a rotational axis has an angle.
+    /// Only a rotational axis has an angle between arm and weight.
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         if element.machine.axis != Axis::Rotational {
             return Vec::new();
@@ -62,7 +62,7 @@ mod tests {
     use super::super::nearest;
     use super::*;
 
-    /// At any angle one of the loads is that of the weight, within its change over a sixteenth of a turn.
+    /// At any angle one of the loads equals the weight, within its change over a sixteenth of a turn.
     #[test]
     fn truth_a_weight_over_a_short_motion_begins_as_the_load_that_it_is() {
         let loads = nearest(Kind::Gravity, Kind::ConstantLoad, &[12.0, 0.7, TAU]);

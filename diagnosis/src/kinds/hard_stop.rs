@@ -1,21 +1,21 @@
-//! `hard-stop`: an unexpected end of travel.
+//! `hard-stop`: an unexpected end stop.
 
 use feeler_plant::effects::{HardStop, Kind};
 
 use super::{Element, Glance, Known, Seen};
 
-/// Trial positions of stops, as shares of the way from the middle of the travel to its ends.
+/// Trial positions of stops, as shares of the distance from the middle of the stroke to its ends.
 const PLACES: [f64; 4] = [0.3, 0.6, 0.85, 0.97];
-/// Travel over the depth at which a stop holds the largest command.
+/// Ratio of the stroke to the depth at which a stop holds the largest command.
 const HARDNESS: [f64; 2] = [4.0, 40.0];
 
-/// Places from the middle of the travel to an end at which the missing force may begin.
+/// Number of trial positions, from the middle of the stroke to an end, at which the missing force may begin.
 const LOOKED_AT: usize = 20;
 
-/// Share of the travel by which a stop gives way at most under the largest command, of which it holds but a
-/// part: a softer one is a spring.
+/// Largest deflection of a stop under the largest command, as a share of the stroke. A softer stop is a
+/// spring.
 const SOFT: f64 = 0.25;
-/// Largest share of the travel beyond a stop: it ends a travel.
+/// Largest share of the stroke beyond a stop.
 const BEYOND: f64 = 0.25;
 
 impl Known for HardStop {
@@ -49,21 +49,21 @@ impl Known for HardStop {
     }
 }
 
-/// Whether a stop acts like a spring: it gives way, or the machine works beyond it.
+/// Whether a stop is in fact a spring: it is soft, or much of the stroke lies beyond it.
 fn is_spring(stop: HardStop, seen: Seen) -> bool {
     let [low, high] = seen.ends_m;
     let beyond = (high - stop.position).min(stop.position - low);
     seen.command_n > SOFT * seen.stroke_m() * stop.stiffness || beyond > BEYOND * seen.stroke_m()
 }
 
-/// The stop between the middle and an end of the travel that explains most of the missing force over
-/// position, `(x, F)`; `None` if no force pushes back from there.
+/// The stop between the middle and an end of the stroke that explains most of the missing force over
+/// position, `(x, F)`; `None` if no force pushes back.
 fn portrayed(missing: &[(f64, f64)], middle: f64, end: f64) -> Option<HardStop> {
     let side = (end - middle).signum();
     let at = |k: usize| {
         let position = middle + k as f64 / LOOKED_AT as f64 * (end - middle);
         let depth = |x: f64| (side * (x - position)).max(0.0);
-        // Another stop may be at the other end.
+        // The other half of the stroke is left out, because it may have another stop.
         let is_before = |x: f64| depth(x) == 0.0 && side * (x - middle) >= 0.0;
         let before: Vec<f64> = missing.iter().filter(|(x, _)| is_before(*x)).map(|(_, f)| *f).collect();
         let level = before.iter().sum::<f64>() / before.len().max(1) as f64;
@@ -84,13 +84,13 @@ fn portrayed(missing: &[(f64, f64)], middle: f64, end: f64) -> Option<HardStop> 
 mod tests {
     use super::*;
 
-    /// A force of 2 N everywhere, and a stop of 500 N/m beyond 0.6 of a travel from -1 m to 1 m.
+    /// A constant force of 2 N, and a stop of 500 N/m beyond 0.6 m, over a stroke from -1 m to 1 m.
     #[test]
     fn truth_the_portrait_shows_where_a_stop_begins() {
         let of = |x: f64| (x, 2.0 - 500.0 * (x - 0.6).max(0.0));
         let missing: Vec<(f64, f64)> = (-100..=100).map(|k| of(f64::from(k) / 100.0)).collect();
         let stop = portrayed(&missing, 0.0, 1.0).expect("it pushes back");
-        // A place looked at, where the regression is exact to machine precision.
+        // The stop is at a trial position, where the regression is exact to machine precision.
         assert!((stop.position - 0.6).abs() < 1e-12 && (stop.stiffness / 500.0 - 1.0).abs() < 1e-9);
         assert!(portrayed(&missing, 0.0, -1.0).is_none());
     }
@@ -99,9 +99,10 @@ mod tests {
     fn truth_a_stop_ends_a_travel_and_a_spring_does_not() {
         let seen = Seen { ends_m: [-1.0, 1.0], command_n: 100.0, ..Seen::default() };
         let of = |position, stiffness| is_spring(HardStop { position, stiffness, damping: 0.0 }, seen);
-        // It holds 100 N within 0.5 m, a quarter of the travel, and begins 0.4 m before an end.
+        // The stop holds 100 N within 0.5 m, a quarter of the stroke, and begins 0.4 m before an end.
         assert!(!of(0.6, 200.0) && !of(-0.6, 200.0));
-        // Within 1 m; and 0.9 m before the end, as a cable that pulls over half of the way.
+        // The first deflects by 1 m. The second begins 0.9 m before the end, like a cable over half of the
+        // stroke.
         assert!(of(0.6, 100.0) && of(0.1, 200.0));
     }
 }

@@ -4,9 +4,9 @@ use feeler_plant::effects::{ContactStiffness, HertzContact, Kind, Parameters};
 
 use super::{Element, Glance, Inner, Known, Seen};
 
-/// The exponent of smooth spheres.
+/// Exponent of smooth spheres.
 const EXPONENT: f64 = 1.5;
-/// Smaller exponents are those of a spring, within its calibration.
+/// A contact with a smaller exponent is a linear spring.
 const LEAST_EXPONENT: f64 = 1.1;
 
 impl Known for HertzContact {
@@ -20,13 +20,13 @@ impl Known for HertzContact {
 
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let Some(contact) = element.contact() else { return Vec::new() };
-        // Equal force at the depth of part of the largest one.
+        // The force equals that of the believed contact at a share of the largest force.
         let (k, force) = (contact.stiffness, glance.force.max(1e-9));
         let at = |share: f64| k * (share * force / k).powf(1.0 - EXPONENT);
         [0.15, 0.4, 1.0].map(|share| Self { exponent: EXPONENT, stiffness: at(share) }).to_vec()
     }
 
-    /// A law with an exponent of one is a spring.
+    /// A law with an exponent of one is a linear spring.
     fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
         self.exponent < LEAST_EXPONENT
     }

@@ -7,7 +7,8 @@ use super::start::off;
 use super::{Element, Glance, Known, Seen};
 use crate::tolerance::FRACTION;
 
-/// Gains tried: units of a firmware may be off by decades, and a fit finds its way within a factor of three.
+/// Trial gains. The units of a firmware may be off by decades, and a fit converges from within a factor of
+/// three.
 const GAINS: [f64; 9] = [0.003, 0.01, 0.03, 0.1, 0.3, 0.6, 1.6, 5.0, 20.0];
 
 impl Known for LoopGain {
@@ -16,7 +17,7 @@ impl Known for LoopGain {
         "hold a known load: the error of the servo is the load over its gain, whatever the mass",
     )];
 
-    /// Under a drive whose command is its force, `drive-gain` says the same.
+    /// For a drive with a force command, `drive-gain` has the same effect.
     fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
         if !element.is_servo() {
             return Vec::new();

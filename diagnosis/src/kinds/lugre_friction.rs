@@ -1,4 +1,4 @@
-//! `lugre-friction`: friction of bristles that bend before they slide.
+//! `lugre-friction`: friction of bristles that deflect before they slide.
 
 use std::f64::consts::TAU;
 
@@ -7,17 +7,17 @@ use feeler_plant::effects::{CoulombFriction, Kind, LugreFriction, Parameters, St
 use super::start::levels;
 use super::{Element, Glance, Inner, Known, Seen, nearest};
 
-/// Deflection of bristles that represent dry friction of a level, m.
+/// Deflection of bristles that practically represent Coulomb friction, m.
 const SHORT_M: f64 = 1e-5;
-/// Damping over stiffness of such bristles, s.
+/// Ratio of damping to stiffness of such bristles, s.
 const SETTLES_S: f64 = 1e-3;
 /// Initial frequencies, Hz, of the moving mass on its bristles, and the damping ratio there.
 const FREQUENCIES_HZ: [f64; 2] = [25.0, 90.0];
 const RATIO: f64 = 0.5;
-/// Share of the fastest motion over which the level falls.
+/// Share of the largest speed over which the level falls.
 const FALLS: f64 = 0.05;
 
-/// Bristles so short that they represent dry friction of these levels.
+/// Bristles so stiff that they practically represent dry friction with these levels.
 fn stiff(coulomb: f64, static_level: f64, velocity: f64) -> LugreFriction {
     let stiffness = static_level / SHORT_M;
     LugreFriction { stiffness, damping: SETTLES_S * stiffness, coulomb, static_level, velocity }
@@ -73,9 +73,8 @@ impl Known for LugreFriction {
         levels(glance.command).into_iter().flat_map(at).collect()
     }
 
-    /// Every guide gives way before it slides, and fits allow for it. Bristles whose levels are those of a
-    /// believed law, within its tolerance, say no more of the machine. Nor does a static level that no
-    /// sliding guide meets.
+    /// Every guide has presliding, which fits allow for. Bristles whose levels lie within the tolerance of a
+    /// believed law are therefore not a finding. Neither is a static level that no sliding guide reaches.
     fn is_trivial(self, element: &Element<'_>, seen: Seen) -> bool {
         let mut shown = self;
         if seen.is_stuck_below(self.velocity) {
@@ -102,11 +101,11 @@ mod tests {
         let element = Element::at(site, &machine, &tolerance);
         let seen = Seen::default();
         let of = |coulomb, static_level| LugreFriction { coulomb, static_level, ..stiff(2.0, 2.0, 0.1) };
-        // Believed within a factor of two.
+        // The level is believed within a factor of two.
         assert!(of(1.8, 2.1).is_trivial(&element, seen));
         assert!(!of(1.8, 4.5).is_trivial(&element, seen) && !of(0.9, 2.1).is_trivial(&element, seen));
         assert!(!of(1.8, 2.1).is_trivial(&element.known_exactly(), seen));
-        // Their peak ends at 0.1 m/s: where all motion is faster, no record shows it.
+        // The static level has faded at 0.1 m/s. If all motion is faster, no record shows it.
         let seen = Seen { speed_m_per_s: 20.0, ..seen };
         assert!(of(1.8, 400.0).is_trivial(&element, seen) && !of(0.9, 2.1).is_trivial(&element, seen));
     }

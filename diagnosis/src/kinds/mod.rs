@@ -1,6 +1,6 @@
-//! Knowledge of the diagnosis about each kind of effect, one file each: the start of its fit, and when its
-//! values are not a finding. Also the laws that the kind contains, the uncertainty of its values, and how to
-//! separate it from look-alikes.
+//! Knowledge of the diagnosis about each kind of effect, one file per kind. It includes the starting points
+//! of fits, the values that are not a finding, the laws that the kind contains and the uncertainty of its
+//! values. It also says how to separate the kind from look-alikes.
 //!
 //! A file without special needs uses the defaults of [`Known`].
 
@@ -15,85 +15,83 @@ pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
 pub(crate) use element::{Element, Glance, LATE_ROWS, Seen, host_of};
 pub(crate) use force_ripple::ripples;
 
-/// Largest change of a step that was read from the values, as a logarithm.
+/// Largest change of a quantisation step that was read from the values, as a logarithm.
 const STEP_SPREAD: f64 = 5e-4;
-/// Standard deviation of a dry friction's level, as a fraction: on 17 blind cases of `docs/diagnosis.md` the
-/// root mean square error was 4.7 %.
+/// Relative standard deviation of a dry friction level: on 17 blind cases of `docs/diagnosis.md` the root
+/// mean square error was 4.7 %.
 const LEVEL: f64 = 0.045;
-/// Standard deviation of a delay, in rows: a command in one row may have come at any instant since the
-/// previous row, and samples jitter.
+/// Standard deviation of a delay, in rows. A command in one row may have arrived at any instant since the
+/// previous row, and sampling instants jitter.
 const DELAY_ROWS: f64 = 0.05;
 
-/// Properties of a kind, by its parameters.
+/// Knowledge about a kind, given by the struct of its parameters.
 pub(crate) trait Known: Parameters + 'static {
-    /// Largest change of values that are read from the records, as a logarithm; `None` if residuals decide.
+    /// Largest change of values that are read from the records, as a logarithm; `None` if residuals determine
+    /// them.
     const READ_OFF: Option<f64> = None;
-    /// Standard deviation of its values in addition to the residuals', in rows.
+    /// Standard deviation of the values beyond that from residuals, in rows.
     const OFF_ROWS: f64 = 0.0;
-    /// Laws that it contains.
+    /// Laws that the kind contains.
     const CONTAINS: &'static [Inner<Self>] = &[];
-    /// Kinds that it resembles over a short motion, with values of theirs at which their fits may begin.
+    /// Kinds that it resembles over a short motion, with starting values for their fits.
     const RESEMBLES: &'static [Resembled<Self>] = &[];
-    /// Whether it has no effect on a machine without contacts.
+    /// Whether the kind has no effect on a machine without contacts.
     const NEEDS_CONTACT: bool = false;
-    /// Whether only a rotational axis can have it.
+    /// Whether only a rotational axis can have the kind.
     const ONLY_TURNING: bool = false;
-    /// Whether it may be named as a cause.
+    /// Whether an answer may name the kind as a cause.
     const IS_CAUSE: bool = true;
     /// Two kinds on one element with the same combined effect.
     const SAME_AS: Option<[Kind; 2]> = None;
-    /// The actual kind if bodies hit each other.
+    /// The kind that replaces this one if bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
-    /// Believed value of its element that its first parameter adds to.
+    /// Believed value of the element to which the first parameter adds.
     const ADDS_TO: Option<Key> = None;
-    /// Kinds that may look like it, with the means to separate them if no command does.
+    /// Kinds that may look alike, each with a way to separate them that needs more than a command.
     const APART: &'static [(Kind, &'static str)] = &[];
 
-    /// Its contribution to the balance of forces of an axis that moves as one; `None` if such a balance does
-    /// not show it.
+    /// Contribution to the balance of forces of a rigid axis; `None` if a balance does not involve the kind.
     const BALANCE: Option<Balance<Self>> = None;
 
-    /// Starting points of its fit. The cost is often far from quadratic, so there are several, spread over
+    /// Starting points of the fit. The cost is often far from quadratic, so there are several, spread over
     /// the range that the records can show.
     fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
         start::about_typical()
     }
 
-    /// Whether these values only move a believed one within its tolerance, or reduce the effect to nearly
-    /// zero.
+    /// Whether these values only move a believed value within its tolerance, or make the effect nearly zero.
     fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
         false
     }
 
-    /// Standard deviation of each value in addition to the residuals', as a fraction; `None` if the law is
-    /// right.
+    /// Relative standard deviation of each value beyond that from residuals; `None` if the law is exact.
     ///
-    /// No law of the library describes real friction before sliding, or exactly how it falls with speed.
+    /// No law of the library describes real presliding friction, or exactly how friction falls with speed.
     fn fractions_off() -> Option<Self> {
         let of_all = || Self::of(&vec![LEVEL; Self::PARAMETERS.len()]);
         Self::KIND.definition().has(Trait::DryFriction).then(of_all)
     }
 
-    /// Magnitude of the position-dependent force that it describes even if the effect itself is nearly zero;
-    /// `None` if there is none.
+    /// Magnitude of the position-dependent force that the values describe, even if the effect itself is
+    /// nearly zero. `None` if there is no such force.
     fn force_over_position(self) -> Option<f64> {
         None
     }
 }
 
-/// A kind that another resembles, and values of it from those of the other.
+/// A kind that another one resembles, and its values from those of the other.
 type Resembled<Other> = (Kind, fn(Other) -> Vec<Vec<f64>>);
 
-/// A law that another contains.
+/// A law that another one contains.
 pub(crate) struct Inner<Outer> {
     kind: Kind,
-    /// Parameters with which the outer law equals the inner one with these.
+    /// Parameters of the outer law from equivalent parameters of the inner law.
     embed: fn(&[f64]) -> Outer,
-    /// Parameters of the inner law nearest to the outer one: several if there are several candidates.
+    /// Parameters of the inner law closest to the outer one; there may be several candidates.
     nearest: fn(Outer) -> Vec<Vec<f64>>,
 }
 
-/// Properties of a kind, for values in the order of its definition; see [`Known`].
+/// Knowledge about a kind, with values in the order of its definition; see [`Known`].
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
     pub(crate) off_rows: f64,
@@ -115,7 +113,7 @@ pub(crate) struct Dossier {
 }
 
 impl Dossier {
-    /// Whether commands act later by it.
+    /// Whether the kind delays commands.
     pub(crate) fn is_late(&self) -> bool {
         matches!(self.balance, Some(Shown { form: Form::Lag | Form::Delay, .. }))
     }
@@ -191,14 +189,14 @@ macro_rules! dossiers {
 
 feeler_plant::effects!(dossiers);
 
-/// Parameters with which the law `outer` equals the law `inner` with parameters `values`; `None` if it does
-/// not contain it.
+/// Parameters with which the law `outer` equals the law `inner` with parameters `values`; `None` if `outer`
+/// does not contain `inner`.
 pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>> {
     (dossier(outer).embed)(inner, values)
 }
 
-/// Parameters of the law `inner` nearest to the law `outer` with parameters `values`. Several if there are
-/// several candidates, and empty if it neither contains nor resembles it.
+/// Parameters of the law `inner` closest to the law `outer` with parameters `values`. There may be several
+/// candidates; empty if `outer` neither contains nor resembles `inner`.
 pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
     (dossier(outer).nearest)(inner, values)
 }
@@ -213,7 +211,7 @@ pub(crate) fn overlaps(a: Kind, b: Kind) -> bool {
     a == b || contains(a, b) || contains(b, a)
 }
 
-/// How to separate two look-alike kinds, in words, if no command does it; `None` if nothing is known.
+/// How to separate two look-alike kinds, in words, if no command does; `None` if nothing is known.
 pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
     let of = |one: Kind, other: Kind| dossier(one).apart.iter().find(|(kind, _)| *kind == other);
     of(a, b).or_else(|| of(b, a)).map(|(_, what)| *what)

@@ -1,4 +1,4 @@
-//! `speed-table`: what is left when nothing else explains it, so no fit finds it as a cause.
+//! `speed-table`: a force over speed that no law explains. It is not tried as a cause.
 
 use feeler_plant::effects::SpeedTable;
 

@@ -5,10 +5,10 @@ use feeler_plant::effects::{CoulombFriction, EffectUse, Kind, Parameters, Stribe
 use super::start::levels;
 use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, Seen, spread};
 
-/// Speed over which it falls when its fit starts from Coulomb friction, m/s.
+/// Stribeck speed with which a fit starts from Coulomb friction, m/s.
 const SPEED_M_PER_S: f64 = 0.01;
-/// Standard deviation of the level at high speed, and of the Stribeck speed, as fractions: viscous damping
-/// hides it.
+/// Relative standard deviations of the level at high speed and of the Stribeck speed. Viscous damping makes
+/// both uncertain.
 const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::kinds::element::guide_with_friction;
 
-    /// Of a peak over a believed level, only one that moving guides meet is a departure.
+    /// A higher static level above a believed level is a departure only if a sliding guide reaches it.
     #[test]
     fn truth_a_peak_that_only_stuck_guides_meet_is_no_departure_from_the_believed_level() {
         let (machine, site) = guide_with_friction();

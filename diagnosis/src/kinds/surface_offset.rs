@@ -1,4 +1,4 @@
-//! `surface-offset`: a surface that is nearer or farther away.
+//! `surface-offset`: a surface that is nearer or farther away than believed.
 
 use feeler_plant::description::Contact;
 use feeler_plant::effects::{Host, Parameters, SurfaceOffset};
@@ -7,8 +7,8 @@ use super::{Element, Glance, Known, Seen};
 use crate::tolerance::GAP;
 
 impl Known for SurfaceOffset {
-    /// A surface beyond the tool's travel gives no force that could lead a fit to it, so its position is read
-    /// from the records.
+    /// The tool feels no force from a surface beyond its stroke, so a fit cannot find the surface. The start
+    /// is therefore read from the records.
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let read = glance.surfaces.iter().filter(|(contact, _)| element.host == Host::Contact(*contact));
         [-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]

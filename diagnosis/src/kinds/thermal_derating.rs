@@ -4,11 +4,11 @@ use feeler_plant::effects::{Kind, ThermalDerating};
 
 use super::{Element, Glance, Known};
 
-/// Shortest record in which a winding warms, s.
+/// Shortest record in which a winding warms noticeably, s.
 const SHORTEST_S: f64 = 30.0;
-/// Forces tried that heat halves, over the largest force.
+/// Trial forces at which heat halves the force, over the largest force.
 const FORCES: [f64; 2] = [0.6, 1.5];
-/// Time constants tried, over the longest record.
+/// Trial time constants, over the length of the longest record.
 const TIMES: [f64; 2] = [0.2, 1.0];
 
 impl Known for ThermalDerating {

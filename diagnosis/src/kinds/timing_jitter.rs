@@ -1,4 +1,4 @@
-//! `timing-jitter`: it changes the commands of the controller, which the records contain, so it is not tried.
+//! `timing-jitter`: the recorded commands already contain its effect, so it is not tried.
 
 use feeler_plant::effects::TimingJitter;
 

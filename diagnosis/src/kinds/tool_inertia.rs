@@ -1,4 +1,4 @@
-//! `tool-inertia`: a mass beyond the force sensor.
+//! `tool-inertia`: a mass between the force sensor and the contact.
 
 use feeler_plant::effects::ToolInertia;
 

@@ -4,19 +4,20 @@ use feeler_plant::effects::{ABOVE_ZERO, Kind, TorqueSpeedLine};
 
 use super::{Element, Glance, Known, Seen};
 
-/// Forces at rest tried, as shares of the largest command.
+/// Trial forces at rest, as shares of the largest command.
 const FORCES: [f64; 4] = [0.3, 0.6, 1.0, 2.0];
-/// Speeds without load tried, of the fastest motion: beyond twice, less than half of the line shows.
+/// Trial no-load speeds, over the largest speed. Beyond twice that speed, less than half of the line is
+/// visible.
 const SPEEDS: [f64; 3] = [1.0, 1.3, 2.0];
-/// With a speed without load this many times the fastest motion, the line is a constant limit: a tenth of it
-/// is lost at most.
+/// Ratio of the no-load speed to the largest speed above which the line counts as a constant limit: at most a
+/// tenth of the force is lost.
 const LEVEL: f64 = 10.0;
 
 impl Known for TorqueSpeedLine {
     const APART: &'static [(Kind, &'static str)] =
         &[(Kind::ForceLimit, "push with the largest command at rest and at speed: one cap falls with speed")];
 
-    /// An amplifier whose command is a force has voltage to spare, and a motor has a line of its own.
+    /// An amplifier with a force command has enough voltage, and a motor already states its line.
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         if !element.is_servo() {
             return Vec::new();

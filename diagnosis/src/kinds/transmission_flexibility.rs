@@ -8,13 +8,13 @@ use feeler_plant::effects::{Host, Kind, TransmissionFlexibility};
 use super::start::{NARROW, every, is_overdamped, mode};
 use super::{Element, Glance, Known, Seen};
 
-/// Range of the search for the mode of a joint.
+/// Range of trial frequencies for the mode of a joint, Hz.
 const RANGE_HZ: (f64, f64) = (10.0, 400.0);
-/// Shares of the largest command that may bend a spring.
+/// Trial shares of the largest command that deflect the spring.
 const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.1];
-/// Lowest mode that a servo's loop leaves to be seen, over the frequency of the loop.
+/// Lowest visible mode of a servo, over the frequency of the servo's loop.
 const BELOW_LOOP: f64 = 0.7;
-/// Rows that a period of a mode has at least.
+/// Smallest number of rows in a period of a mode.
 const ROWS_PER_PERIOD: f64 = 3.0;
 
 impl Known for TransmissionFlexibility {
@@ -25,7 +25,7 @@ impl Known for TransmissionFlexibility {
         let Some(assembly) = element.assembly() else { return Vec::new() };
         let range_hz = range_hz(&assembly, glance.spacing_s);
         let mass_of = |node: usize| assembly.nodes[node].mass_kg;
-        // The split of a body is unknown: a third or two thirds may be on the spring.
+        // The split of a body's mass is unknown: a third or two thirds may be beyond the spring.
         let split = match element.host {
             Host::Spring(i) => vec![[mass_of(assembly.links[i].a), mass_of(assembly.links[i].b)]],
             Host::Body(node) => [1.0 / 3.0, 2.0 / 3.0]
@@ -33,7 +33,7 @@ impl Known for TransmissionFlexibility {
                 .to_vec(),
             _ => Vec::new(),
         };
-        // Sensors on both bodies show how far a spring bends, under at most the largest command.
+        // Sensors on both bodies show the deflection of a spring, under at most the largest command.
         let most = glance.elongation(element.host).map(|range| 2.0 * glance.command / range);
         let of = |[a, b]: [f64; 2]| {
             let reduced = a * b / (a + b);
@@ -54,8 +54,8 @@ impl Known for TransmissionFlexibility {
     }
 }
 
-/// Frequencies at which a mode can be. A servo's loop may be slower than all of [`RANGE_HZ`], and so may its
-/// rows.
+/// Range of possible frequencies of a mode. The loop of a servo, and its rows, may be slower than all of
+/// [`RANGE_HZ`].
 fn range_hz(assembly: &Assembly, spacing_s: f64) -> (f64, f64) {
     let total: f64 = assembly.nodes.iter().map(|node| node.mass_kg).filter(|mass| mass.is_finite()).sum();
     let loops = assembly.drives.iter().filter_map(|drive| drive.servo);

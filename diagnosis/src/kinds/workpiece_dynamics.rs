@@ -13,8 +13,8 @@ const RATIO: f64 = 0.06;
 
 impl Known for WorkpieceDynamics {
     fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
-        // The apparent stiffness of the contact is known well, so that a wrong stiffness hides a right
-        // frequency: both are spread, and the mass follows.
+        // The records determine the series stiffness of contact and workpiece well, so a wrong stiffness
+        // hides a right frequency. Both are therefore varied, and the mass follows.
         let contacts = element.machine.contacts.values().map(|contact| contact.stiffness);
         let softest = contacts.fold(f64::INFINITY, f64::min);
         let contact = if softest.is_finite() { softest } else { Self::typical().stiffness };

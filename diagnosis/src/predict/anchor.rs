@@ -3,14 +3,14 @@
 //! The bodies that carry an encoder, and all bodies connected to them by springs, are corrected together. The
 //! correction has two parts:
 //!
-//! - Accelerometers correct by their readings beyond the prediction, so that a force missing in the model
-//!   does not spoil the motion.
+//! - Accelerometers correct by the difference between reading and prediction, so that a force missing in the
+//!   model does not spoil the motion.
 //! - The encoder corrects slowly, so that the noise of accelerometers does not accumulate.
 //!
-//! Relative motion inside the chain keeps its prediction, and so do bodies outside it (base, workpiece). A
-//! hidden mode therefore needs no restart. The gains are those of the steady Kalman filter of a mass whose
-//! acceleration and position are read with noise. They are a critically shaped pair at
-//! `omega = (q / r)^(1/4)`, where `q` and `r` are the two noise densities.
+//! Relative motion inside the chain keeps its prediction. So do bodies outside it (base, workpiece), and a
+//! hidden mode needs no restart. The gains are those of the steady Kalman filter of a mass whose acceleration
+//! and position are measured with noise. They form an observer with `omega = (q / r)^(1/4)` and damping ratio
+//! `1/sqrt(2)`, where `q` and `r` are the two noise densities.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source};
 use feeler_plant::description::Quantity;
@@ -21,23 +21,23 @@ use super::machine::Moving;
 use super::state::State;
 use crate::dataset::{Channel, Record};
 
-/// Slowest and fastest observer correction, rad/s.
+/// Lowest and highest natural frequency of the observer correction, rad/s.
 const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
-/// Fastest correction without accelerometers, rad/s: slow against vibration, so that the model's forces show,
-/// but fast against drift.
+/// Highest natural frequency without accelerometers, rad/s: slow against vibration, so that forces of the
+/// model remain visible, but fast against drift.
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
-/// Largest apparent acceleration by noise and steps of an encoder, over that of the motion. An error of the
-/// corrected position is an acceleration times the square of the time constant of the correction. A fast
-/// correction hides the forces of a slow motion in the steps of the encoder. With a slow one, friction
-/// reverses at other instants than in the motion.
+/// Largest apparent acceleration from an encoder's noise and steps, over that of the motion. An error of the
+/// corrected position is an acceleration times the squared time constant of the correction. With a fast
+/// correction the encoder's steps hide the forces of a slow motion. With a slow one, friction reverses at
+/// other instants than in the measured motion.
 const NOISE_SHARE: f64 = 0.05;
-/// Smallest ratio of observer correction without accelerometers to the frequency of the motion.
+/// Smallest ratio of the observer's natural frequency without accelerometers to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
-/// Slowest observer correction without accelerometers, rad/s.
+/// Lowest natural frequency of the observer without accelerometers, rad/s.
 const SLOWEST: f64 = 2.0;
-/// A spring is bent if the readings at its ends differ by more than this many of their steps.
+/// A spring is deflected if the readings at its ends differ by more than this many of their steps.
 const BENT_STEPS: f64 = 8.0;
-/// A step of this many times the noise dominates the error of a reading.
+/// Ratio of a step to the noise above which the step dominates the error of a reading.
 const COARSE: f64 = 4.0;
 
 /// Whether predictions are corrected toward the measured motion.
@@ -63,7 +63,7 @@ struct Tap {
 }
 
 impl Tap {
-    /// How far a reading exceeds the prediction.
+    /// Difference between reading and prediction.
     fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> f64 {
         let measured = series[self.channel][(row + self.late).min(series[self.channel].len() - 1)];
         (measured - self.bias) / self.gain - predicted[self.channel]
@@ -74,7 +74,7 @@ impl Tap {
 #[derive(Clone, Debug)]
 pub(super) struct Anchor {
     coordinates: Vec<usize>,
-    /// The same with sliding surfaces.
+    /// The coordinates of the chain, with those of sliding surfaces.
     whole: Vec<usize>,
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
@@ -88,7 +88,7 @@ pub(crate) fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize>
     assembly.reached(vec![node], &[GROUND_NODE, stop], holds)
 }
 
-/// Natural frequency of the correction without accelerometers, rad/s, from the motion of the first measured
+/// Natural frequency of the observer without accelerometers, rad/s, from the motion of the first measured
 /// position.
 pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record) -> f64 {
     let is_position = |c: &usize| {
@@ -107,16 +107,16 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
         .map_or(OMEGA_WITHOUT_ACCELEROMETERS, |omega| omega.clamp(SLOWEST, OMEGA_WITHOUT_ACCELEROMETERS))
 }
 
-/// Sets position and speed of the first measured chain from the first rows of its encoder, if the record
-/// begins in motion. `omega` is the natural frequency of the correction, rad/s.
+/// Sets position and speed of the first measured chain from the first rows of its encoder. `omega` is the
+/// natural frequency of the observer, rad/s.
 ///
-/// Returns whether it does.
+/// Returns whether the record begins in motion.
 pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) -> bool {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
         };
-        // An imposed motion is given; bodies attached to it begin as described.
+        // An imposed motion is given; bodies attached to it start as the machine file states.
         if assembly.drives.iter().any(|drive| drive.imposed.is_some() && drive.on == node) {
             continue;
         }
@@ -141,8 +141,8 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
     false
 }
 
-/// Sets the other measured bodies of the chain of `first` to their own readings, if these show that a spring
-/// between them is bent. The record then begins under load.
+/// Sets the other measured bodies of the chain of `first` to their own readings, if these show a deflected
+/// spring between them. The record then begins under load.
 fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, first: usize) {
     for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
@@ -165,8 +165,8 @@ fn place_beside(assembly: &mut Assembly, channels: &[Channel], record: &Record, 
 
 impl Anchor {
     /// The corrections of the first chain with a measured position, from the channels that are not silent.
-    /// `None` if there is no such chain. Sliding surfaces stay where friction holds them. Without
-    /// accelerometers the natural frequency is `pace`, rad/s.
+    /// `None` if there is no such chain. Sliding surfaces stay in place. Without accelerometers the natural
+    /// frequency is `pace`, rad/s.
     pub(super) fn new(
         motion: &Motion,
         channels: &[Channel],
@@ -249,22 +249,22 @@ impl Anchor {
         Some(Self { coordinates, whole, positions, accelerations, omega })
     }
 
-    /// How far the reading of the position exceeds the prediction, before its dead zone.
+    /// Difference between the position's reading and its prediction, before the dead zone.
     pub(super) fn beyond(&self, predicted: &[f64], series: &[Vec<f64>], row: usize) -> Option<f64> {
         self.positions.first().map(|tap| tap.beyond(predicted, series, row))
     }
 
-    /// Moves the whole chain by a distance and a speed.
+    /// Shifts the position and the speed of the whole chain.
     pub(super) fn shift(&self, machine: &Moving, xi: &mut [f64], by: [f64; 2]) {
         shift(machine, xi, &self.whole, by);
     }
 
-    /// Natural frequency of the correction, rad/s.
+    /// Natural frequency of the observer, rad/s.
     pub(super) fn omega(&self) -> f64 {
         self.omega
     }
 
-    /// Corrects a state at row `row`, for the time until the next row.
+    /// Corrects a state at row `row`, over the time until the next row.
     pub(super) fn correct(
         &self,
         machine: &Moving,

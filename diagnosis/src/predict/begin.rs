@@ -1,28 +1,28 @@
-//! The motion of a record, from its readings alone: how fast it is, and how it begins.
+//! Frequency and initial state of a motion, from its readings alone.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Share of the excursion by which a motion must have moved for its speed to be read off. Then neither noise
-/// nor steps of the encoder count.
+/// Share of the excursion over which a frequency is measured. Noise and encoder steps then do not matter.
 const MOVED: f64 = 0.5;
-/// Pairs of rows that show how far a motion moves in a time.
+/// Largest number of pairs of rows that measure the displacement over a lag.
 const MOST_PAIRS: usize = 500;
-/// Rows that a beginning needs, and standard errors from which on it is one in motion.
+/// Smallest number of rows at the start, and standard errors by which the initial speed must differ.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
-/// Share of a beginning's excursion that its first speed must make: less is the error of a parabola.
+/// Smallest share of the initial excursion that is due to the initial speed. A smaller share is an error of
+/// the parabola.
 const SPEED_SHARE: f64 = 0.05;
-/// A record has no more digits of a motion.
+/// Relative resolution of a record's numbers.
 const DIGITS: f64 = 1e-9;
-/// A way of more than this many steps of the readings is clear. In half the time, a motion that goes on makes
-/// more than this share of it, about half; from rest it makes a quarter.
+/// A displacement of more than this many steps is clear. At half the time, a motion with an initial speed has
+/// covered about half of it, and a motion from rest a quarter. The limit is between the two.
 const CLEAR_STEPS: f64 = 8.0;
 const HALF_WAY: f64 = 0.35;
-/// Scatter over the step of the readings up to which a motion is a parabola.
+/// Largest ratio of scatter to the step of the readings for a motion that is a parabola.
 const SCATTER: f64 = 2.0;
 
 /// Frequency of a motion, rad/s, and its excursion (root mean square); `None` if nothing moves. The frequency
-/// is that of a sine which moves as far in a short time.
+/// is that of a sine with the same displacement in a short time.
 pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
@@ -43,9 +43,9 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
         })
 }
 
-/// Position and speed at the first row by a parabola through the first rows. These are the rows of
-/// `stretch_s`, or fewer if the motion is not a parabola for so long. `None` if no speed other than the
-/// believed one stands out of the scatter and the steps of the readings (`step`).
+/// Position and speed at the first row, from a parabola through the first rows. These are the rows of
+/// `stretch_s`, or fewer if the motion is a parabola over a shorter time only. `None` if the speed does not
+/// differ from the believed one by more than the scatter and the steps of the readings (`step`).
 pub(super) fn beginning(
     series: &[f64],
     spacing_s: f64,
@@ -63,7 +63,7 @@ pub(super) fn beginning(
     let last = fits.len().checked_sub(2)?;
     let chosen = fits.iter().position(|fit| fit.left < SCATTER * step).unwrap_or(last).min(last);
     let [begun, shorter] = [&fits[chosen], &fits[chosen + 1]];
-    // The error of a parabola changes with the number of rows.
+    // The difference between two lengths shows the error of the parabola.
     let missed = begun.speed - shorter.speed;
     let error = missed.hypot(begun.error * begun.left.hypot(step / 12.0_f64.sqrt()));
     let other = (begun.speed - believed * spacing_s).abs();
@@ -72,8 +72,8 @@ pub(super) fn beginning(
     stands_out.then_some([begun.value, begun.speed / spacing_s])
 }
 
-/// Whether a motion has a speed at its first row. In half of the rows in which it leaves the steps of its
-/// readings it then makes about half of the way. From rest it makes a quarter at most.
+/// Whether a motion has an initial speed. It has then covered about half of its displacement at half the
+/// time; from rest, a quarter at most.
 pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     let step = step.max(DIGITS * series.iter().fold(0.0_f64, |most, x| most.max((x - series[0]).abs())));
     let way = |row: usize| (series[row] - series[0]).abs();
@@ -81,8 +81,8 @@ pub(super) fn is_in_motion(series: &[f64], step: f64) -> bool {
     middle.is_some_and(|half| way(half) > HALF_WAY * way(2 * half))
 }
 
-/// A parabola through rows: value and speed (per row) at the first, and the root mean square of the
-/// residuals. Also the standard error of the speed over that of a row.
+/// A parabola through rows: value and speed (per row) at the first row, root mean square of the residuals,
+/// and the standard error of the speed for residuals of one.
 pub(super) struct Parabola {
     rows: usize,
     pub(super) value: f64,
@@ -136,12 +136,13 @@ mod tests {
     #[test]
     fn truth_a_sine_has_its_frequency_and_begins_with_its_speed() {
         let series = counted(|t| 0.4 * (OMEGA * t + 0.3).sin());
-        // The excursion of four and three quarter periods differs from that of whole ones by some percent.
+        // The excursion of four and three quarter periods differs by some percent from that of whole periods.
         let [omega, excursion] = pace(&series, SPACING_S).unwrap();
         assert!((omega / OMEGA - 1.0).abs() < 0.05);
         assert!((excursion / (0.4 / 2.0_f64.sqrt()) - 1.0).abs() < 0.05);
         let [position, speed] = beginning(&series, SPACING_S, 1.0 / (6.0 * OMEGA), STEP, 0.0).unwrap();
-        // A parabola over a twentieth of a period leaves thousandths; a step is a 400th of the amplitude.
+        // Over a twentieth of a period a parabola is off by thousandths of the amplitude. A step is a 400th
+        // of it.
         assert!((position - 0.4 * 0.3_f64.sin()).abs() < STEP);
         assert!((speed / (0.4 * OMEGA * 0.3_f64.cos()) - 1.0).abs() < 0.05);
     }
@@ -155,7 +156,8 @@ mod tests {
         let turns = |t: f64| 1e-3 * (1.0 - (60.0 * t).cos());
         assert_eq!(of(&turns, 0.0), None, "from rest");
         let moves = |t: f64| 0.4 * t + turns(t);
-        // Twelve rows turn by 1.4 rad: a parabola misses less than the peak of that speed, 0.06 m/s.
+        // Twelve rows turn the phase by 1.4 rad. The error of a parabola is less than 0.06 m/s, 15 % of the
+        // speed.
         assert!(of(&moves, 0.0).is_some_and(|[_, speed]| (speed / 0.4 - 1.0).abs() < 0.15));
         assert_eq!(of(&moves, 0.4), None, "as believed");
     }

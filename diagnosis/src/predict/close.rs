@@ -1,10 +1,9 @@
 //! The motion to machine precision, without observer correction.
 //!
-//! Guards are evaluated so often that each has one minimum at most in between, and events are located to
-//! machine precision. Laws that are not linear are extrapolated. The average over a span (of second order) is
-//! taken over one, two, three ... equal parts of it. The polynomial through the results is read at parts of
-//! no length (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
-//! II.9).
+//! Guards are evaluated so often that each has at most one minimum in between, and events are located to
+//! machine precision. Nonlinear laws are extrapolated: the second-order average over a span is computed for
+//! one, two, three ... equal parts. The polynomial through the results is evaluated at a length of zero
+//! (Aitken and Neville; Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9).
 
 use feeler_plant::motion::dot;
 use feeler_plant::motion::modes::{Course, Instant, Storm, first_crossing, may_dip, trace};
@@ -13,23 +12,23 @@ use super::machine::Moving;
 use super::state::State;
 use crate::error::DiagnosisError;
 
-/// An event is located to this, s.
+/// Accuracy to which an event is located, s.
 const LOCATED_S: f64 = 1e-15;
-/// Share of the time between two guard evaluations over which a law that is not linear is extrapolated.
+/// Share of the time between two guard evaluations over which a nonlinear law is extrapolated.
 const NONLINEAR_SHARE: f64 = 0.5;
-/// Columns of the extrapolation.
+/// Largest number of columns of the extrapolation.
 const COLUMNS: usize = 10;
-/// Agreement of two columns, relative to every state's size over the span. It allows the roundings of the
-/// parts, grown by the weights of the extrapolation, some hundreds.
+/// Largest difference of two columns, relative to the magnitude of every state over the span. It allows for
+/// rounding errors of the parts, times the weights of the extrapolation of some hundreds.
 const AGREEMENT: f64 = 1e-13;
-/// A span is not cut below this share. A kink of the motion is then crossed as it is, which leaves an error
-/// of the square of so short a time.
+/// Smallest share of a span. A kink of the motion within such a share is not resolved; the error is of the
+/// order of that time squared.
 const SMALLEST_SHARE: f64 = 1e-9;
-/// Share of a span over which the slope of a law that is not linear is taken.
+/// Share of a span over which the slope of a nonlinear law is computed.
 const SLOPE_SHARE: f64 = 1e-5;
 
 impl Moving {
-    /// Carries the state over `span_s`, through the events on the way.
+    /// Advances the state by `span_s`, through the events on the way.
     pub(super) fn advance_closely(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
         let mut storm = Storm::default();
         let mut is_storm = false;
@@ -49,7 +48,7 @@ impl Moving {
                     state.xi.copy_from_slice(&next);
                 }
                 Some((guard, _)) => {
-                    // The state was put past the guard by a correction.
+                    // A correction has moved the state beyond the guard.
                     let equations = &self.flows[state.flow].equations;
                     if dot(&equations.guards[guard].row, &state.xi) < 0.0 {
                         self.motion.stop_exactly(equations, guard, &mut state.xi);
@@ -69,13 +68,13 @@ impl Moving {
         Ok(())
     }
 
-    /// How far to the next look, of what is `left` of a span, and whether that recurs.
+    /// Time to the next guard evaluation, within the `left_s` of a span, and whether this time recurs.
     fn part(&mut self, state: &State, span_s: f64, left_s: f64) -> Result<(f64, bool), DiagnosisError> {
         let flow = &mut self.flows[state.flow];
         let share = if flow.linear { 1.0 } else { NONLINEAR_SHARE };
         let parts = (span_s / (share * flow.look_s()?)).ceil().max(1.0);
         let part_s = span_s / parts;
-        // The remainder of the last part differs from it by roundings.
+        // The last part differs from the others by rounding only.
         Ok(if left_s > part_s * (1.0 - 4.0 * parts * f64::EPSILON) {
             (part_s, true)
         } else {
@@ -83,7 +82,7 @@ impl Moving {
         })
     }
 
-    /// One span in one mode, to machine precision; nonlinear terms are filled in at its end.
+    /// Advances over one span in one mode, to machine precision; nonlinear terms are updated at the end.
     fn carry_closely(
         &mut self,
         state: &State,
@@ -111,7 +110,7 @@ impl Moving {
         Ok(())
     }
 
-    /// Extrapolates one span of a mode that is not linear; whether two columns agree, or none need to.
+    /// Extrapolates one span of a nonlinear mode. Returns whether two columns agree, or need not.
     fn extrapolate(
         &mut self,
         state: &State,
@@ -130,7 +129,7 @@ impl Moving {
                 self.move_by(&mut at, span_s / parts, recurs, out)?;
                 at.xi.copy_from_slice(out);
             }
-            // Row `column` of the table, in place of the one before.
+            // Row `column` of the extrapolation table replaces the previous row.
             let mut value = at.xi[..states].to_vec();
             for (k, entry) in table.iter_mut().enumerate().take(column) {
                 let factor = parts / (parts - (k + 1) as f64) - 1.0;
@@ -155,22 +154,22 @@ impl Moving {
         Ok(false)
     }
 
-    /// Size of every state over a span: its own, and the sizes of all that changes it. Where these nearly
-    /// cancel, their roundings are left.
+    /// Magnitude of every state over a span: its own, plus those of all terms that change it. If these nearly
+    /// cancel, their rounding errors remain.
     fn sizes(&self, state: &State, span_s: f64) -> Vec<f64> {
         let parts = |row: &[f64]| row.iter().zip(&state.xi).map(|(r, x)| (r * x).abs()).sum::<f64>();
         let rows = &self.flows[state.flow].equations.derivative;
         rows.iter().zip(&state.xi).map(|(row, x)| x.abs() + span_s * parts(row)).collect()
     }
 
-    /// The guard that fires first on the way to `next`, and when.
+    /// The guard that fires first on the way to `next`, and the time, s.
     fn first_to_fire(&mut self, state: &State, next: &[f64], span_s: f64) -> Option<(usize, f64)> {
         let mut first: Option<(usize, f64)> = None;
         for i in 0..self.flows[state.flow].equations.guards.len() {
             let start = self.guard_at(i, state, &state.xi, 0.0, span_s);
             let end = self.guard_at(i, state, next, span_s, span_s);
             let trace = trace(&self.flows[state.flow].equations.guards[i].row, &state.xi, start.slope);
-            // A correction has put the state past the guard, and it is on its way back.
+            // A correction has moved the state beyond the guard, and the state is returning.
             let comes_back = start.value < -trace && end.value >= 0.0;
             let stays = start.value > trace && end.value > 0.0 && !may_dip(&start, &end);
             if comes_back || stays {
@@ -185,7 +184,7 @@ impl Moving {
         first
     }
 
-    /// A guard of the mode that `state` is in, at `xi`.
+    /// The value and slope of a guard in the mode of `state`, at `xi`.
     fn guard_at(&self, guard: usize, state: &State, xi: &[f64], s: f64, span_s: f64) -> Instant {
         let flow = &self.flows[state.flow];
         let row = &flow.equations.guards[guard].row;
@@ -203,7 +202,7 @@ impl Moving {
     }
 }
 
-/// A guard along the motion after a state.
+/// A guard along the motion that starts at a state.
 struct Along<'a> {
     moving: &'a mut Moving,
     state: &'a State,

@@ -1,4 +1,4 @@
-//! One mode of one machine: its rows, and how they carry the state over a span.
+//! One mode of one machine: its equations as rows, and their propagation over a span.
 
 use std::convert::Infallible;
 use std::ops::{Index, IndexMut};
@@ -12,43 +12,43 @@ use nalgebra::DMatrix;
 
 use crate::error::DiagnosisError;
 
-/// Terms after which a Taylor series is given up; spans are cut so that far fewer are needed.
+/// Largest number of terms of a Taylor series; spans are divided so that far fewer are needed.
 const MOST_TERMS: usize = 60;
-/// Norm times span above which a span is cut before its Taylor series is taken.
+/// Product of norm and span above which a span is divided before its Taylor series is computed.
 const TAYLOR_REACH: f64 = 4.0;
 /// Remainder of a Taylor series relative to every state.
 const REMAINDER: f64 = 1e-14;
-/// Rows whose sums run side by side.
+/// Number of rows that are summed in parallel.
 const BLOCK: usize = 8;
-/// Binary parts of a span whose exponentials are kept.
+/// Number of binary subdivisions of a span whose exponentials are kept.
 const PARTS: i32 = 16;
 
 /// Largest angle of the fastest oscillation between two guard evaluations, rad. Below a quarter turn, a guard
-/// has at most one minimum in between, and its slopes at both ends betray it.
+/// has at most one minimum in between, and its slopes at both ends reveal it.
 const CHECK_ANGLE: f64 = 1.2;
 
-/// Largest angle by which a body swings on its bristles over one average, rad.
+/// Largest phase angle of a body on its bristles over one average, rad.
 const BRISTLE_ANGLE: f64 = 0.5;
-/// Parts into which one span is cut at most.
+/// Largest number of parts of one span.
 const MOST_PARTS: usize = 64;
 
-/// The flows of the modes that a machine has met.
+/// The flows of the modes that a machine has reached.
 #[derive(Debug)]
 pub(super) struct Flows {
     channels: Vec<Source>,
-    /// Spacing of rows, and how many times the guards are checked in each.
+    /// Spacing of rows, s, and number of guard evaluations in a row.
     spacing_s: f64,
     checks: usize,
     met: Vec<Flow>,
 }
 
 impl Flows {
-    /// No flows yet, for rows of these channels.
+    /// An empty set of flows, for these channels and rows.
     pub(super) fn new(channels: Vec<Source>, spacing_s: f64, checks: usize) -> Self {
         Self { channels, spacing_s, checks, met: Vec::new() }
     }
 
-    /// The number of a mode's flow, which is made at its first use.
+    /// The index of a mode's flow, which is built at its first use.
     pub(super) fn number_of(&mut self, motion: &Motion, mode: Mode) -> usize {
         if let Some(i) = self.met.iter().position(|flow| flow.equations.mode == mode) {
             return i;
@@ -94,25 +94,25 @@ pub(super) struct Flow {
     width: usize,
     /// Derivatives of the states, row by row.
     derivative: Vec<f64>,
-    /// The same in blocks of [`BLOCK`] rows, each column by column.
+    /// The derivatives in blocks of [`BLOCK`] rows, each stored by columns.
     blocks: Vec<f64>,
-    /// Two terms of a Taylor series, and states on their way.
+    /// Work space for two terms of a Taylor series, and for intermediate states.
     scratch: [Vec<f64>; 2],
     moved: Vec<f64>,
-    /// How fast the mode moves, 1/s.
+    /// Bound on the rates of the mode, 1/s.
     norm: f64,
-    /// How fast bodies swing on bristles that slide, 1/s; zero without any.
+    /// Frequency of bodies on sliding bristles, 1/s; zero without bristles.
     bristles_per_s: f64,
     /// Signals of every row: the channels, then position, speed and force of the first drive, then the
     /// contacts' forces and compressions.
     looks: Blocks<f64>,
-    /// By span, what carries the states over it, and the guards at each check of it.
+    /// For each span, the matrix that advances the states and evaluates the guards at each check.
     spans: Vec<(u64, Blocks<f64>)>,
-    /// The longest span, of which others are halves and quarters.
+    /// The longest span; others are halves and quarters of it.
     longest_s: f64,
-    /// How many times the guards are checked in that span.
+    /// Number of guard evaluations in the longest span.
     checks: usize,
-    /// Time between two guard evaluations; `None` until it is needed.
+    /// Time between two guard evaluations; `None` until first needed.
     look_s: Option<f64>,
 }
 
@@ -132,7 +132,7 @@ impl Flow {
         let scratch = [(); 2].map(|()| vec![0.0; padded.max(width)]);
         let n = layout.coordinates();
         let sum = |entries: &[f64]| entries.iter().map(|a| a.abs()).sum::<f64>();
-        // In coordinates scaled by the frequency itself a stiffness over a mass counts with its square root.
+        // In coordinates scaled by the frequency, a ratio of stiffness to mass counts with its square root.
         let rate = |(i, row): (usize, &[f64])| match i {
             i if i < n => 0.0,
             i if i < 2 * n => sum(&row[..n]).sqrt() + sum(&row[n..2 * n]),
@@ -185,12 +185,12 @@ impl Flow {
         Ok(*self.look_s.insert(CHECK_ANGLE / fastest))
     }
 
-    /// Number of checks of the guards in a span: in proportion to that in a row.
+    /// Number of guard evaluations in a span, in proportion to those in a row.
     pub(super) fn checks_in(&self, span_s: f64) -> usize {
         ((self.checks as f64 * span_s / self.longest_s).ceil() as usize).clamp(1, self.checks)
     }
 
-    /// Slope of a linear functional along the flow, nonlinear terms held.
+    /// Slope of a linear functional along the flow, with constant nonlinear terms.
     pub(super) fn slope(&self, row: &[f64], xi: &[f64]) -> f64 {
         row[..self.states]
             .iter()
@@ -200,7 +200,7 @@ impl Flow {
             .sum()
     }
 
-    /// The map of the states over `span_s`, with everything else held.
+    /// The map of the states over `span_s`, with all other entries constant.
     fn exponential(&mut self, span_s: f64) -> Result<usize, DiagnosisError> {
         let key = span_s.to_bits();
         if let Some(i) = self.spans.iter().position(|(k, _)| *k == key) {
@@ -234,8 +234,8 @@ impl Flow {
         Ok(self.spans.len() - 1)
     }
 
-    /// Carries `xi` over a span that recurs: `out` gets the states, then the guards at each check, the
-    /// last at its end.
+    /// Advances `xi` over a recurring span. `out` receives the states, then the guards at each check, the
+    /// last one at the end of the span.
     #[inline(always)]
     pub(super) fn carry(
         &mut self,
@@ -257,7 +257,7 @@ impl Flow {
         self.looks.apply(xi, out);
     }
 
-    /// Carries the extended vector over a span into `out`.
+    /// Advances the extended vector over a span into `out`.
     pub(super) fn move_by(
         &mut self,
         span_s: f64,
@@ -278,7 +278,8 @@ impl Flow {
         Ok(())
     }
 
-    /// Parts of a span over which nonlinear terms are averaged one by one: bristles that slide are stiff.
+    /// Number of parts of a span over which nonlinear terms are averaged separately, because sliding bristles
+    /// are stiff.
     pub(super) fn parts(&self, span_s: f64) -> usize {
         ((self.bristles_per_s * span_s / BRISTLE_ANGLE).ceil() as usize).clamp(1, MOST_PARTS)
     }
@@ -287,9 +288,9 @@ impl Flow {
         self.states
     }
 
-    /// Carries `xi` over any span, into `out`. It goes over halves, quarters and so on of the longest span
-    /// seen, whose exponentials are kept. Then over the rest by its Taylor series. A stiff mode costs no more
-    /// than a soft one.
+    /// Advances `xi` over any span, into `out`. It uses halves, quarters and so on of the longest span, whose
+    /// exponentials are kept, and a Taylor series for the rest. A stiff mode therefore costs no more than a
+    /// soft one.
     pub(super) fn carry_once(
         &mut self,
         span_s: f64,
@@ -331,7 +332,7 @@ impl Flow {
         Ok(())
     }
 
-    /// Carries `out` on by its Taylor series.
+    /// Advances `out` by its Taylor series.
     #[inline(always)]
     fn taylor(&mut self, span_s: f64, out: &mut [f64]) {
         let parts = (self.norm * span_s / TAYLOR_REACH).ceil().max(1.0);
@@ -339,7 +340,7 @@ impl Flow {
         let [term, next] = &mut self.scratch;
         for _ in 0..parts as usize {
             term[..self.width].copy_from_slice(out);
-            // Inputs, the constant and held terms have no derivative: they count once.
+            // Inputs, the constant and held terms have no derivative, so only the first term includes them.
             let mut columns = self.width;
             for k in 1..MOST_TERMS {
                 for (block, next) in

@@ -8,8 +8,8 @@ use feeler_plant::description::{Profile, Quantity};
 
 use crate::dataset::{Dataset, Driven, Record};
 
-/// Gives every imposed motion the positions of a record. Its speed in each row is as measured, if a column
-/// holds the body's own speed, else that from the row before to the row after.
+/// Gives every imposed motion the positions of a record. If a column measures the body's own speed, it gives
+/// the speed at each row. Otherwise the speed follows from the rows before and after.
 pub(super) fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
     for (&Driven { drive, .. }, commands) in dataset.drives.iter().zip(&record.commands) {
         let part = &mut assembly.drives[drive];
@@ -21,7 +21,7 @@ pub(super) fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record
         let mut knots = knots(&points);
         let of_body = Source::Node(part.on, Quantity::Velocity);
         let measured = dataset.channels.iter().position(|channel| channel.source == of_body);
-        // A deadband stops the motion at times, which the measured speed does not show.
+        // A dead band stops the motion at times, which the measured speed does not show.
         if let Some(c) = measured.filter(|c| !record.silent[*c] && part.deadband == 0.0) {
             for (k, speed) in record.series[c].iter().enumerate().filter(|(k, _)| !record.is_bridged(c, *k)) {
                 knots[k].rate_m_per_s = part.gain * speed;

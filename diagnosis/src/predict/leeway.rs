@@ -1,25 +1,25 @@
-//! Freedoms of a fit beyond the values of a machine: how guides give way, and when commands act.
+//! Unknowns of a fit beyond the values of a machine: presliding of guides, and the instants at which commands
+//! act.
 
 use super::presliding::Presliding;
 
-/// Quantities that a fit frees beyond the values of a machine.
+/// Values of the unknowns beyond the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Leeway {
     pub(crate) presliding: Presliding,
-    /// Time from a row to the instant at which its command acts, in rows; for commands of which no hold is
-    /// stated.
+    /// Time from a row to the instant at which its command acts, in rows, for commands without a stated hold.
     pub(crate) late_rows: f64,
 }
 
-/// Means from each row to the next of commands that go in straight lines from row to row, `late` rows later
-/// than they stand there. Before the first row and after the last they are constant.
+/// Mean over each row of commands that are linear between rows and `late` rows delayed. Before the first row
+/// and after the last they are constant.
 ///
-/// A mean over a row moves a mass as far as the line does, up to the third power of the spacing.
+/// The mean moves a mass as far as the linear command does, up to the third power of the spacing.
 pub(super) fn means_between_rows(commands: &[f64], late: f64) -> Vec<f64> {
     let whole = late.floor();
     let part = late - whole;
     let last = commands.len().saturating_sub(1);
-    // The mean covers the end of one line and the start of the next.
+    // Each mean covers the end of one line and the start of the next.
     let rest = 0.5 * (1.0 - part).powi(2);
     let mean = |k: usize| {
         let at = |by: isize| commands[k.saturating_add_signed(by - whole as isize).min(last)];
@@ -47,7 +47,8 @@ mod tests {
     #[test]
     fn truth_means_of_a_corner_are_its_areas() {
         let corner = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
-        // From 0.7 before row 3 to 0.3 after it: 0.7 of a line that rises from 0.3 to 1, and 0.3 of one.
+        // From 0.7 rows before row 3 to 0.3 after it: 0.7 of a line that rises from 0.3 to 1, and 0.3 of the
+        // value one.
         let mean = means_between_rows(&corner, 0.7)[3];
         assert!((mean - (0.7 * 0.65 + 0.3)).abs() < 1e-12, "{mean}");
     }

@@ -1,5 +1,5 @@
-//! The loops of sampled servos, and those of controllers whose reference was recorded, along a record. They
-//! run inside the prediction, as they do in the machine.
+//! The loops of sampled servos along a record, and those of controllers whose reference was recorded. They
+//! are part of the prediction, as they are of the machine.
 
 use feeler_control::Inputs;
 use feeler_engine::parts::follow;
@@ -13,34 +13,34 @@ use super::state::{LoopState, State};
 use crate::dataset::Looped;
 use crate::error::DiagnosisError;
 
-/// Parts of a row at which a fit lets a servo sample. Spans between them recur, so that their exponentials
-/// are computed once. A sample is at most 1/2000 of a row early or late.
+/// Number of instants in a row at which a fit lets a servo sample. The spans between them recur, so that
+/// their exponentials are computed once. A sample is at most 1/2000 of a row early or late.
 const PARTS: f64 = 1000.0;
 
 /// The constants of one loop.
 #[derive(Clone, Debug)]
 pub(super) struct PredictedLoop {
     pub(super) drive: usize,
-    /// Whether it is a controller's, whose output goes through the chain of its drive.
+    /// Whether the loop belongs to a controller, whose output passes through the chain of its drive.
     pub(super) is_controller: bool,
     period_s: f64,
     offset_s: f64,
     delay_s: f64,
     reads: Reads,
-    /// Inputs besides the target: their drives, and force per unit.
+    /// Inputs in addition to the target: their drives, and force per unit.
     fed: Vec<(usize, f64)>,
     start: LoopState,
 }
 
 #[derive(Clone, Debug)]
 enum Reads {
-    /// The stroke of its drive, in steps, after a target.
+    /// The quantised stroke of the servo's drive, and the chain of its target.
     Stroke { resolution: f64, target: TargetChain },
-    /// Sensors: the controlled quantity, and the motion that it works with.
+    /// Sensors of the controlled quantity and of the motion that the law uses.
     Sensors { sensors: [Option<usize>; 2], motion_is_velocity: bool },
 }
 
-/// The sampled servos of a machine, whose first targets are where they stand, and its controllers.
+/// The sampled servos of a machine, whose first target is their position, and its controllers.
 pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<PredictedLoop>, DiagnosisError> {
     let mut found =
         looped.iter().map(|own| PredictedLoop::of(own, assembly)).collect::<Result<Vec<_>, _>>()?;
@@ -66,7 +66,7 @@ pub(super) fn loops(assembly: &Assembly, looped: &[Looped]) -> Result<Vec<Predic
     Ok(found)
 }
 
-/// The servos at the start of a record.
+/// States of the loops at the start of a record.
 pub(super) fn at_start(loops: &[PredictedLoop]) -> Vec<LoopState> {
     loops.iter().map(|servo| servo.start.clone()).collect()
 }
@@ -75,12 +75,13 @@ pub(super) struct RowSpan {
     pub(super) start_s: f64,
     /// Time until the next row, s.
     pub(super) span_s: f64,
-    /// Whether its parts are rounded, so that they recur.
+    /// Whether instants are rounded, so that the spans between them recur.
     pub(super) rounds: bool,
 }
 
 impl RowSpan {
-    /// How far into the row an instant is, s. Zero if it is due already, `None` if it is not in this row.
+    /// Time from the start of the row to an instant, s. Zero if the instant has passed, `None` if it is after
+    /// this row.
     pub(super) fn part_s(&self, t_s: f64) -> Option<f64> {
         let share = (t_s - self.start_s) / self.span_s;
         let share = if self.rounds { (share * PARTS).round() / PARTS } else { share };
@@ -88,7 +89,7 @@ impl RowSpan {
     }
 }
 
-/// The next instant of a row at which a loop does something, how far into the row it is, s.
+/// The next instant in a row at which a loop acts, as a time from the start of the row, s.
 pub(super) fn next_s(loops: &[PredictedLoop], machine: &Moving, state: &State, row: &RowSpan) -> Option<f64> {
     let sensors = &machine.motion.assembly().sensors;
     let of = |(servo, held): (&PredictedLoop, &LoopState)| {
@@ -100,7 +101,7 @@ pub(super) fn next_s(loops: &[PredictedLoop], machine: &Moving, state: &State, r
     loops.iter().zip(&state.loops).filter_map(of).min_by(f64::total_cmp)
 }
 
-/// Everything that the loops do `now_s` into a row: outputs arrive, then samples are taken.
+/// Runs all loops at `now_s` into a row: outputs arrive, then samples are taken.
 pub(super) fn serve(
     loops: &[PredictedLoop],
     machine: &mut Moving,
@@ -152,7 +153,7 @@ pub(super) fn serve(
 }
 
 impl PredictedLoop {
-    /// A controller of the machine's file.
+    /// The loop of a controller from the machine's file.
     fn of(looped: &Looped, assembly: &Assembly) -> Result<Self, DiagnosisError> {
         let Looped { name, drive, spec, motion_is_velocity, .. } = looped;
         let part: &Drive = &assembly.drives[*drive];
@@ -169,7 +170,8 @@ impl PredictedLoop {
         })
     }
 
-    /// Takes the command of a drive if it is the target or another input of this loop; returns whether it is.
+    /// Stores the command of a drive if it is the target or another input of this loop. Returns whether it
+    /// is.
     pub(super) fn takes(&self, held: &mut LoopState, drive: usize, value: f64) -> bool {
         if drive == self.drive {
             let is_new = held.target.to_bits() != value.to_bits();
@@ -196,13 +198,13 @@ impl PredictedLoop {
         }
     }
 
-    /// When the signal of a sensor that is late is to be taken next; `None` for one that is not.
+    /// Next instant at which the signal of a delayed sensor is stored; `None` for a sensor without delay.
     fn take_s(&self, which: usize, held: &LoopState, sensors: &[SensorPart]) -> Option<f64> {
         let delay_s = sensors[self.sensor(which)?].delay;
         (delay_s > 0.0).then(|| self.sample_s(held.taken[which].1) - delay_s)
     }
 
-    /// The reading of a sensor at a sample; zero where there is none.
+    /// The reading of a sensor at a sample; zero without a sensor.
     fn read(&self, which: usize, own: usize, machine: &Moving, state: &mut State) -> f64 {
         let Some(sensor) = self.sensor(which) else { return 0.0 };
         let part = &machine.motion.assembly().sensors[sensor];

@@ -7,31 +7,31 @@ use super::flow::Flows;
 use super::state::State;
 use crate::error::DiagnosisError;
 
-/// Events within one row after which the row is finished without looking at guards: a modelled clatter faster
+/// Number of events within one row after which the rest of the row ignores guards: chatter is then faster
 /// than the record can show.
 const MOST_EVENTS: usize = 12;
-/// Secant steps that place an event; each is exact to the next, and rows are short against the motion.
+/// Number of secant steps that locate an event. Rows are short against the motion, so this is enough.
 const SECANT_STEPS: usize = 3;
-/// A remainder of a row below this share is rounding.
+/// Share of a row below which a remainder is a rounding error.
 const SLIVER: f64 = 1e-9;
 
-/// How closely a motion is followed.
+/// Precision with which a motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// Row by row, as a fit needs it thousands of times. Guards are checked this many times in every row, and
-    /// laws that are not linear are averaged from check to check.
+    /// Row by row, for the many predictions of a fit. Guards are evaluated this many times per row, and
+    /// nonlinear laws are averaged between the evaluations.
     Rows(usize),
-    /// To machine precision, as the machine moves: see [`super::close`].
+    /// To machine precision; see [`super::close`].
     Rounding,
 }
 
-/// A machine with the modes it has met.
+/// A machine with the modes that it has reached.
 #[derive(Debug)]
 pub(super) struct Moving {
     pub(super) motion: Motion,
     pub(super) flows: Flows,
     pub(super) precision: Precision,
-    /// Whether any body moves as imposed.
+    /// Whether the motion of any body is imposed.
     is_imposed: bool,
     next: Vec<f64>,
     probe: Vec<f64>,
@@ -44,7 +44,7 @@ impl Moving {
         spacing_s: f64,
         precision: Precision,
     ) -> Result<Self, DiagnosisError> {
-        // A feed is not in the dataset: when it began, relative to a record, nobody knows.
+        // A dataset does not state when a feed began, so feeds are left out.
         for contact in &mut assembly.contacts {
             contact.profile = None;
         }
@@ -55,7 +55,7 @@ impl Moving {
         Ok(Self { is_imposed, motion, flows, precision, next: Vec::new(), probe: Vec::new() })
     }
 
-    /// The state at the start, filters at rest, after `change` was made to it.
+    /// The initial state with filters at rest, after `change` has modified it.
     pub(super) fn start(&mut self, change: impl Fn(&Self, &mut [f64])) -> State {
         let mut xi = self.motion.initial_vector();
         change(self, &mut xi);
@@ -64,7 +64,7 @@ impl Moving {
         State { xi, flow: beginning.index, loops: Vec::new() }
     }
 
-    /// Puts bodies whose motion is imposed where they are from `t_s` onwards.
+    /// Sets the positions of bodies with an imposed motion, from `t_s` onwards.
     pub(super) fn impose(&self, state: &mut State, t_s: f64) {
         if self.is_imposed {
             self.motion.set_gaps(t_s, &mut state.xi);
@@ -72,7 +72,7 @@ impl Moving {
         self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
     }
 
-    /// The row of a signal that every mode has.
+    /// The row of a signal in the mode of a state.
     pub(super) fn signal(&self, state: &State, source: Source) -> Row {
         self.motion.signal(&self.flows[state.flow].equations, source).unwrap_or_default()
     }
@@ -87,14 +87,14 @@ impl Moving {
         self.motion.fill_terms(&self.flows[state.flow].equations, &mut state.xi);
     }
 
-    /// The channels as the plant has them, before gains, delays and quantisation, then what else is looked at
-    /// in every row.
+    /// The signals of a row: the channels before gain, delay and quantisation, then the others (see
+    /// [`super::flow`]).
     #[inline(always)]
     pub(super) fn look(&self, state: &State, out: &mut Vec<f64>) {
         self.flows[state.flow].look(&state.xi, out);
     }
 
-    /// Gives a drive a new input; where its rate is limited it starts to ramp there.
+    /// Gives a drive a new input. A drive with a limited rate starts its ramp here.
     pub(super) fn set_input(&mut self, state: &mut State, drive: usize, value: f64) {
         let mode = self.flows[state.flow].equations.mode;
         let next = self.motion.take_input(mode, drive, value, &mut state.xi);
@@ -103,7 +103,7 @@ impl Moving {
         }
     }
 
-    /// Carries the state over `span_s`, a span that recurs.
+    /// Advances the state by `span_s`, a span that recurs.
     #[inline(always)]
     pub(super) fn advance(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
         if self.precision == Precision::Rounding {
@@ -125,7 +125,7 @@ impl Moving {
         (0..checks).try_for_each(|_| self.advance_through_events(state, part_s))
     }
 
-    /// Carries the state over `span_s` through the events on the way.
+    /// Advances the state by `span_s`, through the events on the way.
     fn advance_through_events(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
         let mut left = span_s;
         let mut events = 0;
@@ -155,7 +155,7 @@ impl Moving {
         Ok(())
     }
 
-    /// One span in one mode, in as many parts as its bristles ask for.
+    /// Advances over one span in one mode, in as many parts as its bristles need.
     pub(super) fn move_by(
         &mut self,
         state: &mut State,
@@ -176,7 +176,7 @@ impl Moving {
         Ok(())
     }
 
-    /// One span in mode `i`, nonlinear terms averaged over it (second order).
+    /// Advances over one span in mode `i`, with nonlinear terms averaged over it (second order).
     fn average(
         &mut self,
         i: usize,
@@ -194,7 +194,7 @@ impl Moving {
         Ok(())
     }
 
-    /// The first guard that falls below zero on the way to `next`, and at which share of the span.
+    /// The first guard that falls below zero on the way to `next`, and the share of the span.
     fn first_crossing(
         &mut self,
         state: &State,
@@ -210,8 +210,8 @@ impl Moving {
             }
             let start = dot(&guard.row, &state.xi);
             if start <= 0.0 {
-                // Just crossed the other way, or pushed over by a correction: it switches unless it is on its
-                // way back.
+                // The guard has just fired in the other direction, or a correction has moved the state beyond
+                // it. It fires unless the state is returning.
                 if start < 0.0 || end < start {
                     return Ok(Some((i, 0.0)));
                 }
@@ -241,7 +241,7 @@ impl Moving {
         Ok(Some((i, share)))
     }
 
-    /// The change of state when a guard fires.
+    /// Applies the change of state when a guard fires.
     pub(super) fn switch(&mut self, state: &mut State, guard: usize) {
         let Ok(switched) = self.motion.switch(&mut self.flows, state.flow, guard, &mut state.xi);
         state.flow = switched.index;

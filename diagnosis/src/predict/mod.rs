@@ -1,10 +1,10 @@
-//! Predicts the readings of a machine, sample by sample, driven by the recorded command.
+//! Predicts the readings of a machine row by row from the recorded commands.
 //!
-//! The equations of motion are those of [`feeler_plant::motion`]; here they are stepped along a record.
-//! Between rows the command is held, so that each linear mode is carried exactly by its exponential; events
-//! in between are located. Samples of a command that goes on between rows are held at its mean. At each row
-//! the rigid motion may be corrected to what was measured (see `anchor.rs`), which cuts the loop. The error
-//! that remains is then a force that the machine lacks, not its consequences.
+//! The equations of motion are those of [`feeler_plant::motion`]; here they are advanced along a record.
+//! Between rows the command is held, so that the exponential of each linear mode is exact; events in between
+//! are located. A sampled command that varies between rows is replaced by its mean. At each row the rigid
+//! motion may be corrected to the measured one (see `anchor.rs`). The remaining error is then the force that
+//! the machine lacks, and not its accumulated effect.
 
 mod anchor;
 mod begin;

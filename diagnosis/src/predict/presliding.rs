@@ -1,49 +1,49 @@
-//! Dry friction as records show it: before it slides it gives way like a spring, by micrometres.
+//! Presliding of dry friction: before a guide slides, it deflects like a spring by micrometres.
 //!
-//! A set-valued law holds a guide perfectly still, so that every small motion about a reversal, or under a
-//! preload, would count against it. Here the surface that slides is joined to its body by a stiff damped
-//! spring (Prandtl's element, the one-bristle case of Maxwell slip). Stuck, the body rings on that spring;
-//! sliding, the level acts as before. The spring is not an effect of its own but belongs to how any dry
-//! friction is observed.
+//! A set-valued law holds a guide perfectly still, so that every small motion near a reversal or under a
+//! preload would be an error. Here a stiff damped spring connects the sliding surface to its body (Prandtl's
+//! element, the one-bristle case of Maxwell slip). While the guide sticks, the body oscillates on that
+//! spring; while it slides, the friction level acts as before. The spring is not an effect: it is part of how
+//! any dry friction appears in records.
 
 use std::f64::consts::TAU;
 
 use feeler_plant::assembly::{Assembly, Friction, Link, Node};
 
-/// How a guide gives way before it slides.
+/// Parameters of presliding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Presliding {
-    /// Natural frequency of all that moves, on the sticking guide, Hz.
+    /// Natural frequency of the moving mass on the sticking guide, Hz.
     pub(crate) frequency_hz: f64,
-    /// Damping ratio of that motion.
+    /// Damping ratio of that oscillation.
     pub(crate) damping_ratio: f64,
 }
 
 impl Default for Presliding {
-    /// A guide under some newtons of friction that gives way by some micrometres.
+    /// Presliding of some micrometres under some newtons of friction.
     fn default() -> Self {
         Self { frequency_hz: 60.0, damping_ratio: 0.5 }
     }
 }
 
-/// Share of a body's mass that its sliding surface takes along: small against the body, large enough that its
-/// own motion needs no finer steps.
+/// Share of a body's mass that is assigned to its sliding surface: small against the body, but large enough
+/// that the surface needs no finer steps.
 const SURFACE_SHARE: f64 = 0.02;
 
-/// Checks of the guards in every period of a sticking guide, and the most of them in one row.
+/// Guard evaluations in every period of a sticking guide, and their largest number in one row.
 const CHECKS_PER_PERIOD: f64 = 4.0;
 const MOST_CHECKS: usize = 16;
 
 impl Presliding {
-    /// Number of checks of the guards in a row. Where rows are longer than the swing of a
-    /// sticking guide, it would otherwise break away and stick again unseen.
+    /// Number of guard evaluations in a row. A row may be longer than the period of a sticking guide, which
+    /// could otherwise slide and stick again between two evaluations.
     pub(super) fn checks(self, spacing_s: f64) -> usize {
         let checks = (CHECKS_PER_PERIOD * self.frequency_hz * spacing_s).ceil() as usize;
-        // Parts that are halves of halves share their exponentials.
+        // Repeated halves of a row share their exponentials.
         checks.clamp(1, MOST_CHECKS).next_power_of_two()
     }
 
-    /// Puts a sliding surface on every guide with dry friction, and gives the nodes added.
+    /// Adds a sliding surface to every guide with dry friction, and returns the new nodes.
     pub(super) fn soften(self, assembly: &mut Assembly) -> Vec<usize> {
         let mut surfaces = Vec::new();
         for i in 0..assembly.links.len() {
@@ -117,13 +117,13 @@ mod tests {
     "#;
     const ROWS: usize = 2000;
     const STEP_M: f64 = 2.7e-5;
-    /// A third of the step, over the variation of the motion of some 20 mm.
+    /// A third of the step, over the variation of the motion of about 20 mm.
     const MOST: f64 = 5e-4;
 
     fn dataset(spacing_s: f64, positions: Vec<f64>) -> Dataset {
         let command = |k: usize| {
             let t_s = k as f64 * spacing_s;
-            // Noise of the command, which moves the machine as well.
+            // Noise of the command, which also moves the machine.
             let noise = ((k * 7919) % 1009) as f64 / 504.0 - 1.0;
             0.9 * (TAU * 0.11 * t_s).sin() + 0.35 * (TAU * 0.37 * t_s + 1.0).sin() + 0.05 * noise
         };
@@ -144,8 +144,8 @@ mod tests {
         with(assembly).expect("it moves").series.swap_remove(0)
     }
 
-    /// Friction takes half of the force, and the guide sticks at every reversal, seen at rows that are longer
-    /// than its swing. It yields by a tenth of a micrometre.
+    /// Friction takes half of the force, and the guide sticks at every reversal. Rows are longer than the
+    /// period of the sticking guide. It deflects by a tenth of a micrometre.
     #[test]
     fn truth_friction_is_followed_through_rows_longer_than_the_swing_of_a_sticking_guide() {
         for spacing_s in [0.02, 0.005] {

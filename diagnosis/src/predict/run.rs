@@ -15,45 +15,45 @@ use super::warm::by_commands;
 use crate::dataset::{Dataset, Driven, Record};
 use crate::error::DiagnosisError;
 
-/// Predictions are quantised if the step is this many times the noise. A finer step counts as noise.
+/// Ratio of a step to the noise above which predictions are quantised. A finer step counts as noise.
 const COARSE: f64 = 4.0;
-/// Rows along which a motion is followed to find its start, and how often: friction may first turn the wrong
-/// way.
+/// Number of rows along which a motion is simulated to find its initial state, and number of iterations:
+/// friction may first act in the wrong direction.
 const FEWEST_STARTING: usize = 6;
 const MOST_STARTING: usize = 50;
 const STARTS: usize = 3;
-/// Time constants after which a winding has forgotten its heat, to 2 %.
+/// Number of time constants after which the heat of a winding has decayed to 2 %.
 const FORGOTTEN: f64 = 4.0;
 /// A command that arrives within this share of a row arrives with the row.
 const NEGLIGIBLE_PART: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// At the measurements of the first row.
+    /// Start from the measurements of the first row.
     FirstRow,
-    /// From the anchored state, again after every given number of rows.
+    /// Restart from the anchored state after every given number of rows.
     Windows(usize),
 }
 
-/// The readings that a machine would have given.
+/// The predicted readings of a machine.
 #[derive(Clone, Debug, Default)]
 pub struct Prediction {
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
-    /// The same without coarse quantisation steps, for slopes.
+    /// The series without coarse quantisation, for slopes.
     pub(crate) smooth: Vec<Vec<f64>>,
     /// Half the step of each channel if its quantisation is coarse against its noise, otherwise zero. A
     /// reading carries no finer information.
     pub(crate) dead_zone: Vec<f64>,
     /// Predicted position and speed of the first drive relative to its reaction body, and its force.
     pub(crate) stroke: Vec<[f64; 3]>,
-    /// Whether any contact pushes.
+    /// Whether any contact carries a force, in each row.
     pub(crate) touching: Vec<bool>,
-    /// Indentation of every contact, one series each; negative while apart.
+    /// Indentation of every contact, one series each; negative while open.
     pub(crate) compressions: Vec<Vec<f64>>,
     /// Natural frequency of the anchoring, rad/s; zero without anchoring.
     pub(crate) omega: f64,
-    /// Heat of every drive's winding after the last row; zero without one.
+    /// Heat of every drive's winding after the last row; zero for drives without a winding.
     heats: Vec<f64>,
 }
 
@@ -74,7 +74,8 @@ pub struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
-    /// Prepares an assembled machine for one record of a dataset. It moves as [`feeler_studies`] runs it.
+    /// Prepares an assembled machine for one record of a dataset. Its motion equals that of
+    /// [`feeler_studies`].
     ///
     /// # Errors
     /// If the machine has no motion.
@@ -82,8 +83,8 @@ impl<'a> Predictor<'a> {
         Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record, 0.0)
     }
 
-    /// Prepares a machine for a fit. Sticking guides yield slightly, so that small motion in a record does
-    /// not count against dry friction. The motion advances row by row.
+    /// Prepares a machine for a fit. Sticking guides deflect slightly, so that small motion in a record is
+    /// not evidence against dry friction. The motion advances row by row.
     pub(crate) fn with(
         mut assembly: Assembly,
         leeway: Leeway,
@@ -95,7 +96,7 @@ impl<'a> Predictor<'a> {
         Self::following(assembly, surfaces, Precision::Rows(checks), dataset, record, leeway.late_rows)
     }
 
-    /// Prepares a machine whose windings are as warm as the records before, and rest since, have left them.
+    /// Prepares a machine whose windings have the heat that the previous records and the pauses have left.
     fn following(
         mut assembly: Assembly,
         surfaces: Vec<usize>,
@@ -106,7 +107,7 @@ impl<'a> Predictor<'a> {
     ) -> Result<Self, DiagnosisError> {
         let windings = assembly.drives.iter().filter_map(|drive| drive.warming);
         let mut known_s = FORGOTTEN * windings.map(|winding| winding.time_constant).fold(0.0, f64::max);
-        // Each with the pause after it, in which the drive counts as at rest.
+        // Each record with the pause after it, in which the drive rests.
         let pauses = std::iter::once(record).chain(record.earlier()).map(Record::pause_s);
         let is_known = |(earlier, pause_s): &(&Record, f64)| {
             known_s -= pause_s;
@@ -131,7 +132,7 @@ impl<'a> Predictor<'a> {
         Self::as_warm(assembly, surfaces, precision, dataset, record, late_rows)
     }
 
-    /// Prepares a machine whose windings are as warm as its assembly says.
+    /// Prepares a machine whose windings have the heat that its assembly states.
     fn as_warm(
         mut assembly: Assembly,
         surfaces: Vec<usize>,
@@ -176,7 +177,7 @@ impl<'a> Predictor<'a> {
         self.follow(Anchoring::Continuous, Start::FirstRow)
     }
 
-    /// Predicts row by row, corrected toward the measured motion, or in free windows from it.
+    /// Predicts row by row, corrected toward the measured motion, or in free windows that start from it.
     ///
     /// # Errors
     /// If an exponential fails.
@@ -209,7 +210,7 @@ impl<'a> Predictor<'a> {
                     {
                         window = Some(state.clone());
                     }
-                    // A row shows an imposed motion at the rate that follows the row.
+                    // At a row, the rate of an imposed motion is that of the time after the row.
                     for state in window.iter_mut().chain([&mut state]) {
                         self.machine.impose(state, k as f64 * dt);
                     }
@@ -263,8 +264,9 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
-    /// The state at the first row. If a record begins in motion, the machine runs from its position and speed
-    /// along the first readings. A missing force bends what is beyond them; a wrong speed tilts it.
+    /// The state at the first row. If a record begins in motion, position and speed are corrected with the
+    /// first readings. The difference between prediction and readings is a parabola: a wrong speed gives its
+    /// slope, a missing force its curvature.
     fn start(&mut self, anchor: Option<&Anchor>, commands: &[Vec<f64>]) -> Result<State, DiagnosisError> {
         let Some(anchor) = anchor.filter(|_| self.is_in_motion && self.servos.is_empty()) else {
             return Ok(State { loops: at_start(&self.servos), ..self.machine.start(|_, _| ()) });
@@ -288,7 +290,7 @@ impl<'a> Predictor<'a> {
         Ok(self.machine.start(|machine, xi| anchor.shift(machine, xi, moved)))
     }
 
-    /// Commands after the static part of each drive's chain: deadband, gain and limit. For a servo, its
+    /// Commands after the static part of each drive's chain: dead band, gain and limit. For a servo, its
     /// targets.
     fn effective_commands(&self) -> Vec<Vec<f64>> {
         let drives = &self.machine.motion.assembly().drives;
@@ -317,8 +319,7 @@ impl<'a> Predictor<'a> {
         self.servos.iter().any(|servo| servo.is_controller && servo.drive == drive)
     }
 
-    /// Advances from row `k` to the next, through the commands that arrive in between. Commands of a delayed
-    /// drive arrive between rows.
+    /// Advances from row `k` to the next, through the commands that arrive in between because of a delay.
     #[inline(always)]
     fn drive_on(
         &mut self,
@@ -334,7 +335,7 @@ impl<'a> Predictor<'a> {
         for (&Driven { drive, .. }, commands) in self.dataset.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[drive].delay / dt;
             let whole = delay.floor() as usize;
-            // A negligible part of a row would only prevent the reuse of exponentials.
+            // A negligible part of a row would only prevent reusing exponentials.
             let is_part = delay - whole as f64 > NEGLIGIBLE_PART;
             is_delayed |= is_part;
             let back = whole + usize::from(is_part);

@@ -1,9 +1,8 @@
-//! The part of a sensor that is not motion: delay, gain, bias and quantisation, on whole series.
+//! The static and delayed part of a sensor, applied to whole series: delay, gain, bias and quantisation.
 
 use feeler_plant::assembly::SensorPart;
 
-/// Readings without noise of a filtered signal sampled every `spacing_s`. With `quantised` false the steps
-/// are left out.
+/// Noise-free readings of a filtered signal sampled every `spacing_s`, with quantisation if `quantised`.
 pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quantised: bool) -> Vec<f64> {
     let rows = sensor.delay / spacing_s;
     let delayed: Vec<f64> = if rows > 0.0 {
@@ -15,18 +14,18 @@ pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quan
     delayed.into_iter().map(|x| reading(sensor, x, resolutions)).collect()
 }
 
-/// Reading of a sensor from its delayed and filtered signal, in these steps.
+/// Reading of a sensor from its delayed and filtered signal, quantised with `steps`.
 pub(super) fn reading(sensor: &SensorPart, signal: f64, steps: &[f64]) -> f64 {
     steps.iter().fold(sensor.gain * signal + sensor.bias, |reading, step| in_steps(reading, *step))
 }
 
-/// A value in whole steps, if there are any.
+/// A value rounded to whole steps; unchanged if the step is zero.
 pub(super) fn in_steps(value: f64, step: f64) -> f64 {
     if step > 0.0 { (value / step).round() * step } else { value }
 }
 
-/// A series between its rows: the cubic through four neighbours (Catmull and Rom); its first value before the
-/// start.
+/// A series between its rows: the cubic through four neighbours (Catmull and Rom). Before the start it has
+/// its first value.
 fn at(series: &[f64], row: f64) -> f64 {
     if row <= 0.0 {
         return series[0];

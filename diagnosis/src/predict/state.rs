@@ -1,4 +1,4 @@
-//! State of a machine along a record, with the loops that run beside it.
+//! State of a machine along a record, with the states of its control loops.
 
 use std::collections::VecDeque;
 
@@ -21,14 +21,14 @@ pub(super) struct LoopState {
     pub(super) controller: Controller<f64>,
     pub(super) target: f64,
     pub(super) followed: f64,
-    /// Largest speed of that, m/s.
+    /// Largest rate of `followed`, m/s.
     pub(super) pace: f64,
-    /// Force of the other inputs that have arrived, by their drives.
+    /// Forces of the other inputs that have arrived, by their drives.
     pub(super) fed: Vec<(usize, f64)>,
     pub(super) samples: u64,
-    /// Outputs under way: their times of arrival and values.
+    /// Delayed outputs: their times of arrival and values.
     pub(super) pending: VecDeque<(f64, f64)>,
-    /// Of each sensor, signals that were taken for later samples, and how many were ever taken.
+    /// For each sensor, the signals stored for later samples, and the number stored so far.
     pub(super) taken: [(VecDeque<f64>, u64); 2],
 }
 

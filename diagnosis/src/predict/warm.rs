@@ -1,12 +1,12 @@
-//! The heat that a record leaves in windings.
+//! Heat of windings after a record.
 
 use feeler_plant::assembly::{Assembly, Drive};
 
 use crate::dataset::{Dataset, Record};
 
-/// The heat of every drive's winding after a record, zero without one, if their forces are their commands. It
-/// goes on by an exponential from row to row; delays and lags are short against a warming. `None` if a force
-/// depends on the motion.
+/// The heat of every drive's winding after a record, if its force equals its command; zero for drives without
+/// a winding. Each row is one exponential step, because delays and lags are short against warming. `None` if
+/// a force depends on the motion.
 pub(super) fn by_commands(assembly: &Assembly, dataset: &Dataset, record: &Record) -> Option<Vec<f64>> {
     let heat = |(index, drive): (usize, &Drive)| {
         let Some(winding) = drive.warming else { return Some(0.0) };
@@ -20,7 +20,7 @@ pub(super) fn by_commands(assembly: &Assembly, dataset: &Dataset, record: &Recor
             let end = (drive.received(*command) / winding.force).powi(2);
             end + (heat - end) * left
         };
-        // A drive without commands rests.
+        // A drive without commands is at rest.
         let rows = commands.iter().chain(std::iter::repeat(&0.0)).take(record.len());
         Some(rows.fold(winding.heat, next))
     };

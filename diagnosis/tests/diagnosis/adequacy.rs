@@ -1,6 +1,6 @@
-//! Never sure and wrong. The cases are slow motion under friction of half the command, an encoder that counts
-//! in steps, and a command with noise. Other cases hide effects of no library. The machine is integrated
-//! here, by equations written out.
+//! No answer is sure and wrong. The cases have slow motion under friction of half the command, a coarse
+//! encoder and a noisy command. Other cases hide effects outside the library. The machine is integrated here,
+//! with separately written equations.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ use crate::Noise;
 
 const RATE_HZ: f64 = 200.0;
 const DURATION_S: f64 = 20.0;
-/// Steps per row of the machine's own integration.
+/// Integration steps per row.
 const FINE: usize = 50;
 const MASS_KG: f64 = 4.0;
 const DAMPING_N_S_PER_M: f64 = 12.0;
@@ -38,8 +38,8 @@ reads = "carriage.position"
 resolution = 2.0e-5
 "#;
 
-/// Commands and readings of a carriage that a controller moves along two slow sines against `force(x, v)`,
-/// which is what resists beside damping.
+/// Commands and readings of a carriage that a controller moves along two slow sines. The force `force(x, v)`
+/// resists in addition to damping.
 fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Record {
     let rows = (DURATION_S * RATE_HZ) as usize;
     let dt = 1.0 / (RATE_HZ * FINE as f64);
@@ -66,12 +66,12 @@ fn answer(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
     answer_believing("", force)
 }
 
-/// The same where the machine file states more.
+/// The answer if the machine file states `more`.
 fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
     diagnose(&dataset(more, force), &|_| {}).expect("there is an answer")
 }
 
-/// Records of four runs beside the machine that is believed.
+/// Records of four runs, with the believed machine.
 fn dataset(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
     let text = format!("{BELIEVED}{more}");
     let machine = Document::parse(&text, "slow.toml").expect("the text is a machine").scenario.machine;
@@ -83,7 +83,7 @@ fn dataset(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Dataset {
     Dataset::new("slow", machine, drives, vec![channel], records)
 }
 
-/// Friction that turns with the direction within micrometres per second.
+/// Friction that changes sign within a fraction of a millimetre per second.
 fn dry(level: f64, v: f64) -> f64 {
     level * (v / 2e-4).tanh()
 }
@@ -105,7 +105,7 @@ fn told(answer: &Diagnosis) -> String {
     )
 }
 
-/// Level of the friction, found to this: the believed damping is off, and friction beside it slow.
+/// Relative tolerance of the friction level: the believed damping is wrong, and motion is slow.
 const LEVEL: f64 = 0.15;
 
 #[test]
@@ -116,7 +116,7 @@ fn truth_friction_that_is_half_of_the_command_is_named() {
     assert!((level / 12.0 - 1.0).abs() < LEVEL, "{level} {}", told(&answer));
 }
 
-/// The level of the one friction of a machine's guide.
+/// The level of a guide's only friction.
 fn level(machine: &feeler_plant::description::Machine) -> f64 {
     let [effect] = machine.springs["guide"].effects.as_slice() else { panic!("one effect") };
     assert_eq!(effect.definition.kind, Kind::CoulombFriction);
@@ -129,12 +129,12 @@ fn truth_believed_friction_is_fitted_within_its_tolerance_and_is_a_finding_beyon
         let more = format!("[springs.guide.effects.coulomb-friction]\nlevel = {level}\n");
         answer_believing(&more, &|_, v| dry(12.0, v))
     };
-    // Off by less than its tolerance, which is a factor of two: calibration.
+    // The error is within the tolerance, a factor of two, so calibration corrects it.
     let answer = believing("7.5");
     assert!(accepted(&answer).is_empty(), "{}", told(&answer));
     let fitted = level(&answer.calibrated);
     assert!((fitted / 12.0 - 1.0).abs() < LEVEL, "{fitted} {}", told(&answer));
-    // Off by four: a finding, in the place of the believed one.
+    // The level is wrong by a factor of four: a finding that replaces the believed effect.
     let answer = believing("3.0");
     assert_eq!(accepted(&answer), ["coulomb-friction"], "{}", told(&answer));
     let found = level(&answer.machine);
@@ -150,7 +150,7 @@ fn prop_friction_that_varies_along_the_way_is_not_explained_by_something_else() 
 /// An unsure change is proposed only if every experiment supports it, fitted or not.
 #[test]
 fn prop_an_unsure_change_runs_no_worse_than_the_believed_machine_over_any_experiment() {
-    // A load with a stiffness that grows, friction that depends on the place, a force of no library.
+    // Quadratic load, friction that depends on position, and a force outside the library.
     let forces: [&dyn Fn(f64, f64) -> f64; 3] = [
         &|x, v| dry(6.0, v) + 900.0 * x.powi(2),
         &|x, v| dry(12.0 * (1.0 + 0.8 * (TAU * x / 0.13).sin()), v),
@@ -174,24 +174,24 @@ fn prop_a_force_between_position_and_speed_is_not_explained_by_something_else() 
     assert_ne!(answer.verdict, Verdict::Explained, "{}", told(&answer));
 }
 
-/// A spring beside the guide holds the axis about its middle, so that it does not drift in free runs.
+/// A spring parallel to the guide centres the axis, so that it does not drift in free runs.
 const HELD: &str = "[springs.spring]\nbetween = [\"ground\", \"carriage\"]\nstiffness = 400.0\n";
 
-/// A bump and a hollow of the guide, N: a force of no law of the library.
+/// A bump and a hollow of the guide, N: a force that no law of the library has.
 fn bumps(x: f64) -> f64 {
     9.0 * (-((x - 0.03) / 0.05).powi(2)).exp() - 6.0 * (-((x + 0.07) / 0.04).powi(2)).exp()
 }
 
-/// An answer about a carriage on that spring.
+/// The answer for a carriage on that spring.
 fn answer_held(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
     let mut dataset = dataset(HELD, &|x, v| 400.0 * x + force(x, v));
-    // A table contains a spring: its stiffness is known.
+    // A table can imitate a spring, so the spring's stiffness is known.
     dataset.tolerance.insert("springs.spring.stiffness".into(), 1e-3);
     diagnose(&dataset, &|_| {}).expect("there is an answer")
 }
 
-/// Of the largest force: nine points of the recorded travel come within 2 % of these bumps. As much again is
-/// for the mass and damping that are fitted beside it, and for the steps of the encoder.
+/// Tolerance of the table as a share of the largest force. Nine points over the stroke approximate the bumps
+/// within 2 %. The rest allows for fitted mass and damping, and for encoder steps.
 const TABLE: f64 = 0.06;
 
 #[test]
@@ -203,7 +203,7 @@ fn truth_a_force_of_no_library_becomes_a_table_and_no_cause() {
     assert!(!accepted(&answer).contains(&"force-table"));
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<ForceTable>).expect("it has one");
-    // The machine has just the reported changes.
+    // The machine has exactly the reported table.
     let read = Table::of(&found.values());
     assert_eq!(table.knots, read.points());
     for k in 0..=50 {
@@ -219,7 +219,8 @@ fn table_of(answer: &Diagnosis) -> &ForceOver {
     answer.table.as_ref().unwrap_or_else(|| panic!("no table: {}", told(answer)))
 }
 
-/// Speeds reach 1.6 times as far as positions, in SI numbers. Bumps as much wider leave nine points as near.
+/// In SI numbers, speeds reach 1.6 times as far as positions. Bumps that are wider by this factor are
+/// approximated as well.
 const WIDER: f64 = 1.6;
 
 #[test]
@@ -229,8 +230,8 @@ fn truth_a_force_of_no_library_over_speed_becomes_a_table_over_speed() {
     assert_eq!((table.kind, table.over), (Kind::SpeedTable, "speed"), "{table:?}");
     let effects = &answer.machine.springs["guide"].effects;
     let found = effects.iter().find_map(EffectUse::parameters::<SpeedTable>).expect("it has one");
-    // Damping does the same as a line through the table, so the two are held together. Of fast motion there
-    // are few rows.
+    // Damping is equivalent to a linear part of the table, so their sum is compared. There are few rows of
+    // fast motion.
     let read = Table::of(&found.values());
     let damping = answer.machine.springs["guide"].damping_n_s_per_m;
     for v in [-0.12, -0.07, -0.03, 0.0, 0.03, 0.06, 0.12] {
@@ -239,7 +240,7 @@ fn truth_a_force_of_no_library_over_speed_becomes_a_table_over_speed() {
     }
 }
 
-/// A tight spot of the guide: friction with a level of its own at every place.
+/// A tight spot of the guide: the friction level depends on position.
 #[test]
 fn truth_friction_that_varies_along_the_way_becomes_a_table_of_friction() {
     let level = |x: f64| 2.0 + 10.0 * (-((x - 0.03) / 0.05).powi(2)).exp();
@@ -251,7 +252,7 @@ fn truth_friction_that_varies_along_the_way_becomes_a_table_of_friction() {
         let nearest = |a: &&[f64; 2], b: &&[f64; 2]| (a[0] - x).abs().total_cmp(&(b[0] - x).abs());
         table.knots.iter().min_by(nearest).expect("there are nine")[1]
     });
-    // Friction of one level that the answer tells of beside the table counts at both.
+    // A constant friction level in addition to the table would count at both positions.
     assert!(tight - loose > 7.0, "{table:?}");
 }
 
@@ -264,8 +265,8 @@ fn truth_where_nothing_is_missing_there_is_no_table() {
     assert!(effects.is_empty(), "{effects:?}");
 }
 
-/// One long record is split by itself. Cut by hand into ten files it gives the same causes and values, since
-/// evidence counts rows: what a start costs is a few rows of thousands.
+/// One long record is split automatically. Split by hand into ten files it gives the same causes and values,
+/// because evidence counts rows, and each start costs only a few rows of thousands.
 #[test]
 fn truth_ten_pieces_of_one_long_record_give_the_answer_of_the_whole() {
     let mut whole = dataset("", &|_, v| dry(12.0, v));

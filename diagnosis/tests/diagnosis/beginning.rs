@@ -1,5 +1,5 @@
-//! How a prediction begins: in the middle of a motion, and with a command that goes on between its rows. The
-//! machine is integrated here, by equations written out.
+//! Start of a prediction in the middle of a motion, and commands that vary between rows. The machine is
+//! integrated here, with separately written equations.
 
 #![expect(clippy::expect_used, reason = "helpers of tests fail as tests do")]
 
@@ -15,7 +15,7 @@ use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 0.01;
 const ROWS: usize = 400;
-/// Steps per row of the machine's own integration.
+/// Integration steps per row.
 const FINE: usize = 1000;
 const STEP_M: f64 = 3e-5;
 const MASS_KG: f64 = 2.5;
@@ -39,13 +39,13 @@ reads = "motor.position"
 resolution = 3.0e-5
 "#;
 
-/// A command that turns in fractions of a tenth of a second.
+/// A command that changes within fractions of a tenth of a second.
 fn command(t_s: f64) -> f64 {
     55.0 * (TAU * 1.8 * t_s).sin() + 30.0 * (TAU * 4.1 * t_s + 1.0).sin()
 }
 
-/// Commands and exact positions at every row, from rest. Between rows the command goes in straight lines; the
-/// drive pushes `late_rows` later.
+/// Commands and exact positions at every row, from rest. The command is linear between rows, and acts
+/// `late_rows` later.
 fn motion(late_rows: f64) -> [Vec<f64>; 2] {
     let (mut x, mut v) = (0.0_f64, 0.0_f64);
     let dt = SPACING_S / FINE as f64;
@@ -59,7 +59,7 @@ fn motion(late_rows: f64) -> [Vec<f64>; 2] {
         positions.push(x);
         for step in 0..FINE {
             let u = at(row as f64 + (step as f64 + 0.5) / FINE as f64 - late_rows);
-            // Friction turns with the direction within a tenth of a millimetre per second.
+            // Friction changes sign within a tenth of a millimetre per second.
             let friction = FRICTION_N * (v / 1e-4).tanh();
             v += dt * (u - DAMPING_N_S_PER_M * v - friction) / MASS_KG;
             x += dt * v;
@@ -68,7 +68,7 @@ fn motion(late_rows: f64) -> [Vec<f64>; 2] {
     [commands[..ROWS].to_vec(), positions]
 }
 
-/// The rows from `first` onwards, as an encoder counts them.
+/// The rows from `first` onwards, with quantised positions.
 fn dataset(first: usize, hold_s: Option<f64>) -> Dataset {
     moved(motion(0.0), first, hold_s)
 }
@@ -84,7 +84,7 @@ fn moved([commands, positions]: [Vec<f64>; 2], first: usize, hold_s: Option<f64>
     Dataset::new("axis", machine, drives, vec![channel], vec![record])
 }
 
-/// Largest error of the free prediction over some rows, over half of the way that the motion covers.
+/// Largest error of the free prediction over some rows, over half of the stroke.
 fn error(dataset: &Dataset, rows: usize) -> f64 {
     let assembly = assemble(&dataset.machine).expect("it assembles");
     let free = Predictor::new(assembly, dataset, &dataset.records[0]).and_then(|mut own| own.free());
@@ -100,8 +100,8 @@ fn error(dataset: &Dataset, rows: usize) -> f64 {
 fn truth_a_record_that_begins_in_motion_is_followed_from_its_first_row() {
     for first in [23, 31, 57, 90, 118, 166, 205] {
         let off = error(&dataset(first, None), 30);
-        // A step of the encoder over six rows is 0.5 mm/s of 1 m/s. The motion turns within fewer rows than
-        // that, and friction with it.
+        // A step of the encoder over six rows is 0.5 mm/s, against a speed of 1 m/s. In fewer rows than that
+        // the motion reverses, and friction with it.
         assert!(off < 0.02, "from row {first}: {off}");
     }
 }
@@ -109,12 +109,12 @@ fn truth_a_record_that_begins_in_motion_is_followed_from_its_first_row() {
 #[test]
 fn truth_a_command_that_goes_on_between_rows_is_half_a_row_earlier_than_a_held_one() {
     let [straight, held] = [None, Some(SPACING_S)].map(|hold_s| error(&dataset(0, hold_s), 100));
-    // Half a row at 2 to 4 Hz is 0.06 to 0.13 rad. A mean over a row loses (omega T)^2 / 12 of a wave, which
-    // is 0.6 % of the faster one.
+    // Half a row is 0.06 to 0.13 rad at 2 to 4 Hz. A mean over a row reduces a wave by (omega T)^2 / 12,
+    // which is 0.6 % for the faster wave.
     assert!(straight < 0.01 && held > 0.03, "{straight} {held}");
 }
 
-/// The answer where the drive pushes later than the rows say, and no hold is stated.
+/// The answer if commands act later than their rows and no hold is stated.
 fn answer(late_rows: f64) -> feeler_diagnosis::report::Diagnosis {
     let mut dataset = moved(motion(late_rows), 0, None);
     let fitted = Record { is_check: false, name: "fit.csv".into(), ..dataset.records[0].clone() };
@@ -138,6 +138,6 @@ fn truth_a_delay_beyond_what_a_held_command_may_be_late_is_found() {
     let answer = answer(1.8);
     let found = answer.effects.iter().find(|cause| cause.kind == Kind::CommandDelay);
     let delay = found.expect("the delay is among the causes").parameters["delay"].value;
-    // The instants at which commands act take half a row of it either way.
+    // The unknown timing of commands may account for up to half a row of the delay.
     assert!((delay / SPACING_S - 1.8).abs() < 0.55, "{delay}");
 }

@@ -1,5 +1,5 @@
-//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all. The
-//! tests check who is named, and with what factor.
+//! Wrong units and clocks in a column of the example dataset, in some experiments or in all. The tests check
+//! which column is named, and with which factor.
 
 use std::fs;
 use std::path::Path;
@@ -13,10 +13,10 @@ const FILES: [&str; 6] =
     ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
 const PRESSES: [&str; 2] = ["press-1.csv", "press-3.csv"];
 
-/// A fault: file, column, and what a reading becomes, from all readings of the column and its row.
+/// A fault: file, column, and a function of the column's readings and the row that gives the faulty reading.
 type Fault<'a> = (&'a str, &'a str, fn(&[f64], usize) -> f64);
 
-/// The example with faults, as far as `kept` goes.
+/// The files `kept` of the example, with faults.
 fn example(kept: &[&str], faults: &[Fault<'_>]) -> Dataset {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let folder = TempDir::new().expect("the example is sound");
@@ -59,7 +59,7 @@ fn late(values: &[f64], row: usize) -> f64 {
     values[row.saturating_sub(12)]
 }
 
-/// That one of the sentences has all words.
+/// Asserts that one of the sentences has all words.
 fn has(said: &[String], words: &[&str]) {
     assert!(said.iter().any(|line| words.iter().all(|word| line.contains(word))), "{words:?} in {said:#?}");
 }
@@ -131,7 +131,7 @@ fn truth_commands_in_kilonewtons_and_a_turned_encoder_are_named() {
     has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "a sign"]);
 }
 
-/// 43 ms.
+/// A delay of 86 rows, 43 ms.
 fn very_late(values: &[f64], row: usize) -> f64 {
     values[row.saturating_sub(86)]
 }
@@ -169,11 +169,11 @@ fn truth_a_command_that_is_late_in_one_experiment_is_named() {
 #[test]
 fn regress_a_command_that_is_late_in_contact_accuses_nobody() {
     let said = said(&PRESSES, &[("press-1.csv", "command_n", very_late)]);
-    // An impact outweighs the steps of the command, so that nothing is said about their time.
+    // An impact is larger than the steps of the command, so no delay of the command is reported.
     assert!(!said.iter().any(|line| line.contains(": runs ")), "{said:#?}");
 }
 
-/// A slow stroke against damping: the command leads the motion by a part of its wave, which no clock does.
+/// A slow stroke against damping: the phase lead of the command is not a fault of a clock.
 #[test]
 fn regress_a_slow_motion_against_damping_is_no_late_clock() {
     let slow: Fault<'_> = ("free-sines-1.csv", "command_n", |v, k| {
@@ -183,7 +183,7 @@ fn regress_a_slow_motion_against_damping_is_no_late_clock() {
     assert!(!said.iter().any(|line| line.contains("`command_n`: runs")), "{said:#?}");
 }
 
-/// Columns that hang or are cut off are not scored, and must not steer the prediction either.
+/// Columns that are frozen or clipped are not scored, and must not correct the prediction either.
 #[test]
 fn regress_columns_that_do_not_count_move_nothing() {
     let faults: [Fault<'_>; 2] = [

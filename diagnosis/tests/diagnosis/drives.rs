@@ -1,5 +1,5 @@
-//! Records of a servo, of a motor and of an imposed motion, from the folder to the answer. What was hidden
-//! behind each drive is found, with its size.
+//! Records of a servo, of a motor and of an imposed motion, from the folder to the answer. The diagnosis
+//! finds the effect hidden at each drive, and its size.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -17,9 +17,9 @@ use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 2e-3;
 const ROWS: usize = 400;
-/// Sines of a command.
+/// Number of sines of a command.
 const LINES: u32 = 12;
-/// Some ten times what noise of 2 um leaves open in these records of 20 mm.
+/// About ten times the uncertainty due to noise of 2 um in these records of 20 mm.
 const RECOVERY: f64 = 0.03;
 
 /// One body on a guide; the actuator's table follows.
@@ -29,8 +29,7 @@ const AXIS: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"gro
 const SERVO: &str = "kind = \"position-servo\"\nkp = 3000.0\nkd = 60.0\n";
 const FRICTION: &str = "[springs.guide.effects.coulomb-friction]\nlevel = 3.0\n";
 
-/// How a drive is commanded: its largest command, the highest frequency, and the rows for which each command
-/// holds.
+/// Command of a drive: largest value, highest frequency, and number of rows for which each value is held.
 #[derive(Clone, Copy)]
 struct Commanded {
     peak: f64,
@@ -38,7 +37,7 @@ struct Commanded {
     held: usize,
 }
 
-/// Sines from 0.8 Hz on, their phases by Schroeder's rule and turned by `turn` from line to line.
+/// Sines from 0.8 Hz upwards, with phases after Schroeder plus `turn` per line.
 fn multisine(command: Commanded, turn: f64) -> Vec<f64> {
     let last = f64::from(LINES - 1);
     let sines = |t: f64| -> f64 {
@@ -56,7 +55,7 @@ fn multisine(command: Commanded, turn: f64) -> Vec<f64> {
     raw.iter().map(|x| command.peak * x / largest).collect()
 }
 
-/// Two records to fit and one to check of `believed` with `effect`, diagnosed with the machine `believed`.
+/// Two fit records and one check record of `believed` with `effect`, diagnosed with the machine `believed`.
 fn diagnosed(believed: &str, effect: &str, signal: &str, command: Commanded) -> Diagnosis {
     let folder = tempfile::tempdir().expect("a folder");
     let mut dataset = format!(
@@ -95,7 +94,7 @@ fn diagnosed(believed: &str, effect: &str, signal: &str, command: Commanded) -> 
     diagnose(&dataset, &|_| {}).expect("a diagnosis")
 }
 
-/// The first effect is this one, of this size, and it explains the gap.
+/// Asserts that the first effect has this kind and size, and that it explains the gap.
 fn is_found(answer: &Diagnosis, kind: Kind, value: f64) {
     let effect = answer.effects.first().expect("an effect is named");
     assert_eq!(effect.kind, kind, "{:?}", answer.attempts);
@@ -143,13 +142,13 @@ fn truth_a_resonance_behind_a_servo_is_flexibility_and_not_delay() {
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
 }
 
-/// Share of the error of a cold start that may be left. After four time constants 2 % are left of a heat.
+/// Largest share of a cold start's error. After four time constants 2 % of the heat remains.
 const FORGOTTEN: f64 = 0.1;
 
-/// Rows after which a servo has forgotten the estimate of its first state. No command acts in the first row.
+/// Rows after which the estimate of a servo's first state has no effect. No command acts in the first row.
 const SETTLED: usize = 30;
 
-/// The force of a drive shows its heat, and so does the lag of a servo.
+/// The force of a drive depends on its heat, and so does the lag of a servo.
 #[test]
 fn truth_a_piece_of_a_record_begins_as_warm_as_the_rows_before_left_it() {
     let heats = "[actuators.drive.effects.thermal-derating]\nforce = 40.0\ntime_constant = 1.0\n";

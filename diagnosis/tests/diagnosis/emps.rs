@@ -9,22 +9,22 @@ use feeler_diagnosis::diagnose;
 use feeler_diagnosis::report::Verdict;
 use feeler_plant::effects::Kind;
 
-/// Published Coulomb level and how far it may be off.
+/// Published Coulomb level, and its tolerance.
 const LEVEL_N: (f64, f64) = (20.3935, 0.05);
-/// Published offset, here a force on the carriage, and how far it may be off.
+/// Published offset, here a force on the carriage, and its tolerance.
 const LOAD_N: (f64, f64) = (3.1648, 0.20);
-/// Published viscous friction is 166.7 N s/m one way and 240.4 N s/m the other. Listed are half the
-/// difference over the mean, and how far it may be off.
+/// Published viscous friction is 166.7 N s/m in one direction and 240.4 N s/m in the other. Here: half the
+/// difference over the mean, and its tolerance.
 const ASYMMETRY: (f64, f64) = (0.181, 0.20);
-/// Missing force of the inverse model on the file with pulses: with mass and viscous guide alone, and what it
-/// must come down to.
+/// Missing force of the inverse model on the file with pulses: lower limit with mass and viscous friction
+/// alone, and upper limit with the causes.
 const MISSING_N: (f64, f64) = (8.0, 3.4);
 
 #[test]
 fn reference_the_real_drive_has_dry_friction_and_a_load() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps");
     if !folder.is_dir() {
-        // Not by the macro for errors, whose words a passing test keeps to itself.
+        // `eprintln!` would not be shown, because a passing test captures its output.
         let _ = writeln!(std::io::stderr(), "skipped: {} is not there", folder.display());
         return;
     }
@@ -36,8 +36,8 @@ fn reference_the_real_drive_has_dry_friction_and_a_load() {
     };
     let level = value(Kind::CoulombFriction, "level").expect("the friction is found");
     assert!((level / LEVEL_N.0 - 1.0).abs() < LEVEL_N.1, "{level}");
-    // The load and the viscous friction that differs by direction do nearly the same on strokes of one speed.
-    // Found is one of them, or both, and nothing else.
+    // A load and directional viscous friction are nearly equivalent on strokes of one speed. The diagnosis
+    // finds one of them, or both, and no other cause.
     let load = value(Kind::ConstantLoad, "force");
     let asymmetry = value(Kind::DirectionalDamping, "asymmetry");
     assert!(load.is_some() || asymmetry.is_some(), "{:?}", answer.attempts);
@@ -48,11 +48,11 @@ fn reference_the_real_drive_has_dry_friction_and_a_load() {
     );
     let found = 1 + usize::from(load.is_some()) + usize::from(asymmetry.is_some());
     assert_eq!(accepted.len(), found, "{:?}", answer.effects);
-    // All three are published: two of them alone are not the whole cause.
+    // All three effects are published, so two of them alone do not explain the gap.
     assert!(found == 3 || answer.verdict != Verdict::Explained, "{:?}", answer.effects);
     let [refit, after] = answer.missing_force_n;
     assert!(refit > MISSING_N.0 && after < MISSING_N.1, "{:?}", answer.missing_force_n);
-    // The screw's lead, which is in no effect of the library.
+    // The lead of the screw: no effect of the library describes it.
     assert!(
         answer.left.iter().any(|left| left.contains("periodic in position, pitch 2.50 mm")),
         "{:?}",

@@ -1,4 +1,4 @@
-//! Any records get an answer or a reason, never a panic: over sampling rates, channels and rows.
+//! Any records give an answer or an error, never a panic: over sampling rates, channels and rows.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -10,16 +10,16 @@ use feeler_files::Document;
 use feeler_plant::assembly::Source;
 use feeler_problem::Remedy;
 
-/// Kinds of reading that sensors cycle through.
+/// Readings of the sensors, in turn.
 const READS: [&str; 4] = ["carriage.position", "carriage.velocity", "carriage.acceleration", "tool.force"];
 const RATES_HZ: [f64; 9] = [20.0, 50.0, 100.0, 200.0, 200.0, 500.0, 1000.0, 4000.0, 10_000.0];
-/// Relative departure of a record's rate from its nominal one, as clocks have it.
+/// Relative deviation of a record's rate from the nominal one, as clocks have it.
 const CLOCK: f64 = 1e-9;
 
-/// Amplitudes that sensors cycle through, SI.
+/// Amplitudes of the sensors, in turn, SI.
 const SIZES: [f64; 4] = [0.01, 0.1, 1.0, 10.0];
 
-/// Numbers from 0 to 1, the same on every run.
+/// Random numbers from 0 to 1, equal in every run.
 struct Draw(u64);
 
 impl Draw {
@@ -33,7 +33,7 @@ impl Draw {
     }
 }
 
-/// A carriage that may touch a wall, read by this many sensors.
+/// A carriage that may touch a wall, with this many sensors.
 fn machine_text(sensors: usize) -> String {
     let mut text = String::from(
         r#"
@@ -62,7 +62,7 @@ kind = "force"
     text
 }
 
-/// Records that no machine made: sines, steps, noise and standstill.
+/// Records that no machine has made: sines, steps, noise and standstill.
 fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Dataset {
     let text = machine_text(sensors);
     let machine = Document::parse(&text, "fuzzed.toml").expect("the text is a machine").scenario.machine;
@@ -101,7 +101,7 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
     Dataset::new("fuzzed", machine, drives, channels, records)
 }
 
-/// Answers are finite where there are any.
+/// Asserts that an answer, if there is one, is finite.
 fn holds(dataset: &Dataset, budget: Budget) {
     if let Ok(answer) = diagnose_within(dataset, budget, &|_| {}) {
         assert!(answer.gap.refit.is_finite() && answer.gap.before.is_finite(), "{:?}", answer.gap);
@@ -119,13 +119,13 @@ fn prop_short_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
     }
 }
 
-/// The long form: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored fuzz`.
+/// Long version: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored fuzz`.
 #[test]
 #[ignore = "takes an hour"]
 fn prop_long_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
     let mut draw = Draw(5);
     for _ in 0..200 {
-        // In each of up to four experiments: a million in all.
+        // Rows of each of up to four experiments: up to a million in all.
         let rows = (10.0 * 10.0_f64.powf(4.4 * draw.next())) as usize;
         let sensors = 1 + draw.below(20);
         let rate_hz = RATES_HZ[draw.below(RATES_HZ.len())];
@@ -137,7 +137,7 @@ fn prop_long_records_of_any_rate_and_any_channels_get_an_answer_or_a_reason() {
 const NUMBERS: [&str; 12] =
     ["0", "-1", "1e-300", "1e300", "1e9", "1e-9", "inf", "nan", "true", "\"x\"", "\"1e9 Hz\"", ""];
 
-/// A text with one line left out, doubled or cut, or with one of its numbers replaced.
+/// A text with one line removed, repeated or cut, or with one of its numbers replaced.
 fn mutated(text: &str, draw: &mut Draw) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let at = draw.below(lines.len());
@@ -161,7 +161,7 @@ fn mutated(text: &str, draw: &mut Draw) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Datasets with up to three slips in machine, dataset or record: read, or refused with what to do.
+/// Datasets with up to three mistakes in machine, dataset or record are read, or refused with a remedy.
 fn datasets_with_slips(cases: usize) {
     let record: String = (0..60).fold("t_s,force_n,x_m\n".to_owned(), |mut text, k| {
         let t = 0.01 * f64::from(k);
@@ -200,7 +200,7 @@ fn prop_datasets_with_slips_are_read_or_refused() {
     datasets_with_slips(500);
 }
 
-/// The long form: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored slips`.
+/// Long version: `cargo test --release -p feeler-diagnosis --test diagnosis -- --ignored slips`.
 #[test]
 #[ignore = "takes minutes"]
 fn prop_twenty_thousand_datasets_with_slips_are_read_or_refused() {

@@ -1,4 +1,4 @@
-//! Logs as they lie, made into datasets.
+//! Import of real logs as datasets.
 
 use std::fmt::Write as _;
 use std::fs;

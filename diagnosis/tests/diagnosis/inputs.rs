@@ -1,5 +1,5 @@
-//! Every input that a dataset may name leads the machine as it led the run: the folder is written, loaded,
-//! and predicted. Tolerance as in `one_machine.rs`.
+//! Every input of a dataset moves the predicted machine as it moved the simulated one: the folder is written,
+//! loaded, and predicted. The tolerance is as in `one_machine.rs`.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,13 +10,13 @@ use feeler_engine::{Program, Simulation, Trace};
 use feeler_files::Document;
 use feeler_plant::assembly::assemble;
 
-/// Largest difference between engine and predictor over the largest value of a signal.
+/// Largest difference between engine and predictor, over the largest value of a signal.
 const AGREEMENT: f64 = 1e-9;
 const ROWS_PER_S: f64 = 1e4;
-/// A record that ends does not tell the curvature of its last piece.
+/// At the end of a record the curvature of the last cubic is unknown.
 const LAST_ROWS: usize = 10;
 
-/// Runs an axis of 1.5 kg under an actuator, and predicts it from a dataset that holds the signal `recorded`
+/// Simulates an axis of 1.5 kg with an actuator, and predicts it from a dataset with the signal `recorded`
 /// under the name `named`.
 fn replayed(actuator: &str, controller: &str, recorded: &str, named: &str) {
     let text = format!(
@@ -66,7 +66,7 @@ fn replayed(actuator: &str, controller: &str, recorded: &str, named: &str) {
     }
 }
 
-/// An open-loop controller that gives `[0, 0]`, then two levels.
+/// An open-loop controller with the output `[0, 0]`, then two levels.
 fn steps(levels: [f64; 2]) -> String {
     let [a, b] = levels;
     format!("law = \"open-loop\"\nperiod = 0.01\nreference = [[0.0, 0.0], [0.02, {a}], [0.15, {b}]]")
@@ -115,9 +115,9 @@ fn regress_an_imposed_position_leads_as_it_led_the_run() {
     }
 }
 
-/// Between rows the imposed motion is a cubic. Of a sine of frequency w, with rows h apart, it lacks the
-/// share `(w h)^4 / 720` if its speed in the rows is right. Speeds from neighbouring rows are short by the
-/// share `(w h)^2 / 6`, which adds ten times as much.
+/// Between rows the imposed motion is a cubic. For a sine of frequency w and rows h apart, its relative error
+/// is `(w h)^4 / 720` if the speeds at the rows are exact. Speeds from neighbouring rows are too small by the
+/// share `(w h)^2 / 6`, which adds ten times that error.
 #[test]
 fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
     let rows_per_s = 50.0;
@@ -153,7 +153,8 @@ fn truth_a_measured_speed_brings_an_imposed_motion_nearer_between_rows() {
         let own = Predictor::new(assembly, &dataset, &dataset.records[0]).and_then(|mut own| own.free());
         let (own, record) = (own.expect("it moves").series, &dataset.records[0]);
         let last = own.len() - 1;
-        // The start has faded after half of the record, as exp(-20 t). At the end the last speed is unknown.
+        // The initial transient exp(-20 t) has faded after half of the record. At the end the last speed is
+        // unknown.
         let rows = own[last].iter().zip(&record.series[last]).take(record.len() - LAST_ROWS);
         rows.skip(record.len() / 2).map(|(own, run)| (own - run).abs()).fold(0.0, f64::max)
     };

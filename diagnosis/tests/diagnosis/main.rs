@@ -17,7 +17,7 @@ mod surface;
 mod units;
 mod warming;
 
-/// Uniform noise of unit deviation, the same on every run.
+/// Uniform noise of unit deviation, equal in every run.
 struct Noise(u64);
 
 impl Noise {

@@ -1,13 +1,13 @@
-//! The predictor moves a machine as the engine does. The same commands lead to the same motion, by other
-//! exponentials, other root finders and the same hybrid semantics ([`feeler_plant::motion::modes`]).
+//! The predictor and the engine give the same motion for the same commands. They use different exponentials
+//! and root finders, but the same hybrid semantics ([`feeler_plant::motion::modes`]).
 //!
-//! Tolerance. Both locate events to a thousandth of a picosecond and carry states to machine precision, 1e-14
-//! of the motion per row, over up to 8e4 rows. [`AGREEMENT`] of the largest value has room for that. Some
-//! motions take errors apart: a guide that breaks loose under friction that falls with speed, or a row of
-//! impacts. Such a motion may differ by as much as from its own when that starts [`NUDGE_M_PER_S`] faster.
-//! The predictor's extrapolation ends at 1e-13 of what the forces, each for itself, change a speed by in a
-//! row, some 0.01 m/s. That is 1e-15 m/s, over 4e3 rows 4e-12 m/s. A missed event, a law applied to the wrong
-//! side or a row late is off by 1e-4 at least.
+//! Tolerance. Both locate events to 1e-15 s and advance states to machine precision: 1e-14 of the motion per
+//! row, over up to 8e4 rows. [`AGREEMENT`], relative to the largest value, allows for that. Some motions
+//! amplify errors: a guide that breaks loose under friction that falls with speed, or a series of impacts.
+//! For such a motion the tolerance is its change if it starts [`NUDGE_M_PER_S`] faster. The predictor's
+//! extrapolation ends at 1e-13 of the sum of the magnitudes of all speed changes in a row, about 0.01 m/s.
+//! That is 1e-15 m/s per row and 4e-12 m/s over 4e3 rows. A missed event, a law with the wrong sign or a
+//! delay of a row causes an error of at least 1e-4.
 
 use std::path::Path;
 
@@ -19,28 +19,28 @@ use feeler_files::Document;
 use feeler_plant::assembly::{assemble, resolve};
 use feeler_plant::description::{Quantity, SignalName};
 
-/// Largest difference between engine and predictor over the largest value of a signal, where the motion is
-/// well conditioned.
+/// Largest difference between engine and predictor, over the largest value of a signal, if the motion is well
+/// conditioned.
 const AGREEMENT: f64 = 1e-9;
-/// Change of a start, to see how far the motion takes the two apart, m/s.
+/// Change of the initial speed that shows how much the motion amplifies errors, m/s.
 const NUDGE_M_PER_S: f64 = 1e-11;
-/// Share of a signal's size by which the two starts may part it before the motion counts as chaotic.
+/// Difference between the two starts, as a share of a signal's size, at which the motion counts as chaotic.
 const LOST: f64 = 1e-3;
-/// Commands of every scenario change on this grid only, so that a row holds one command.
+/// Commands of every scenario change only on this grid, so that each row holds one command.
 const ROWS_PER_S: f64 = 1e4;
 
 fn scenario(text: &str) -> Scenario {
     Document::parse(text, "machine.toml").expect("the text is a machine").scenario
 }
 
-/// A run of the engine as a dataset. It has positions and speeds of all bodies, forces of
-/// all contacts and drives, and the commands that led to them.
+/// A simulated run as a dataset. It has positions and speeds of all bodies, forces of all contacts and
+/// drives, and the commands.
 fn recorded(scenario: &Scenario) -> Dataset {
     let commands = scenario.machine.actuators.keys().map(|drive| SignalName::new(drive, Quantity::Command));
     recorded_with(scenario, commands.collect())
 }
 
-/// The same with other signals in place of the commands of the drives.
+/// A simulated run with other signals in place of the drives' commands.
 fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
     let machine = &scenario.machine;
     let signals: Vec<SignalName> = (machine.bodies.keys())
@@ -70,7 +70,8 @@ fn recorded_with(scenario: &Scenario, commands: Vec<SignalName>) -> Dataset {
     Dataset::new("run", scenario.machine, drives, channels, vec![record])
 }
 
-/// Motion of the machine of a dataset under its commands, all bodies `faster_m_per_s` at the start.
+/// Predicted motion of a dataset's machine under its commands, with all initial speeds raised by
+/// `faster_m_per_s`.
 fn predicted(dataset: &Dataset, faster_m_per_s: f64) -> Vec<Vec<f64>> {
     let mut assembly = assemble(&dataset.machine).expect("it assembles");
     for node in assembly.nodes.iter_mut().skip(1) {
@@ -80,8 +81,8 @@ fn predicted(dataset: &Dataset, faster_m_per_s: f64) -> Vec<Vec<f64>> {
     own.and_then(|mut own| own.free()).expect("it moves").series
 }
 
-/// The largest difference of the free prediction from the run, over what it may be, with the signal and the
-/// row. They are compared as long as the start decides the motion.
+/// The largest difference between the free prediction and the run, over its tolerance, with the signal and
+/// the row. They are compared up to the row at which the motion becomes chaotic.
 fn disagreement(dataset: &Dataset) -> (f64, String) {
     let run = &dataset.records[0].series;
     let [own, nudged] = [0.0, NUDGE_M_PER_S].map(|faster| predicted(dataset, faster));
@@ -123,9 +124,9 @@ fn truth_every_chatter_scenario_is_predicted_as_it_runs() {
     }
 }
 
-/// A light body under heavy friction: the friction is many times what would move the body by itself, so that
-/// how it sticks decides everything. With a spring of the predictor's own between friction and body, the two
-/// differed by a factor of two.
+/// A light body under heavy friction, many times the force that would move the body alone, so that sticking
+/// decides everything. With a spring between friction and body in the predictor only, the two differed by a
+/// factor of two.
 #[test]
 fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
     let dataset = recorded(&scenario(
@@ -154,22 +155,22 @@ fn regress_run_and_replay_agree_for_a_light_body_under_heavy_friction() {
     for error in &replay.errors {
         assert!(error.largest <= AGREEMENT * error.scale, "{}: {error:?}", error.column);
     }
-    // It does slide: by (30 - 20) N over 2 kN/m.
+    // The guide does slide, by (30 - 20) N over 2 kN/m.
     let reached = dataset.records[0].series[0].iter().fold(0.0_f64, |x, y| x.max(*y));
     assert!((reached - 5e-3).abs() < 1e-3, "{reached}");
 }
 
-/// A linear congruential generator (Knuth): the same machines everywhere.
+/// A linear congruential generator (Knuth): equal machines on every computer.
 struct Draw(u64);
 
 impl Draw {
-    /// Evenly between zero and one.
+    /// Uniform between zero and one.
     fn share(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Evenly on a logarithmic scale.
+    /// Uniform in the logarithm.
     fn log(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.share())
     }
@@ -179,7 +180,7 @@ impl Draw {
     }
 }
 
-/// A machine of two bodies before a wall, with friction, play, contact law and drive drawn at random.
+/// A machine of two bodies before a wall, with random friction, play, contact law and drive.
 fn machine(draw: &mut Draw) -> String {
     let (motor, tip) = (draw.log(0.5, 10.0), draw.log(0.5, 10.0));
     let friction = match draw.one_of(&["none", "coulomb", "asymmetric", "stribeck", "load"]) {
@@ -258,7 +259,7 @@ fn machine(draw: &mut Draw) -> String {
     )
 }
 
-/// Machines that are drawn.
+/// Number of random machines.
 const DRAWN: usize = 40;
 
 #[test]
@@ -276,7 +277,7 @@ fn prop_drawn_machines_are_predicted_as_they_run() {
     assert!(2 * touched > DRAWN, "only {touched} of {DRAWN} touched the wall");
 }
 
-/// A servo with the speed of its target and a force as further inputs, which arrive at different times.
+/// A servo with two further inputs, the speed of its target and a force. They arrive at different times.
 fn fed(servo: &str) -> String {
     let input = |name: &str, kind: &str, delay_s: f64, first: f64| {
         format!(
@@ -292,7 +293,7 @@ fn fed(servo: &str) -> String {
     format!("{servo}\n{speed}{force}")
 }
 
-/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it. Their
+/// Every kind of drive with a control loop, a winding or an imposed motion, and with every switching law. The
 /// loops run inside the prediction as they run in the machine.
 #[test]
 fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
@@ -342,12 +343,12 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
          reference = { kind = \"chirp\", amplitude = 0.02, start = 1.0, end = 6.0, duration = 0.8 }\n\
          [run]\nduration = 0.5\nstep = 1e-4\n";
     let mut dataset = recorded(&scenario(imposed));
-    // A record that ends does not tell the curvature of its last piece.
+    // At the end of a record the curvature of the last cubic is unknown.
     dataset.records[0].series.iter_mut().for_each(|series| series.truncate(4990));
     dataset.records[0].commands.iter_mut().for_each(|commands| commands.truncate(4995));
     dataset.records[0].times_s.truncate(4990);
-    // The acceleration, and with it the drive's force, jumps at every knot. Every row lies on one, and the
-    // rounding of its time decides which side it shows.
+    // The acceleration, and with it the drive's force, jumps at every knot. Every row lies on a knot, and the
+    // rounding of its time decides on which side.
     let force = dataset.channels.iter().position(|channel| channel.column == "drive.force").unwrap();
     dataset.channels.remove(force);
     dataset.records[0].series.remove(force);
@@ -356,7 +357,7 @@ fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
     assert!(worst < 1.0, "imposed: {worst:e} of what it may be, {place}");
 }
 
-/// The loop of a controller as the file has it, led by the reference that was recorded.
+/// A controller from the file, with the recorded reference.
 #[test]
 fn truth_controllers_run_in_the_prediction_as_in_the_machine() {
     let force = "law = \"explicit-force\"\nreads = \"force\"\nfeed_forward = 1.0\nkp = 0.3\nki = 10.0\n\

@@ -1,5 +1,5 @@
-//! Hidden effects are found again: records of a machine with an effect, diagnosed with the machine without
-//! it.
+//! Hidden effects are recovered: a machine with an effect is recorded, and diagnosed with the machine without
+//! the effect.
 
 use std::f64::consts::{PI, TAU};
 
@@ -48,7 +48,7 @@ reads = "tip.acceleration"
 noise = 0.03
 "#;
 
-/// One body on a guide, with an encoder at the motor as its only sensor.
+/// One body on a guide; its only sensor is an encoder at the motor.
 const BELIEVED_STIFF: &str = r#"
 name = "axis"
 [bodies.motor]
@@ -75,7 +75,7 @@ fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {
     let line = |i: u32| low_hz * (high_hz / low_hz).powf(f64::from(i) / f64::from(LINES - 1));
     let raw: Vec<f64> = (0..ROWS)
         .map(|k| {
-            // Held over two rows, as a controller does.
+            // Held over two rows, as by a controller.
             let t = (k / 2 * 2) as f64 * SPACING_S;
             (0..LINES)
                 .map(|i| {
@@ -88,8 +88,8 @@ fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {
     raw.iter().map(|x| peak_n * x / largest).collect()
 }
 
-/// Six experiments at two levels on the bench with `effect`, with noise, as a dataset that believes there is
-/// none.
+/// Six experiments at two levels with noise, on the bench with `effect`, as a dataset whose believed machine
+/// lacks the effect.
 fn records_of(effect: &str) -> Dataset {
     records_on(BELIEVED, effect)
 }
@@ -98,7 +98,7 @@ fn records_on(text: &str, effect: &str) -> Dataset {
     records_between(text, &format!("{text}\n{effect}"))
 }
 
-/// The same of two whole machines.
+/// Records of machine `real`, as a dataset with the machine `believed`.
 fn records_between(believed: &str, real: &str) -> Dataset {
     let believed = machine(believed);
     let noises = &[ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2]
@@ -153,10 +153,11 @@ fn first(answer: &Diagnosis) -> (Kind, f64) {
     (effect.kind, effect.parameters[0].value)
 }
 
-/// A hundred times what the noise allows for these levels, and below what an engineer would call right.
+/// A hundred times the uncertainty due to noise for these levels, but small for an engineer.
 const RECOVERY: f64 = 0.03;
 
-/// A mass is believed within 10 %. Motion alone shows a gain only over the mass that it moves.
+/// A mass is believed within 10 %. Motion alone determines only the ratio of a gain to the mass that it
+/// moves.
 #[test]
 fn truth_a_gain_is_known_no_better_than_the_mass_that_it_moves() {
     let lighter = BELIEVED_STIFF.replace("mass = 12.0", "mass = 11.4");
@@ -166,15 +167,15 @@ fn truth_a_gain_is_known_no_better_than_the_mass_that_it_moves() {
     let gain = &gain.expect("a gain is found").parameters[0];
     let [low, high] = gain.ci90;
     assert!(low < 1.3 && 1.3 < high, "{low} to {high}");
-    // The tolerance is two deviations, so that 90 % lie within 8 % on either side. The damping, believed
-    // within a factor of two, adds next to nothing.
+    // The tolerance is two standard deviations, so the 90 % interval reaches 8 % to either side. Damping is
+    // believed within a factor of two and adds hardly anything.
     assert!((0.5 * (high - low) / gain.value / 0.08 - 1.0).abs() < 0.2, "{low} to {high}");
-    // The believed mass is as good as any, and the gain goes with it.
+    // The records cannot correct the believed mass, and the gain is wrong by the same factor.
     assert!((gain.value * 11.4 / 12.0 / 1.3 - 1.0).abs() < RECOVERY, "{}", gain.value);
 }
 
-/// Noise that was taken from the scatter of the readings holds their steps too. They still contradict a file
-/// that states finer ones, and no file that states none.
+/// Noise estimated from the scatter of the readings includes their steps. The steps still contradict a file
+/// that states finer ones, but not a file that states none.
 #[test]
 fn truth_readings_in_coarser_steps_than_the_file_states_are_a_finding() {
     let step_m = 4e-4;
@@ -192,7 +193,7 @@ fn truth_readings_in_coarser_steps_than_the_file_states_are_a_finding() {
     dataset.channels[0].resolution = 1e-6;
     let found = kinds(&dataset);
     let [(Kind::EncoderResolution, found_m)] = found[..] else { panic!("{found:?}") };
-    // The step is read off hundreds of multiples of it.
+    // The step is estimated from hundreds of its multiples.
     assert!((found_m / step_m - 1.0).abs() < 1e-3, "{found_m}");
 }
 
@@ -208,8 +209,7 @@ fn truth_coulomb_friction_is_recovered() {
     assert!(answer.gap.after < answer.gap.refit && answer.gap.closed > 0.8, "{:?}", answer.gap);
     assert!((answer.effects[0].credit - 1.0).abs() < f64::EPSILON);
     assert!(answer.attempts.iter().any(|attempt| attempt.why == AttemptOutcome::Accepted));
-    // A law that contains another has not been fitted worse: the evidence is that of the fitted and the check
-    // experiments.
+    // A law that contains another one is not fitted worse. The evidence includes the check experiments.
     let all = |kind: &str| {
         answer
             .attempts
@@ -218,7 +218,7 @@ fn truth_coulomb_friction_is_recovered() {
             .and_then(|a| a.gain_all)
     };
     if let (Some(outer), Some(inner)) = (all("asymmetric-friction"), all("coulomb-friction")) {
-        // The cost of one more unknown, and the check experiments, which are not fitted.
+        // Allows for the cost of one more unknown, and for the check experiments, which are not fitted.
         assert!(outer > inner - 10.0, "{outer} {inner}");
     }
 }
@@ -229,11 +229,11 @@ fn truth_friction_stands_beside_damping_that_is_hardly_there() {
         BELIEVED.replace("damping = 60.0", "damping = 3.0\neffects.coulomb-friction = { level = 7.0 }");
     let answer = diagnose(&records_between(BELIEVED, &real), &|_| {}).unwrap();
     assert_eq!(first(&answer).0, Kind::CoulombFriction, "{:?}", answer.attempts);
-    // Calibration stops at an eighth of the believed damping, 7.5 N s/m. The level makes up for the rest, by
-    // less than its interval.
+    // Calibration stops at an eighth of the believed damping, 7.5 N s/m. The level compensates for the rest,
+    // by less than its interval.
     let [low, high] = answer.effects[0].parameters[0].ci90;
     assert!((low..high).contains(&7.0), "{low} to {high}");
-    // No cause takes damping away: at the lowest value that calibration gives, nothing can be missing.
+    // No cause reduces damping. At the lowest value of calibration no cause can therefore be missing.
     assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
 }
 
@@ -245,8 +245,8 @@ fn truth_damping_beyond_its_tolerance_is_a_finding_and_no_doubt() {
     assert_eq!(answer.verdict, Verdict::Explained, "{:?}", answer.adequacy.shortfalls);
 }
 
-/// Friction is found in any case. Damping of 2.5 times the believed one must be found beside it, or the
-/// answer must say that it may be there. Calibration may take half of it.
+/// Friction is found in any case. Damping of 2.5 times the believed one must be found too, or the answer must
+/// say that it may be present. Calibration may account for half of it.
 #[test]
 fn truth_damping_beyond_its_tolerance_beside_friction_is_found_or_declared() {
     let real =
@@ -271,8 +271,8 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
 }
 
-/// Neither the place of the mode in its range nor its low damping may matter. It lies at 43.4 Hz at 1 %, of
-/// one body that is split.
+/// Neither the frequency of the mode within its range nor its low damping may matter. It is at 43.4 Hz with 1
+/// % damping, and splits one body.
 #[test]
 fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = \
@@ -281,7 +281,7 @@ fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let (kind, stiffness) = first(&answer);
     assert_eq!(kind, Kind::TransmissionFlexibility, "{:?}", answer.attempts);
     assert!((stiffness / 2.0e5 - 1.0).abs() < RECOVERY, "{stiffness}");
-    // Everything of the library that the machine takes is reported, also what nothing led to.
+    // All applicable effects of the library are reported, including those that nothing indicated.
     for tried in [
         "base-flexibility@springs.guide",
         "force-ripple@actuators.drive",

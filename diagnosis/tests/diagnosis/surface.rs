@@ -1,5 +1,5 @@
-//! A wall that stands nearer than believed: the model never touches where the machine does, so that nothing
-//! in its errors leads to the wall.
+//! A wall that is nearer than believed: the model does not touch it where the machine does, so its errors
+//! contain no gradient towards the wall.
 
 use std::f64::consts::TAU;
 
@@ -13,10 +13,10 @@ use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 700;
-/// Of encoder, accelerometer and force sensor.
+/// Noise of encoder (m), accelerometers (m/s²) and force sensor (N).
 const NOISE: [f64; 3] = [2e-7, 0.03, 0.1];
 const OFFSET_M: f64 = -1.6e-3;
-/// The gap itself is believed within 5 % of 2 mm: what of the offset is its own nobody can tell.
+/// The gap is believed within 5 % of 2 mm. The records cannot separate the offset from an error of the gap.
 const RECOVERY_M: f64 = 1e-4;
 
 const BELIEVED: &str = r#"
@@ -55,7 +55,7 @@ fn machine(effect: &str) -> Machine {
         .machine
 }
 
-/// A push with sines on it, held over two rows.
+/// A mean force plus sines, held over two rows.
 fn command(push_n: f64, turn: f64) -> Vec<f64> {
     let at = |k: usize| {
         let t = (k / 2 * 2) as f64 * SPACING_S;
@@ -112,7 +112,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
     assert_eq!(effect.kind, Kind::SurfaceOffset, "{:?}", answer.attempts);
     let offset = &effect.parameters["offset"];
     assert!((offset.value - OFFSET_M).abs() < RECOVERY_M, "{offset:?}");
-    // The interval knows that the gap is only believed.
+    // The interval includes the uncertainty of the believed gap.
     assert!(offset.ci90[0] < OFFSET_M && OFFSET_M < offset.ci90[1], "{offset:?}");
     assert_eq!(answer.places[0].place, "contact");
 }

@@ -1,4 +1,4 @@
-//! Columns in a wrong unit or of a wrong sign: the one that a single factor corrects is named, and no other.
+//! Columns in a wrong unit or with a wrong sign: only the column that one factor corrects is named.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -33,10 +33,10 @@ fn wave(t: f64) -> [f64; 3] {
     sums
 }
 
-/// A column: header, signal, further keys, and the numbers of the file.
+/// A column: header, signal, further keys, and the numbers in the file as a function of time.
 type Column<'a> = (&'a str, &'a str, &'a str, fn(f64) -> f64);
 
-/// The columns in a wrong unit, with the message about each; that of `spoilt` is multiplied.
+/// The columns reported in a wrong unit, with their messages; the numbers of column `spoilt` are multiplied.
 fn accused(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) -> Vec<Fault> {
     let all = warned(machine, columns, spoilt);
     all.into_iter().filter(|fault| matches!(fault.kind, FaultKind::Units { .. })).collect()
@@ -69,15 +69,15 @@ fn warned(machine: &str, columns: &[Column<'_>], spoilt: Option<(&str, f64)>) ->
     Dataset::load(folder.path()).unwrap_or_else(|error| panic!("{error}")).warnings
 }
 
-/// That one column is named, with these words.
+/// Asserts that only this column is named, with these words.
 fn names(found: &[Fault], column: &str, words: &str) {
     let [only] = found else { panic!("{column}: {found:?}") };
     assert_eq!(only.column.as_deref(), Some(column), "{only}");
     assert!(only.to_string().contains(words), "{words}: {only}");
 }
 
-/// The numbers are SI, and one column states another unit: no other column is blamed for it, whether or not
-/// a third one measures the same motion.
+/// The numbers are SI, and one column states another unit. No other column is named instead, with or without
+/// a third column of the same motion.
 #[test]
 fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
     let push: fn(f64) -> f64 = |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1];
@@ -102,7 +102,7 @@ fn truth_a_column_whose_stated_unit_is_not_that_of_its_numbers_is_named() {
     }
 }
 
-/// Each column in turn, with its sign turned and in other units.
+/// Each column in turn, with opposite sign and in other units.
 #[test]
 fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
     let columns: [Column<'_>; 3] = [
@@ -125,7 +125,7 @@ fn truth_every_column_of_a_force_axis_is_named_for_its_own_fault() {
     }
 }
 
-/// Target and motion of a servo, and of a motor behind a position loop: 40 ms apart.
+/// Target and motion of a servo, and of a motor with a position loop, 40 ms apart.
 #[test]
 fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
     let target: fn(f64) -> f64 = |t| wave(t)[0];
@@ -145,15 +145,15 @@ fn truth_a_target_or_position_of_a_servo_in_a_wrong_unit_is_named() {
                 names(&accused(&machine, &columns, Some((column, factor))), column, words);
             }
         }
-        // No reading shows which of two is turned.
+        // No reading shows which of the two has the wrong sign.
         for column in ["asked", "place"] {
             names(&accused(&machine, &columns, Some((column, -1.0))), "place", "-1 (a sign?)");
         }
     }
 }
 
-/// The sines add up to 0.9 rad from end to end at most. An encoder that counts from half a turn stands 3.1
-/// rad beside its target; one that a load of a servo holds off by 0.3 rad does not.
+/// The range of the sines is at most 0.9 rad. An encoder with its zero half a turn away is offset by 3.1 rad
+/// and is reported. An offset of 0.3 rad due to a load is not.
 #[test]
 fn truth_a_position_with_another_zero_than_its_target_is_named() {
     let machine = format!("{JOINT}{SERVO}");
@@ -169,8 +169,8 @@ fn truth_a_position_with_another_zero_than_its_target_is_named() {
     assert!(found[0].remedy().contains("`offset`") && !found[0].kind.is_contradiction(), "{}", found[0]);
 }
 
-/// A steady sine of 120 rad/s, far beyond the 14 rad/s of the servo. The link does a 71st of it, turned:
-/// `20 / (20 - 0.1 w^2 + j w)`.
+/// A steady sine of 120 rad/s, far above the servo's 14 rad/s. The link moves by 1/71 of it, with opposite
+/// sign: `20 / (20 - 0.1 w^2 + j w)`.
 #[test]
 fn truth_a_servo_that_cannot_follow_its_target_has_no_wrong_unit() {
     let machine = format!("{JOINT}{SERVO}");
@@ -202,7 +202,8 @@ fn truth_a_velocity_of_another_unit_or_sign_is_held_against_the_position() {
     }
 }
 
-/// A sensor behind a gear reads a hundred turns of the other way for one: its gain is believed, and no fault.
+/// A sensor behind a gear reads a hundred turns in the other direction for one. Its gain is believed, so it
+/// is not a fault.
 #[test]
 fn truth_a_believed_gain_is_no_wrong_unit() {
     let machine = FORCE_AXIS.replace("noise = 1e-7", "noise = 1e-5\ngain = -100.0");
@@ -217,7 +218,7 @@ fn truth_a_believed_gain_is_no_wrong_unit() {
     }
 }
 
-/// A tachometer whose noise hides the motion is not evidence about the position beside it.
+/// A tachometer with more noise than motion is not evidence about the position.
 #[test]
 fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise() {
     let machine =
@@ -225,7 +226,7 @@ fn truth_a_lone_position_in_a_wrong_unit_is_named_beside_a_tachometer_of_noise()
     let columns: [Column<'_>; 3] = [
         ("command", "drive.command", "", |t| 5.0 * wave(t)[2] + 20.0 * wave(t)[1]),
         ("place", "encoder.reading", "", |t| wave(t)[0]),
-        // Uniform between -2 and 2 m/s, on at most about 2 m/s.
+        // Uniform noise between -2 and 2 m/s, on a speed of at most about 2 m/s.
         ("speed", "tachometer.reading", "", |t| {
             wave(t)[1] + 4.0 * ((43_758.5 * (12_989.8 * t).sin()).fract())
         }),

@@ -1,4 +1,4 @@
-//! A drive that weakens as it warms, hidden in long logs: whole, and with pauses.
+//! A drive that weakens as it warms, hidden in long logs, with and without pauses.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -15,18 +15,18 @@ const SPACING_S: f64 = 0.02;
 const LINES: u32 = 12;
 const FORCE_N: f64 = 25.0;
 const TIME_CONSTANT_S: f64 = 15.0;
-/// Some thirty times what noise of 2 um leaves open in motions of centimetres. Heat is carried from record to
-/// record by rows.
+/// About thirty times the uncertainty due to noise of 2 um in motions of centimetres. Between records the
+/// heat is computed from rows.
 const RECOVERY: f64 = 0.05;
 
-/// Share of the error beyond the noise that the cause removes. What is left is the heat between rows.
+/// Share of the error beyond the noise that the cause removes. The rest is due to heat changes between rows.
 const CLOSED: f64 = 0.9;
 
 const AXIS: &str = "[bodies.axis]\nmass = 2.0\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\n\
     damping = 60.0\n[sensors.encoder]\nreads = \"axis.position\"\nnoise = 2e-6\n\
     [actuators.drive]\non = \"axis\"\nkind = \"force\"\n";
 
-/// Sines from 0.5 to 6 Hz that repeat after no part of a log.
+/// Sines from 0.5 to 6 Hz that do not repeat within a log.
 fn sines(t: f64) -> f64 {
     let line = |i: u32| {
         let i = f64::from(i);
@@ -36,8 +36,8 @@ fn sines(t: f64) -> f64 {
     (0..LINES).map(line).sum()
 }
 
-/// Runs the warm drive without a break, and keeps the rows of `parts`, `[first, end]`, as experiments on its
-/// clock. In between the drive rests.
+/// Simulates the warming drive without a break, and keeps the rows of `parts`, `[first, end]`, as experiments
+/// on its clock. In between the drive rests.
 fn logged(parts: &[[usize; 2]]) -> Dataset {
     let rows = parts.iter().map(|part| part[1]).max().expect("a part");
     let is_logged = |k: usize| parts.iter().any(|[first, end]| (*first..*end).contains(&k));
@@ -84,7 +84,8 @@ fn is_found(answer: &Diagnosis) {
     for ((name, found), value) in found[0].parameters.iter().zip([FORCE_N, TIME_CONSTANT_S]) {
         assert!((found.value / value - 1.0).abs() < RECOVERY, "{name} {}", found.value);
     }
-    // A balance of forces does not show a derating, and so doubts it beside other causes at the drive.
+    // A balance of forces does not involve a derating, so the answer may stay ambiguous with other causes at
+    // the drive.
     let is_sound = matches!(answer.verdict, Verdict::Explained | Verdict::Ambiguous);
     assert!(is_sound, "{:?}: {:?}", answer.verdict, answer.adequacy.shortfalls);
     assert!(answer.gap.closed > CLOSED, "{:?}", answer.gap);

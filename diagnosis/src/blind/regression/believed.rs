@@ -1,4 +1,4 @@
-//! Values of the believed machine and of its records that a balance of forces needs.
+//! Values of the believed machine and records that a balance of forces needs.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{ActuatorKind, Axis, Engagement, Machine, Quantity};
@@ -37,8 +37,8 @@ fn together<'a>(machine: &'a Machine, body: &'a str) -> Vec<&'a str> {
 }
 
 impl Believed {
-    /// Of the chain that the first drive moves; `None` if there is no drive, its command is not a force, or
-    /// the chain is held.
+    /// Values of the chain that the first drive moves; `None` if there is no drive, its command is not a
+    /// force, or the chain is held.
     pub(super) fn of(dataset: &Dataset) -> Option<Self> {
         let machine = &dataset.machine;
         let (_, actuator) = machine.actuators.get_index(dataset.drives.first()?.drive)?;
@@ -72,7 +72,7 @@ impl Believed {
     }
 }
 
-/// Free records: the first drive's command and the first position of its chain.
+/// Measurements in free motion: the first drive's command and the first position of its chain.
 pub(super) fn measured(dataset: &Dataset) -> Option<Vec<Measured>> {
     let machine = &dataset.machine;
     let drive = dataset.drives.first()?.drive;

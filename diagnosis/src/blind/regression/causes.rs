@@ -6,14 +6,14 @@ use super::believed::Believed;
 use super::rows::{Rows, sign};
 use super::solve::Term;
 
-/// How far a believed mass may be off, as a share.
+/// Largest relative error of a believed mass.
 const MASS_OFF: f64 = 0.15;
-/// How far a believed damping or level may be off, as a factor.
+/// Largest factor between the true and the believed damping or friction level.
 const FACTOR_OFF: f64 = 4.0;
-/// How far believed gravity may be off, as a share.
+/// Largest relative error of believed gravity.
 const GRAVITY_OFF: f64 = 0.15;
 
-/// Sizes of all records together.
+/// Magnitudes over all records.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     /// Root mean square of speed, m/s.
@@ -26,7 +26,7 @@ pub(super) struct Seen {
     pub(super) resolved_s: f64,
 }
 
-/// One row's position and speed make a regressor.
+/// Regressor of one row from position, speed and the grid's value.
 type OfMotion = fn(f64, f64, f64, &Seen) -> f64;
 
 /// The terms that a cause changes.
@@ -38,19 +38,19 @@ pub(super) enum Form {
     Forces(&'static [(OfMotion, bool)]),
     /// It adds a force in proportion to acceleration.
     Mass,
-    /// The command is this much smaller or larger than the force.
+    /// The force is a constant multiple of the command.
     Gain,
     /// The force comes later than the command by a lag.
     Lag,
     /// The force comes later than the command by a delay.
     Delay,
-    /// The force lacks a part that has the sign of the command.
+    /// The force lacks a constant part in the direction of the command.
     Deadband,
     /// The force stays below a limit.
     Limit,
 }
 
-/// A cause with the values of its one nonlinear parameter that are tried.
+/// A cause with the tried values of its one nonlinear parameter.
 pub(super) struct Cause {
     pub(super) kind: &'static str,
     pub(super) place: &'static str,
@@ -63,7 +63,7 @@ const fn cause(kind: &'static str, place: &'static str, form: Form, parameters: 
     Cause { kind, place, form, grid: |_| vec![0.0], parameters }
 }
 
-/// `n` values from `low` to `high`, evenly over the logarithm.
+/// `n` values from `low` to `high`, evenly spaced in the logarithm.
 fn spread(low: f64, high: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| low * (high / low).powf(i as f64 / (n - 1) as f64)).collect()
 }
@@ -140,14 +140,14 @@ pub(super) static CAUSES: &[Cause] = &[
     },
 ];
 
-/// One record's side of the balance: the force of the command, and the terms that must add up to it.
+/// The balance of one record: the force of the command, and the terms whose sum must equal it.
 pub(super) struct Balance {
     pub(super) target: Vec<f64>,
     pub(super) terms: Vec<Term>,
 }
 
-/// The balance of a record under a cause with the nonlinear parameter `at`. `before` is the force that
-/// calibration alone leaves for the drive, from which a deadband takes its sign.
+/// The balance of a record under a cause with the nonlinear parameter `at`. `before` is the drive force after
+/// calibration alone; its sign is the direction of the force that a dead band removes.
 pub(super) fn balance(
     rows: &Rows,
     believed: &Believed,
@@ -194,7 +194,7 @@ pub(super) fn balance(
     Balance { target: rows.command(|u| u.clamp(-limit, limit)), terms }
 }
 
-/// Terms of the believed machine at every row, within the tolerance of each.
+/// Terms of the believed machine at every row, each bounded by its tolerance.
 pub(super) fn believed_terms(rows: &Rows, believed: &Believed, seen: &Seen) -> Vec<Term> {
     let by_factor = |series: Vec<f64>, value: f64, factor: f64| Term {
         series,

@@ -1,8 +1,9 @@
-//! A plain regression against which the diagnosis is compared: the balance of forces. It is smoothed without
-//! phase, a few times above the motion. Bounded least squares on the experiments to be fitted give mass,
-//! damping and the terms of one cause. Causes are ranked by their likelihood on the others.
+//! A plain regression on the balance of forces, with which the diagnosis is compared. The balance is
+//! low-passed without phase shift, a few times above the motion. Bounded least squares on the fit experiments
+//! give mass, damping and the terms of one cause. Causes are ranked by their likelihood on the check
+//! experiments.
 //!
-//! It shares its low-pass with the diagnosis and nothing else: nothing is predicted forward.
+//! It shares only the low-pass with the diagnosis, and simulates nothing.
 
 mod believed;
 mod causes;
@@ -26,16 +27,16 @@ use crate::dataset::Dataset;
 
 /// Evidence that a cause must bring before it is named, nats.
 const ENOUGH: f64 = 6.0;
-/// Rows that are kept of every independent one: twice the corner's rate is independent.
+/// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
 
 /// A cause with its gain on the check experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Regressed {
-    /// Its kind in the library.
+    /// Kind of the cause in the library.
     pub kind: String,
     pub place: String,
-    /// Likelihood that it gains over calibration alone on the check experiments, less its penalty, nats.
+    /// Increase of the likelihood over calibration alone on the check experiments, less the penalty, nats.
     pub gain: f64,
 }
 
@@ -59,7 +60,7 @@ fn regress(dataset: &Dataset) -> Vec<Regressed> {
     prepared.map_or_else(Vec::new, |(believed, measured)| rank(&believed, &measured))
 }
 
-/// The cause that the regression names: the best, where it brings enough.
+/// The cause that the regression names: the best one, if its gain is large enough.
 pub(super) fn named(ranking: &[Regressed]) -> Option<&Regressed> {
     ranking.first().filter(|best| best.gain >= ENOUGH)
 }
@@ -104,9 +105,9 @@ struct Regression<'a> {
     seen: Seen,
 }
 
-/// A cause, fitted.
+/// A fitted cause.
 struct Evaluated {
-    /// On the check experiments, less the penalty, nats.
+    /// Log likelihood on the check experiments, less the penalty, nats.
     likelihood: f64,
     coefficients: Vec<f64>,
     /// Value of the nonlinear parameter.

@@ -1,16 +1,17 @@
-//! Records made ready: motion and command, low-passed far above the motion, a few rows per period.
+//! Prepared records: motion and command, low-passed far above the motion and decimated to a few rows per
+//! period.
 
 use crate::filter::{low_pass, slope};
 
-/// Corner of the low-pass over the frequency of the motion.
+/// Ratio of the low-pass corner to the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;
-/// Rounds in which that frequency is found.
+/// Iterations that find the frequency of the motion.
 const ROUNDS: usize = 8;
 /// Rows kept per period of the corner.
 const ROWS_PER_CORNER: f64 = 4.0;
 /// Periods of the corner that are left out at either end.
 const ENDS: f64 = 1.0;
-/// Speed over the usual one within which the sign of a speed changes smoothly.
+/// Speed, over the root mean square speed, within which the smooth sign of a speed changes.
 const SIGN_SHARE: f64 = 0.005;
 
 /// The measurements of one experiment, SI.
@@ -22,13 +23,13 @@ pub(in super::super) struct Measured {
     pub(in super::super) is_check: bool,
 }
 
-/// An experiment made ready.
+/// A prepared experiment.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     spacing_s: f64,
     /// Corner of the low-pass, cycles per row.
     corner: f64,
-    /// Rows that are kept: first, last and distance.
+    /// Rows that are kept: first row, last row and spacing.
     kept: [usize; 3],
     command: Vec<f64>,
     pub(super) position: Vec<f64>,
@@ -38,7 +39,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// `corner_hz` as found by [`corner_hz`].
+    /// Prepares the rows of an experiment; `corner_hz` as found by [`corner_hz`].
     pub(super) fn new(measured: &Measured, corner_hz: f64) -> Self {
         let spacing_s = measured.spacing_s;
         let corner = corner_hz * spacing_s;
@@ -60,12 +61,12 @@ impl Rows {
         }
     }
 
-    /// A series of a value per row, low-passed at the corner and thinned out.
+    /// A series with a value per row, low-passed at the corner and decimated.
     pub(super) fn smooth(&self, series: &[f64]) -> Vec<f64> {
         self.thin(&low_pass(series, self.corner))
     }
 
-    /// The command as it was, or changed row by row, low-passed at the corner.
+    /// The command, changed row by row, low-passed at the corner.
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
         self.smooth(&self.command.iter().map(|u| change(*u)).collect::<Vec<f64>>())
     }
@@ -84,7 +85,7 @@ impl Rows {
         )
     }
 
-    /// A series `late_s` later than it is, between rows; its ends are held.
+    /// A series delayed by `late_s`, interpolated between rows; its ends are held.
     pub(super) fn shifted(&self, series: &[f64], late_s: f64) -> Vec<f64> {
         let rows = late_s / self.spacing_s;
         let last = series.len() - 1;
@@ -103,7 +104,7 @@ impl Rows {
     }
 }
 
-/// Sign of a speed, smooth about zero, where `usual` is the root mean square of speeds.
+/// Smooth sign of a speed about zero; `usual` is the root mean square speed.
 pub(super) fn sign(speed: f64, usual: f64) -> f64 {
     (speed / (SIGN_SHARE * usual).max(f64::MIN_POSITIVE)).tanh()
 }
@@ -112,8 +113,8 @@ pub(super) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
 }
 
-/// A corner a few times above the motion of all experiments, Hz. It is speed over excursion, of what lies
-/// below the corner, until that no longer moves.
+/// A low-pass corner a few times above the motion of all experiments, Hz. The frequency of the motion is the
+/// ratio of speed to excursion below the corner, iterated until it converges.
 pub(super) fn corner_hz(records: &[Measured]) -> f64 {
     let of = |measured: &Measured| {
         let spacing_s = measured.spacing_s;

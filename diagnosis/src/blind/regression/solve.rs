@@ -1,8 +1,8 @@
-//! Least squares with bounds, one unknown after the other until none moves.
+//! Bounded least squares by coordinate descent.
 
-/// Most rounds over all unknowns.
+/// Largest number of sweeps over all unknowns.
 const ROUNDS: usize = 20_000;
-/// Movement, over the size of an unknown, at which the rounds end.
+/// Relative change of an unknown below which the sweeps end.
 const STILL: f64 = 1e-10;
 
 /// A regressor with the bounds of its coefficient.
@@ -13,7 +13,7 @@ pub(super) struct Term {
     pub(super) high: f64,
 }
 
-/// Coefficients between their bounds for which the terms come nearest to `target`.
+/// Coefficients within their bounds that minimise the squared distance of the terms' sum from `target`.
 pub(super) fn solve(terms: &[Term], target: &[f64]) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let n = terms.len();
@@ -66,7 +66,7 @@ mod tests {
         let terms = terms([[-10.0, 10.0]; 2]);
         let target = sum(&terms, &[2.0, -1.5], 50);
         let found = solve(&terms, &target);
-        // The rounds end when a round moves less than 1e-10, of which the last ones are a geometric series.
+        // The sweeps end at a change below 1e-10. The changes left out form a geometric series.
         assert!((found[0] - 2.0).abs() < 1e-6 && (found[1] + 1.5).abs() < 1e-6, "{found:?}");
     }
 

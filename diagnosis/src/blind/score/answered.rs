@@ -21,9 +21,9 @@ pub struct Answered {
     pub look_alikes: Vec<[String; 2]>,
     /// Share of the gap that the answer claims to close.
     pub claimed: f64,
-    /// Share that closes on the experiments held back, where there are any.
+    /// Share that closes on the experiments held back, if there are any.
     pub closed_held_back: Option<f64>,
-    /// Error of free runs over the scale of each column, by the machine as believed and as repaired.
+    /// Errors of free runs over the scale of each column, by the believed and by the repaired machine.
     #[serde(default)]
     pub free_run: Option<[f64; 2]>,
     /// Wall time of the diagnosis, s.
@@ -33,15 +33,15 @@ pub struct Answered {
 /// A cause that was answered.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct AnsweredEffect {
-    /// Its kind.
+    /// Kind of the cause.
     pub kind: String,
-    /// Whether it is part of the repaired machine.
+    /// Whether the cause is part of the repaired machine.
     pub accepted: bool,
     /// Stated probability.
     pub probability: f64,
     /// Values by name, SI.
     pub parameters: IndexMap<String, f64>,
-    /// Their stated 90 % intervals.
+    /// Stated 90 % intervals of the values.
     #[serde(default)]
     pub intervals: IndexMap<String, [f64; 2]>,
 }
@@ -60,11 +60,11 @@ pub struct Measure {
     pub cases: usize,
     /// The goal, in words.
     pub wanted: String,
-    /// Whether the goal is reached.
+    /// Whether the value meets the goal.
     pub reached: bool,
 }
 
-/// Kind of the number of a measure.
+/// Unit of the number of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A share, to be shown in percent.
@@ -73,14 +73,14 @@ pub enum Unit {
     Seconds,
 }
 
-/// One line of the reliability diagram.
+/// One bin of the reliability diagram.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     /// Smallest and largest stated probability of this group.
     pub stated: [f64; 2],
     /// Mean of the stated probabilities.
     pub mean_stated: f64,
-    /// Share of them that was right.
+    /// Share of these answers that were right.
     pub frequency: f64,
     /// Number of answers in the group.
     pub count: usize,
@@ -97,9 +97,9 @@ pub struct CaseScore {
     pub answered: Vec<String>,
     /// The verdict of the diagnosis.
     pub verdict: String,
-    /// Whether the answer counts as right by the measure of its kind.
+    /// Whether the answer counts as right by the measure for its hidden effects.
     pub right: bool,
-    /// Whether it says `explained` and misses something that is hidden, or names an effect that is not.
+    /// Whether the answer says `explained` and misses a hidden effect, or names an effect that is not hidden.
     pub sure_and_wrong: bool,
     /// The kind that the plain regression names, if any.
     pub regression: Option<String>,
@@ -118,7 +118,7 @@ pub struct ScoredValue {
     pub hidden: f64,
     /// The fitted value; `None` if the answer has none.
     pub fitted: Option<f64>,
-    /// Its stated 90 % interval; `None` if the answer has none.
+    /// Stated 90 % interval of the fitted value; `None` if the answer has none.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -127,8 +127,7 @@ pub struct ScoredValue {
 pub struct Score {
     /// The table of measures.
     pub measures: Vec<Measure>,
-    /// Hidden kind, answered kind and number of cases; for single effects, no effect, and effects outside the
-    /// library.
+    /// Hidden kind, answered kind and number of cases. Cases with several hidden effects are left out.
     pub confusion: Vec<(String, String, usize)>,
     /// Claimed probabilities against the shares of answers that were right.
     pub reliability: Vec<Calibration>,
@@ -138,7 +137,7 @@ pub struct Score {
     pub unanswered: usize,
 }
 
-/// Name of a case without effect.
+/// Name of a case without a hidden effect.
 pub const NOTHING: &str = "nothing";
-/// Name of a refusal.
+/// Name of an answer with an unknown cause.
 pub const UNKNOWN: &str = "unknown cause";

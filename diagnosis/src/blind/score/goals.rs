@@ -16,7 +16,7 @@ pub(super) struct Goals {
 }
 
 impl Goals {
-    /// On the bench with several channels and levels.
+    /// Goals for the bench with several channels and levels.
     pub(super) const ORDINARY: Self = Self {
         sure_and_wrong: 0.01,
         place: 0.97,
@@ -28,7 +28,7 @@ impl Goals {
         median_s: 6.0,
         worst_s: 60.0,
     };
-    /// On cases with the conditions of real records.
+    /// Goals for cases with the conditions of real records.
     pub(super) const WILD: Self = Self {
         sure_and_wrong: 0.02,
         place: 0.9,
@@ -40,10 +40,10 @@ impl Goals {
         median_s: 20.0,
         worst_s: 120.0,
     };
-    /// On servo joints with target and position only: as on wild cases.
+    /// Goals for servo joints with target and position only: those of wild cases.
     pub(super) const SERVO: Self = Self { ..Self::WILD };
 
-    /// Those of the bench that made these cases.
+    /// Goals for the bench that made these cases.
     pub(super) fn of(truth: &[Case]) -> &'static Self {
         if truth.iter().any(|case| case.servo.is_some()) {
             &Self::SERVO

@@ -1,12 +1,12 @@
-//! One answer against one truth.
+//! Compares one answer with the truth.
 
 use super::super::cases::{Case, HiddenEffect};
 use super::super::regression::{Regressed, named};
 use super::answered::{Answered, AnsweredEffect, CaseScore, NOTHING, ScoredValue, UNKNOWN};
 
-/// Kinds that an answer may name as one.
+/// Largest number of look-alike kinds that count as one answer.
 const MOST_ALIKE: usize = 3;
-/// A parameter that is not scored: angles are compared on the circle.
+/// Parameter that is not scored, because angles must be compared on the circle.
 const UNSCORED: &str = "phase";
 /// Verdicts that claim no effect.
 const QUIET: [&str; 2] = ["no-gap", "not-identifiable"];
@@ -20,12 +20,12 @@ pub(super) enum Hides<'a> {
     Several(&'a [HiddenEffect]),
 }
 
-/// An answer held against the truth.
+/// An answer compared with the truth.
 pub(super) struct Judged<'a> {
     pub(super) case: &'a Case,
     pub(super) answer: &'a Answered,
     pub(super) hides: Hides<'a>,
-    /// Accepted effects, less those that may be named and need not be.
+    /// Accepted effects, without those that an answer may name although they are not hidden.
     pub(super) accepted: Vec<&'a AnsweredEffect>,
     /// Findings of the plain regression, the best first.
     pub(super) regression: &'a [Regressed],
@@ -58,7 +58,7 @@ impl<'a> Judged<'a> {
         self.answer.places.first() == Some(&hidden.place)
     }
 
-    /// Whether the answer is right by the measure of the hidden effects.
+    /// Whether the answer is right by the measure for the hidden effects.
     pub(super) fn is_right(&self) -> bool {
         match self.hides {
             Hides::Nothing => {
@@ -74,9 +74,9 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// Whether the answer says `explained` and is wrong. It is wrong in two cases. A hidden effect is neither
-    /// named nor declared alike to what is named. Or the answer accuses something that is neither hidden nor
-    /// declared alike to what is.
+    /// Whether the answer says `explained` and is wrong, which has two cases. A hidden effect is neither
+    /// named nor a declared look-alike of a named effect. Or a named effect is neither hidden nor a declared
+    /// look-alike of a hidden one.
     pub(super) fn is_sure_and_wrong(&self) -> bool {
         let is_like = |a: &str, b: &str| {
             let pairs = &self.answer.look_alikes;
@@ -108,8 +108,8 @@ impl<'a> Judged<'a> {
             || self.answer.look_alikes.iter().flatten().any(|kind| *kind == one.kind)
     }
 
-    /// Whether the truth itself, fitted, is not ahead of every other cause on the check experiments; `None`
-    /// if the regression cannot decide.
+    /// Whether the regression with the true cause gains no more on the check experiments than with the best
+    /// other cause. `None` unless one effect is hidden and the regression ranks that effect.
     pub(super) fn is_undecidable(&self) -> Option<bool> {
         let Hides::One(one) = self.hides else { return None };
         let own = self.regression.iter().find(|regressed| regressed.kind == one.kind)?.gain;
@@ -118,7 +118,7 @@ impl<'a> Judged<'a> {
         Some(own <= best)
     }
 
-    /// Hidden and answered kind, of single effects, no effect and effects of no library.
+    /// Hidden and answered kind; `None` for cases with several hidden effects.
     pub(super) fn confused(&self) -> Option<(String, String)> {
         let first = self.accepted.first().map(|effect| effect.kind.clone());
         let said = match &first {
@@ -129,7 +129,7 @@ impl<'a> Judged<'a> {
         match self.hides {
             Hides::Nothing => Some((NOTHING.to_owned(), said)),
             Hides::NoLibrary(one) => Some((format!("{} (no library)", one.kind), said)),
-            // A cause that is named counts, also if the answer reports more than noise as left.
+            // A named cause counts, even if the answer reports an unknown rest.
             Hides::One(one) => Some((one.kind.clone(), first.unwrap_or(said))),
             Hides::Several(_) => None,
         }
@@ -164,7 +164,7 @@ impl<'a> Judged<'a> {
         self.case.effects.iter().filter_map(found).flatten().collect()
     }
 
-    /// The first kind with those declared to look like any that was accepted, where that makes no more than
+    /// The first accepted kind, with the declared look-alikes of all accepted kinds unless they exceed
     /// [`MOST_ALIKE`].
     fn alike(&self) -> Vec<&'a str> {
         let accepted = self.kinds();

@@ -1,4 +1,4 @@
-//! Counts over all cases, and the table that they make.
+//! Counts over all cases, and the table of measures.
 
 use super::super::regression::named;
 use super::answered::{Calibration, Measure, ScoredValue, Unit};
@@ -6,9 +6,10 @@ use super::goals::Goals;
 use super::judge::{Hides, Judged};
 use super::reliability;
 
-/// A free run is worse where its error is this many times that of the believed machine: less is noise.
+/// A free run is worse if its error exceeds the believed machine's by this factor; a smaller increase is
+/// noise.
 const WORSE: f64 = 1.05;
-/// Shares of true values that stated 90 % intervals are to hold.
+/// Range for the share of true values within their stated 90 % intervals.
 const COVERED: [f64; 2] = [0.85, 0.95];
 
 /// Counts of right answers.
@@ -146,7 +147,7 @@ impl Tallies {
         self.add_values(&judged.values());
     }
 
-    /// Single effects, beside the answers of the plain regression.
+    /// Adds a single effect to the comparison with the plain regression.
     fn add_regression(&mut self, judged: &Judged<'_>, right: bool, place: bool) {
         let Hides::One(one) = judged.hides else { return };
         if let Some(undecidable) = judged.is_undecidable() {
@@ -226,7 +227,8 @@ impl Tallies {
         measures
     }
 
-    /// The plain regression and the diagnosis on the same cases; the regression must never be the better one.
+    /// Measures of the plain regression and of the diagnosis on the same cases. The regression must never be
+    /// better.
     fn beside(&self) -> Vec<Measure> {
         let [kind, place] = &self.regression;
         let as_good = |tally: &Tally| tally.share().map_or(Goal::None, Goal::AtLeast);

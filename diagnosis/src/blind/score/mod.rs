@@ -1,4 +1,4 @@
-//! Scores: answers against hidden effects.
+//! Scores: answers compared with hidden effects.
 
 mod answered;
 mod goals;
@@ -20,8 +20,8 @@ use measures::Tallies;
 use super::cases::Case;
 use super::regression::Regressed;
 
-/// Scores answers, and beside them the answers of a plain regression to the same cases; hidden cases that
-/// have no answer are left out.
+/// Scores answers, and the answers of a plain regression to the same cases. Cases without an answer are left
+/// out.
 pub fn score(truth: &[Case], answers: &[Answered], regressions: &BTreeMap<String, Vec<Regressed>>) -> Score {
     let mut tallies = Tallies::default();
     let mut confusion: IndexMap<(String, String), usize> = IndexMap::new();
@@ -119,11 +119,11 @@ mod tests {
         assert!(close(value(&score, "effect of no library"), 1.0));
         assert!(close(value(&score, "both of two"), 0.0));
         assert!(close(value(&score, "parameter error"), 0.04));
-        // The level of 10 is found in two cases, in one of them inside its interval.
+        // A level of 10 is found in two cases. In one of them its interval contains the level.
         assert!(close(value(&score, "true values inside"), 0.5));
         assert_eq!((score.cases.len(), score.unanswered), (5, 1));
         assert!(score.confusion.contains(&("nothing".into(), "backlash".into(), 1)));
-        // Four causes stated with 0.9, of which two were hidden.
+        // Four causes were stated with 0.9; two of them were hidden.
         let [bin] = score.reliability[..] else { panic!("one bin") };
         assert!(close(bin.frequency, 0.5) && bin.count == 4);
     }
@@ -211,7 +211,7 @@ mod tests {
         let close = |what: &str, wanted: f64| assert!((value(&score, what) - wanted).abs() < 1e-12, "{what}");
         close("plain regression: kind", 2.0 / 3.0);
         close("plain regression: place", 1.0 / 3.0);
-        // The second is right by its look-alike.
+        // The second answer is right by its look-alike.
         close("diagnosis on the same cases: kind", 2.0 / 3.0);
         close("not decidable: the truth", 1.0 / 3.0);
         close("not decidable: kind named", 1.0);

@@ -1,4 +1,4 @@
-//! Stated probabilities against how often they were right.
+//! Stated probabilities compared with the frequency of right answers.
 
 use super::answered::Calibration;
 
@@ -24,7 +24,7 @@ pub(super) fn bins(stated: &[(f64, bool)]) -> Vec<Calibration> {
         .collect()
 }
 
-/// Mean distance of stated probability and frequency, weighted by how many there are.
+/// Mean distance between stated probability and frequency, weighted by the number of answers.
 pub(super) fn error(bins: &[Calibration]) -> f64 {
     let count = bins.iter().map(|bin| bin.count).sum::<usize>().max(1) as f64;
     bins.iter().map(|bin| bin.count as f64 / count * (bin.mean_stated - bin.frequency).abs()).sum()

@@ -1,4 +1,4 @@
-//! Under which conditions a servo joint is recorded.
+//! Conditions under which a servo joint is recorded.
 
 use std::f64::consts::TAU;
 
@@ -20,9 +20,9 @@ pub struct ServoConditions {
     pub rate_hz: f64,
     /// Step of the encoder, rad.
     pub resolution: f64,
-    /// Largest torque of gravity over the torque of the largest error, where gravity is believed.
+    /// Ratio of the largest torque of gravity to the torque at the largest error; `None` without gravity.
     pub gravity_share: Option<f64>,
-    /// Deviation of each sampling instant, over the spacing of rows; stamped.
+    /// Standard deviation of each sampling instant, over the spacing of rows. Time stamps show it.
     pub jitter_share: f64,
 }
 

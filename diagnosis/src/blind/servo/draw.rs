@@ -9,16 +9,16 @@ use super::conditions::{ServoConditions, draw as draw_conditions};
 use super::firmware::Firmware;
 use super::hidden::{BEYOND, Built, PAIRED, Recipe, SINGLE};
 
-/// Of twelve cases in a row, those that hide nothing, two effects, and one of no library; the others hide
-/// one.
+/// Length of a cycle of cases, and the cases in it that hide nothing, two effects, or an effect outside the
+/// library. The others hide one effect.
 const TURN: usize = 12;
 const NOTHING: usize = 3;
 const PAIRS: [usize; 2] = [5, 9];
 const NO_LIBRARY: usize = 7;
-/// Prime to the number of kinds: it reaches all of them.
+/// Step through the kinds, coprime to their number so that all are reached.
 const STRIDE: usize = 7;
 
-/// A case as it is built.
+/// A case as built.
 pub(super) struct Drawn {
     pub(super) case: Case,
     pub(super) conditions: ServoConditions,
@@ -120,7 +120,7 @@ fn ideal(conditions: &ServoConditions, random: &mut Random) -> Built {
     Built { axis, firmware, amplitude }
 }
 
-/// The same as it comes out of the workshop: every value a little off.
+/// The joint as built: every value deviates a little from the ideal.
 fn as_built(ideal: &Built, random: &mut Random) -> Built {
     let mut built = ideal.clone();
     let mut off = |value: &mut f64, share: f64| *value *= 1.0 + random.between(-share, share);

@@ -12,7 +12,7 @@ use super::record::{Asked, measure};
 
 /// Length of an experiment, in radians of the loop.
 const LENGTH: f64 = 190.0;
-/// Most rows of an experiment.
+/// Largest number of rows of an experiment.
 const MOST_ROWS: f64 = 2500.0;
 
 /// Writes the datasets of a case, shown and held back, and the machine file beside the first.

@@ -3,25 +3,25 @@
 /// Gains, limits and clock of a loop. Units are N m and rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Firmware {
-    /// Torque per error.
+    /// Torque per position error, N m/rad.
     pub(super) kp: f64,
-    /// Torque per speed: by the firmware in an industrial drive, by back-EMF in a hobby servo.
+    /// Torque per speed, N m s/rad: from the firmware in an industrial drive, from back-EMF in a hobby servo.
     pub(super) kd: f64,
-    /// Largest torque at rest that the supply leaves.
+    /// Torque at rest at the full supply voltage, N m.
     pub(super) limit: f64,
-    /// Largest torque of the largest current.
+    /// Torque at the largest current, N m.
     pub(super) current_limit: f64,
-    /// Speed at which no torque is left.
+    /// Speed at which the supply leaves no torque, rad/s; `None` if the supply does not limit the speed.
     pub(super) no_load_speed: Option<f64>,
-    /// Error without torque; beyond it, it is lost.
+    /// Dead band of the error, rad: a larger error is reduced by it.
     pub(super) deadband: f64,
-    /// Factor of the loop on its target.
+    /// Factor that the loop applies to its target.
     pub(super) target_gain: f64,
-    /// Time after which a target arrives, s.
+    /// Delay of a target, s.
     pub(super) delay_s: f64,
     /// Time between samples of the loop, s.
     pub(super) period_s: f64,
-    /// Step of the position that it reads.
+    /// Resolution of the position that the loop reads, rad.
     pub(super) resolution: f64,
     /// Whether the winding gives `kd` at every instant; otherwise the loop differences its readings.
     pub(super) is_back_emf: bool,
@@ -35,7 +35,8 @@ pub(super) struct Memory {
 }
 
 impl Firmware {
-    /// A sample of the loop: target and position in, torque held until the next sample.
+    /// A sample of the loop: reads target and position, and sets the torque that is held until the next
+    /// sample.
     pub(super) fn sample(&self, memory: &mut Memory, target: f64, position: f64) {
         let read = (position / self.resolution).round() * self.resolution;
         let error = self.target_gain * target - read;
@@ -77,7 +78,7 @@ mod tests {
     fn truth_torque_is_gain_times_what_the_deadband_leaves_of_the_error() {
         let mut memory = Memory::default();
         let own = firmware();
-        // The position is read as 0.05: of an error of 0.05 the deadband leaves 0.04.
+        // The position is read as 0.05. The dead band leaves 0.04 of the error of 0.05.
         own.sample(&mut memory, 0.1, 0.0504);
         assert!((own.torque(&memory, 9.0) - 20.0 * 0.04).abs() < 1e-12);
         // A step of 1 mrad within 1 ms is 1 rad/s.

@@ -1,4 +1,4 @@
-//! Effects that a servo joint may hide, sized by its loop and its motion.
+//! Effects that a servo joint may hide, scaled by its loop and its motion.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use super::super::axis::{Axis, Joint};
 use super::super::noise::Random;
 use super::firmware::Firmware;
 
-/// A joint with its loop, before or after something is hidden in it.
+/// A joint with its loop, before or after effects are hidden in it.
 #[derive(Clone, Debug)]
 pub(super) struct Built {
     pub(super) axis: Axis,
@@ -26,12 +26,12 @@ impl Built {
         share * self.firmware.kp * self.amplitude
     }
 
-    /// Torque that weight and friction take, N m.
+    /// Torque that gravity and friction require, N m.
     fn carried(&self) -> f64 {
         self.axis.friction.level + self.axis.gravity.map_or(0.0, |[amplitude, _]| amplitude)
     }
 
-    /// A joint between motor and link of this stiffness, with a small share of critical damping.
+    /// A joint between motor and link with this stiffness and a small damping ratio.
     fn joint(&self, stiffness: f64, play: f64) -> Joint {
         let axis = &self.axis;
         let reduced = axis.motor_kg * axis.load_kg / axis.mass_kg();
@@ -56,13 +56,13 @@ const fn recipe(
 }
 
 impl Recipe {
-    /// Whether it is one of dry friction, which then nobody believes.
+    /// Whether the kind is dry friction. If it is hidden, the machine file states no friction.
     pub(super) fn is_friction(&self) -> bool {
         self.kind.ends_with("-friction") && self.kind != "viscous-friction"
     }
 }
 
-/// Kinds of which target and position of a servo show each alone.
+/// Single kinds that target and position of a servo can show.
 pub(super) const SINGLE: &[Recipe] = &[
     recipe("coulomb-friction", "guide", |built, random| {
         let level = built.torque(random.log_between(0.03, 0.12));
@@ -167,7 +167,7 @@ pub(super) const BEYOND: &[Recipe] = &[
     }),
 ];
 
-/// Pairs are two faults each, neither of which excuses the other.
+/// Pairs of faults, neither of which explains the other.
 pub(super) const PAIRED: [[&str; 2]; 4] = [
     ["coulomb-friction", "command-delay"],
     ["command-delay", "gravity"],

@@ -1,9 +1,9 @@
-//! Cases of servo joints of which only the target and the servo's own position are recorded. They are hobby
-//! servos, with a motor on a bounded voltage behind a proportional loop, and industrial drives with a fast
-//! sampled loop.
+//! Cases of servo joints with records of only the target and the servo's own position. They are hobby servos,
+//! with a motor on a bounded voltage behind a proportional loop, and industrial drives with a fast sampled
+//! loop.
 //!
-//! The joint ([`axis`](super::axis)) is that of the blind benches, and the loop ([`firmware`]) is written out
-//! by hand. Neither the simulator nor its library of effects makes the data.
+//! The joint ([`axis`](super::axis)) is shared with the wild cases. The loop ([`firmware`]) is written by
+//! hand. Neither the simulator nor its library of effects makes the data.
 
 pub(super) mod conditions;
 mod draw;
@@ -22,7 +22,7 @@ use super::noise::Random;
 pub use conditions::ServoConditions;
 
 /// Writes `cases` cases of servo joints: datasets, experiments held back, and the sealed truth. `is_known`
-/// says which kinds the library has: others are hidden as effects of no library.
+/// says whether the library has a kind; other kinds are hidden as effects outside the library.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -1,4 +1,4 @@
-//! Targets that are sent to a servo, and its position as a plain logger keeps it.
+//! Targets that are sent to a servo, and the recorded position.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -8,14 +8,14 @@ use super::super::noise::Random;
 use super::draw::Drawn;
 use super::firmware::Memory;
 
-/// Steps within a radian of the fastest frequency.
+/// Integration steps per radian of the highest frequency.
 const STEPS_PER_RADIAN: f64 = 12.0;
-/// Noise of an encoder over its step.
+/// Ratio of an encoder's noise to its resolution.
 const ENCODER_NOISE: f64 = 0.2;
-/// Partial waves of a motion, and their span over the loop's frequency.
+/// Number of partial waves of a motion, and their range of frequencies over the loop's frequency.
 const PARTIALS: usize = 14;
 const SPAN: [f64; 2] = [0.06, 1.6];
-/// Time that the joint has to settle before the first row, in radians of the loop.
+/// Time for the joint to settle before the first row, in radians of the loop.
 const SETTLING: f64 = 60.0;
 
 /// The target of the servo.
@@ -25,12 +25,13 @@ pub(super) enum Asked {
     Waves(Vec<[f64; 3]>),
     /// Levels (rad) of this duration, s.
     Steps(Vec<f64>, f64),
-    /// To and fro at constant speed: amplitude (rad) and time of a round, s.
+    /// Triangle wave: amplitude (rad) and period (s).
     Strokes(f64, f64),
 }
 
 impl Asked {
-    /// Waves across the loop's band, the fast ones smaller, `share` as large as the case's amplitude.
+    /// Waves across the loop's band, with smaller amplitudes at higher frequencies. `share` is a fraction of
+    /// the case's amplitude.
     pub(super) fn waves(drawn: &Drawn, share: f64, random: &mut Random) -> Self {
         let omega = TAU * drawn.conditions.loop_hz;
         let ratio = SPAN[1] / SPAN[0];
@@ -47,7 +48,7 @@ impl Asked {
         Self::Waves(waves)
     }
 
-    /// Steps between drawn levels, of six radians of the loop each or longer.
+    /// Steps between random levels; each lasts at least six radians of the loop.
     pub(super) fn steps(drawn: &Drawn, share: f64, random: &mut Random) -> Self {
         let omega = TAU * drawn.conditions.loop_hz;
         let amplitude = share * drawn.built.amplitude;
@@ -73,8 +74,8 @@ impl Asked {
     }
 }
 
-/// A record of `seconds` as CSV. A target is sent with every row and held until the next; before the first
-/// row the joint holds the first target.
+/// A record of `seconds` as CSV. A target is sent with every row and held until the next row. Before the
+/// first row the joint holds the first target.
 pub(super) fn measure(drawn: &Drawn, asked: &Asked, seconds: f64, random: &mut Random) -> String {
     let (axis, firmware, conditions) = (&drawn.built.axis, &drawn.built.firmware, &drawn.conditions);
     let spacing_s = 1.0 / conditions.rate_hz;
@@ -102,7 +103,7 @@ pub(super) fn measure(drawn: &Drawn, asked: &Asked, seconds: f64, random: &mut R
         }
         let steps_read = state.motor[0] / firmware.resolution + ENCODER_NOISE * random.normal();
         let position = steps_read.round() * firmware.resolution;
-        // A logger keeps the target that it has just sent, however late it reads the position.
+        // The logger records the target that it has just sent, even if it reads the position later.
         let _ = writeln!(text, "{read_s:.6},{:.7},{position:.7}", target(k as f64 * spacing_s));
     }
     text
@@ -133,7 +134,7 @@ mod tests {
         drawn.built.axis.constant_load = torque;
         let asked = Asked::Steps(vec![0.0], 1.0);
         let rows = numbers(&measure(&drawn, &asked, 1.0, &mut Random::new(1)));
-        // It has had sixty radians of its loop: what has not faded is below e^-20.
+        // After sixty radians of the loop the transient is below e^-20.
         let sag = torque / drawn.built.firmware.kp;
         assert!((rows[0][2] / sag - 1.0).abs() < 1e-4, "{} {sag}", rows[0][2]);
     }
@@ -146,7 +147,8 @@ mod tests {
         let rows = numbers(&measure(&drawn, &Asked::Strokes(1.0, round_s), round_s, &mut Random::new(1)));
         let (speed, built) = (4.0 / round_s, &drawn.built);
         let damping = built.axis.damping + built.firmware.kd;
-        // A held target runs half a row behind its ramp, a held torque half a sample, a difference as much.
+        // On a ramp a held target is late by half a row. A held torque and the speed from a difference are
+        // each late by half a sample.
         let held_s = 0.5 / drawn.conditions.rate_hz + built.firmware.period_s;
         let lag_s = damping / built.firmware.kp + built.firmware.delay_s + held_s;
         let row = &rows[rows.len() / 4];

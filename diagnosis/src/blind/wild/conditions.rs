@@ -1,40 +1,40 @@
-//! Under which conditions a case is recorded: those of real machines, drawn one by one.
+//! Recording conditions of a case, each drawn from the range found in real records.
 
 use serde::{Deserialize, Serialize};
 
 use super::super::noise::Random;
 
-/// Row spacings that recorders have, as rates, Hz.
+/// Usual sampling rates of recorders, Hz.
 const RATES_HZ: [f64; 7] = [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 4000.0];
-/// Most rows of a case, all of its files together.
+/// Largest number of rows of a case, all files together.
 const MOST_ROWS: f64 = 60_000.0;
 /// Periods of the motion in all files of a case.
 pub(super) const PERIODS: f64 = 25.0;
-/// Rows that one period of the motion must have.
+/// Smallest number of rows in a period of the motion.
 const ROWS_PER_PERIOD: f64 = 30.0;
 
 /// The properties drawn for a case, beside the hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
-    /// Whether the axis turns (rad, N m) or slides (m, N).
+    /// Whether the axis is rotational (rad, N m) or linear (m, N).
     pub is_rotational: bool,
-    /// Friction over the largest command.
+    /// Ratio of friction to the largest command.
     pub friction_share: f64,
-    /// Largest torque of gravity over the largest torque of motion, where gravity acts.
+    /// Ratio of the largest torque of gravity to the largest torque of motion; `None` without gravity.
     pub gravity_share: Option<f64>,
     /// Fundamental frequency of the motion, Hz.
     pub motion_hz: f64,
-    /// Noise of the measured command over the root mean square of the command.
+    /// Noise of the measured command over the command's root mean square.
     pub command_noise_share: f64,
     /// Rows per second.
     pub rate_hz: f64,
-    /// Columns beside the time: two are command and encoder; of three the last is an encoder on the load.
+    /// Columns beside the time: command and motor encoder, and as a third an encoder on the load.
     pub channels: usize,
-    /// Files that are shown: one long one, or five.
+    /// Files that are shown: one long file, or five.
     pub files: usize,
     /// Share of rows that the recorder lost.
     pub lost_share: f64,
-    /// Deviation of each sampling instant, over the spacing of rows.
+    /// Standard deviation of each sampling instant, over the spacing of rows.
     pub jitter_share: f64,
     /// Whether time stamps show the jitter.
     pub is_jitter_stamped: bool,
@@ -42,17 +42,17 @@ pub struct Conditions {
     pub begins_in_motion: bool,
     /// Step of the encoder, m or rad.
     pub resolution: f64,
-    /// Believed damping of the guide over the real one.
+    /// Ratio of the believed damping of the guide to the true one.
     pub damping_factor: f64,
-    /// Believed friction over the real one, where friction is believed.
+    /// Ratio of the believed friction to the true one; `None` if no friction is believed.
     pub friction_factor: Option<f64>,
 }
 
-/// Share of wrong levels among those that are believed. This share of cases hides friction, which is then not
-/// believed at all. With it, a third of all cases believe a wrong level.
+/// Share of wrong levels among the believed ones. Cases that hide friction believe no level, so a third of
+/// all cases believe a wrong one.
 const WRONG_SHARE: f64 = 0.55;
 
-/// A factor between `low` and `high`, or one over it.
+/// A random factor between `low` and `high`, or its inverse.
 fn off(random: &mut Random, low: f64, high: f64) -> f64 {
     random.log_between(low, high).powf(random.sign())
 }
@@ -101,7 +101,7 @@ mod tests {
             assert!(case.rate_hz * PERIODS / case.motion_hz <= MOST_ROWS);
             assert!(case.gravity_share.is_none() || case.is_rotational);
         }
-        // Shares of 2000 draws: four standard deviations of a half are 45 of 1000.
+        // Four standard deviations of a share of one half in 2000 draws are 0.045.
         let share = |of: &dyn Fn(&Conditions) -> bool, among: &dyn Fn(&Conditions) -> bool| {
             let among: Vec<&Conditions> = drawn.iter().filter(|case| among(case)).collect();
             among.iter().filter(|case| of(case)).count() as f64 / among.len() as f64
@@ -109,7 +109,7 @@ mod tests {
         let all = |_: &Conditions| true;
         assert!((share(&|case| case.channels == 2, &all) - 0.5).abs() < 0.045);
         assert!((share(&|case| case.files == 1, &all) - 0.5).abs() < 0.045);
-        // Of about a thousand: 63 of a thousand.
+        // About 1000 draws are rotational: four standard deviations are 0.063.
         assert!(
             (share(&|case| case.gravity_share.is_some(), &|case| case.is_rotational) - 0.5).abs() < 0.063
         );

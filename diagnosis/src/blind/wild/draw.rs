@@ -9,19 +9,19 @@ use super::conditions::{Conditions, draw as draw_conditions};
 use super::hidden::{BESIDE_FRICTION, BEYOND, COULOMB, Recipe, SINGLE, gravity};
 use super::motion::Sizes;
 
-/// Of twenty cases in a row, those that hide nothing, two effects, and one of no library; the others hide
-/// one.
+/// Length of a cycle of cases, and the cases in it that hide nothing, two effects, or an effect outside the
+/// library. The others hide one effect.
 const TURN: usize = 20;
 const NOTHING: [usize; 2] = [3, 13];
 const PAIRS: [usize; 4] = [5, 9, 15, 18];
 const NO_LIBRARY: [usize; 5] = [1, 7, 11, 16, 19];
 
-/// Largest share by which a believed mass is off.
+/// Largest relative error of a believed mass.
 const MASS_OFF: f64 = 0.05;
-/// A level or a damping that is believed this far off may be named, by a factor.
+/// An answer may name a believed friction level or damping that is off by more than this factor.
 const MAY_BE_NAMED: f64 = 1.1;
 
-/// A case as it is built.
+/// A case as built.
 pub(super) struct Drawn {
     pub(super) case: Case,
     pub(super) conditions: Conditions,
@@ -36,19 +36,20 @@ pub(super) struct Believed {
     pub(super) motor_kg: f64,
     pub(super) load_kg: f64,
     pub(super) damping: f64,
-    /// Level of dry friction, where any is believed.
+    /// Level of dry friction; `None` if the file states no friction.
     pub(super) friction: Option<f64>,
-    /// Amplitude and phase of gravity, where a machine file can state it.
+    /// Amplitude and phase of gravity; `None` if the file states no gravity.
     pub(super) gravity: Option<[f64; 2]>,
     pub(super) limit: f64,
 }
 
-/// Draws case `index`; `is_known` says which kinds the library has, so that they can be believed and named.
+/// Draws case `index`; `is_known` says whether the library has a kind, so that a file can state it and an
+/// answer can name it.
 pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) -> bool) -> Drawn {
     let mut conditions = draw_conditions(random);
     let recipes = recipes(index, conditions.is_rotational, random);
     let hides = |kind: &str| recipes.iter().any(|recipe| recipe.kind == kind);
-    // Gravity that no machine file can state would be a second hidden effect.
+    // Gravity that the machine file does not state would be a second hidden effect.
     if !is_known("gravity") || hides("gravity") {
         conditions.gravity_share = None;
     }
@@ -89,7 +90,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
     Drawn { case, conditions, axis, sizes, believed }
 }
 
-/// Kinds that may be named and need not be, because a believed value is off.
+/// Kinds that an answer may name without being wrong, because a believed value is off.
 fn allowed(conditions: &Conditions) -> Vec<String> {
     let is_off = |factor: f64| factor.ln().abs() > MAY_BE_NAMED.ln();
     let mut allowed = Vec::new();
@@ -122,11 +123,11 @@ fn recipes(index: usize, is_rotational: bool, random: &mut Random) -> Vec<&'stat
         .map(|turns| turns.iter().filter(|turn| **turn < at).count());
     let singles = TURN - NOTHING.len() - PAIRS.len() - NO_LIBRARY.len();
     let which = round * singles + at - others.iter().sum::<usize>();
-    // A stride that is prime to the number of kinds reaches all of them.
+    // A step coprime to the number of kinds reaches all of them.
     vec![&SINGLE[which * 5 % SINGLE.len()]]
 }
 
-/// The axis before anything is hidden, and its sizes.
+/// The axis without hidden effects, and the magnitudes of its motion.
 fn build(conditions: &Conditions, random: &mut Random) -> (Axis, Sizes) {
     let (mass, amplitude) = if conditions.is_rotational {
         (random.log_between(3e-3, 3.0), random.log_between(0.3, 1.5))

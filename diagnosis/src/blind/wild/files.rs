@@ -11,7 +11,7 @@ use super::draw::Drawn;
 use super::motion::Motion;
 use super::record::{columns, measure};
 
-/// A file with its role and the share of all periods that it has.
+/// A file with its role and its share of all periods.
 struct Experiment {
     name: &'static str,
     role: &'static str,

@@ -1,4 +1,4 @@
-//! Effects that a wild case may hide, sized by the motion and the command of the case.
+//! Effects that a wild case may hide, scaled by the motion and the command of the case.
 
 use std::f64::consts::TAU;
 
@@ -10,9 +10,9 @@ use super::motion::Sizes;
 pub(super) struct Recipe {
     pub(super) kind: &'static str,
     pub(super) place: &'static str,
-    /// Effects that only a second encoder can show.
+    /// Whether only a second encoder can show the effect.
     pub(super) needs_load_encoder: bool,
-    /// Effects that only a rotational axis can have.
+    /// Whether only a rotational axis can have the effect.
     pub(super) only_rotational: bool,
     /// Changes the axis and gives the parameters that were drawn.
     pub(super) apply: fn(&mut Axis, &Sizes, &mut Random) -> Vec<(&'static str, f64)>,
@@ -27,7 +27,7 @@ const fn recipe(
 }
 
 impl Recipe {
-    /// Whether it is one of dry friction, which then nobody believes.
+    /// Whether the kind is dry friction. If it is hidden, the machine file states no friction.
     pub(super) fn is_friction(&self) -> bool {
         FRICTIONS.contains(&self.kind)
     }
@@ -35,11 +35,11 @@ impl Recipe {
 
 const FRICTIONS: [&str; 3] = ["coulomb-friction", "stribeck-friction", "asymmetric-friction"];
 
-/// Dry friction at its level, which the conditions have drawn.
+/// Dry friction at the level drawn with the conditions.
 pub(super) const COULOMB: Recipe =
     recipe("coulomb-friction", "guide", |axis, _, _| vec![("level", axis.friction.level)]);
 
-/// Kinds of one effect each, in turn; friction comes more often, as it does.
+/// Kinds that are hidden alone, in turn. Friction comes more often, as in practice.
 pub(super) const SINGLE: &[Recipe] = &[
     COULOMB,
     recipe("added-mass", "transmission", |axis, _, random| {
@@ -100,7 +100,7 @@ pub(super) const SINGLE: &[Recipe] = &[
         needs_load_encoder: true,
         ..recipe("backlash", "transmission", |axis, sizes, random| {
             let play = sizes.amplitude * random.log_between(0.01, 0.05);
-            // Flanks take up the largest command within a tenth of the play.
+            // The largest command deflects the flanks by a tenth of the play.
             axis.joint = Some(joint(axis, 10.0 * sizes.command / play, play));
             vec![("width", play)]
         })
@@ -117,13 +117,13 @@ pub(super) const SINGLE: &[Recipe] = &[
     },
 ];
 
-/// A joint of a tenth of critical damping.
+/// A joint with a damping ratio of a tenth.
 fn joint(axis: &Axis, stiffness: f64, play: f64) -> Joint {
     let reduced = axis.motor_kg * axis.load_kg / axis.mass_kg();
     Joint { stiffness, damping: 0.2 * (stiffness * reduced).sqrt(), play }
 }
 
-/// Kinds that no library had when this bench was made; the caller knows better.
+/// Kinds that the library lacked when this bench was made. The caller knows which it has now.
 pub(super) const BEYOND: &[Recipe] = &[
     Recipe {
         only_rotational: true,
@@ -169,11 +169,11 @@ pub(super) const BEYOND: &[Recipe] = &[
     }),
 ];
 
-/// Amplitude and phase of gravity, `share` as large as what moving takes.
+/// Amplitude and phase of gravity; `share` is its ratio to the largest force of motion.
 pub(super) fn gravity(sizes: &Sizes, share: f64, random: &mut Random) -> [f64; 2] {
     [share * sizes.moving, random.between(0.0, TAU)]
 }
 
-/// Pairs with friction: kinds of which each is one fault.
+/// Kinds that are paired with friction; each is one fault.
 pub(super) const BESIDE_FRICTION: [&str; 6] =
     ["drive-gain", "added-mass", "constant-load", "force-ripple", "actuator-lag", "force-limit"];

@@ -1,7 +1,7 @@
 //! Cases with the conditions of real records. Motion is slow, friction takes most of the command, and the
-//! command was measured with noise. Encoders are coarse, clocks wander, and rows are lost.
+//! command is measured with noise. Encoders are coarse, clocks jitter, and rows are lost.
 //!
-//! The axis ([`axis`](super::axis)) is that of the blind benches: neither the simulator nor its library of
+//! The axis ([`axis`](super::axis)) is shared with the servo cases. Neither the simulator nor its library of
 //! effects makes the data.
 
 pub(super) mod conditions;
@@ -21,7 +21,8 @@ use super::noise::Random;
 pub use conditions::Conditions;
 
 /// Writes `cases` cases with the conditions of real records: datasets, experiments held back, and the sealed
-/// truth. `is_known` says which kinds the library has: others are hidden as effects of no library.
+/// truth. `is_known` says whether the library has a kind; other kinds are hidden as effects outside the
+/// library.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -5,21 +5,21 @@ use std::f64::consts::TAU;
 use super::super::axis::Axis;
 use super::super::noise::Random;
 
-/// Partial waves of a motion: multiples of the fundamental, and shares of the amplitude.
+/// Partial waves of a motion: multiples of the fundamental frequency, and shares of the amplitude.
 const PARTIALS: [[f64; 2]; 3] = [[1.0, 0.6], [1.7, 0.25], [2.9, 0.15]];
-/// Error at which the servo gives the largest force, over the amplitude.
+/// Error at which the servo's force equals the largest command, over the amplitude.
 const STIFF_SHARE: f64 = 0.05;
 /// Damping ratio of the servo.
 const SERVO_DAMPING: f64 = 0.7;
-/// Speed, over the largest, within which the friction that the servo adds changes sign.
+/// Speed, over the largest speed, within which the servo's friction compensation changes sign.
 const SIGN_SHARE: f64 = 0.05;
-/// Share of friction and gravity that the servo knows.
+/// Share of friction and gravity that the servo compensates.
 const KNOWN_SHARE: f64 = 0.7;
 
-/// Time in which a motion begins, in radians of its fundamental.
+/// Time constant of the start of a motion, in radians of its fundamental.
 const RISE: f64 = 0.6;
 
-/// Sizes of a case, in units of its axis.
+/// Magnitudes of a case, in units of its axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
     /// Largest excursion, m.
@@ -52,14 +52,14 @@ impl Sizes {
 /// The reference motion of the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
-    /// Amplitude, m; frequency, rad/s; phase.
+    /// Amplitude (m), frequency (rad/s) and phase (rad) of each wave.
     waves: Vec<[f64; 3]>,
-    /// The size swells and fades over this time, s.
+    /// Period over which the amplitude rises and falls, s.
     swell_s: Option<f64>,
 }
 
 impl Motion {
-    /// Several waves of random phases, `share` as large as the case's amplitude.
+    /// Waves of random phases; `share` is their amplitude over that of the case.
     pub(super) fn waves(sizes: &Sizes, share: f64, random: &mut Random) -> Self {
         let wave = |[multiple, part]: [f64; 2]| {
             [share * part * sizes.amplitude, multiple * sizes.omega, random.between(0.0, TAU)]
@@ -67,17 +67,17 @@ impl Motion {
         Self { waves: PARTIALS.map(wave).to_vec(), swell_s: None }
     }
 
-    /// To and fro.
+    /// A single sine.
     pub(super) fn stroke(sizes: &Sizes, share: f64, multiple: f64) -> Self {
         Self { waves: vec![[share * sizes.amplitude, multiple * sizes.omega, 0.0]], swell_s: None }
     }
 
-    /// Waves that swell and fade.
+    /// Waves whose amplitude rises and falls.
     pub(super) fn swelling(sizes: &Sizes, random: &mut Random) -> Self {
         Self { swell_s: Some(5.0 * TAU / sizes.omega), ..Self::waves(sizes, 1.0, random) }
     }
 
-    /// Position, speed and acceleration wanted.
+    /// Desired position, speed and acceleration.
     fn wanted(&self, t_s: f64) -> [f64; 3] {
         let mut wanted = [0.0; 3];
         for [amplitude, omega, phase] in &self.waves {
@@ -96,12 +96,12 @@ impl Motion {
 }
 
 impl Motion {
-    /// Its start, m.
+    /// Start position, m.
     pub(super) fn start(&self) -> f64 {
         self.wanted(0.0)[0]
     }
 
-    /// The same motion begun at rest: its time starts slowly and then runs on.
+    /// The motion begun at rest: its time runs slowly at first.
     fn begun_at_rest(&self, t_s: f64, rise_s: f64) -> [f64; 3] {
         let fading = (-t_s / rise_s).exp();
         let [x, v, a] = self.wanted(t_s - rise_s * (1.0 - fading));
@@ -110,7 +110,7 @@ impl Motion {
     }
 }
 
-/// A stiff position servo with a rough model of its axis.
+/// A stiff position servo with feedforward from a rough model of its axis.
 pub(super) struct Servo<'a> {
     motion: &'a Motion,
     axis: &'a Axis,
@@ -122,7 +122,7 @@ impl<'a> Servo<'a> {
         Self { motion, axis, sizes }
     }
 
-    /// The command, from where the motor is.
+    /// The command at a position and speed of the motor.
     pub(super) fn command(&self, t_s: f64, [x, v]: [f64; 2]) -> f64 {
         let (axis, sizes) = (self.axis, &self.sizes);
         let [x_wanted, v_wanted, a_wanted] = self.motion.begun_at_rest(t_s, RISE / sizes.omega);
@@ -142,7 +142,7 @@ impl<'a> Servo<'a> {
 mod tests {
     use super::*;
 
-    /// Of central differences over a ten-thousandth of a second: (3 omega h)^2 of the value.
+    /// Relative error of central differences over 0.1 ms: about (3 omega h)^2.
     const DIFFERENCE: f64 = 1e-5;
 
     #[test]

@@ -1,5 +1,4 @@
-//! Records of an axis as a plain recorder takes them: noise, steps of the encoder, a clock that wanders, rows
-//! that are lost.
+//! Records of an axis as a simple recorder writes them: with noise, quantised readings, jitter and lost rows.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -9,17 +8,18 @@ use super::super::noise::Random;
 use super::draw::Drawn;
 use super::motion::{Motion, Servo};
 
-/// Steps within a radian of the fastest frequency.
+/// Integration steps per radian of the highest frequency.
 const STEPS_PER_RADIAN: f64 = 12.0;
-/// Steps between rows, at least.
+/// Smallest number of integration steps between rows.
 const STEPS_PER_ROW: f64 = 4.0;
-/// Noise of an encoder over its step.
+/// Ratio of an encoder's noise to its resolution.
 const ENCODER_NOISE: f64 = 0.1;
-/// Rows that are lost together, at most.
+/// Largest number of consecutive lost rows.
 const LOST_TOGETHER: usize = 6;
 /// Rows at either end that are never lost.
 const KEPT_ROWS: usize = 3;
-/// Time before the first row of records that begin in motion, in periods; chance adds up to a period.
+/// Shortest time before the first row of records that begin in motion, in periods; up to a period is added at
+/// random.
 const WARM_UP: f64 = 1.0;
 
 struct Row {
@@ -102,7 +102,7 @@ fn sampled(drawn: &Drawn, motion: &Motion, periods: f64, random: &mut Random) ->
         .collect()
 }
 
-/// Which rows the recorder loses: some alone, some together.
+/// The rows that the recorder loses: some alone, some in runs.
 fn lost_rows(count: usize, share: f64, random: &mut Random) -> Vec<bool> {
     let mut lost = vec![false; count];
     let mut left = (share * count as f64).round() as usize;
@@ -141,7 +141,7 @@ mod tests {
         let rows = numbers(&measure(&drawn, &motion, 3.0, &mut random));
         assert_eq!(rows.len(), 600);
         for (k, row) in rows.iter().enumerate() {
-            // Stamps are written to a microsecond, readings to ten digits.
+            // Stamps are written with a resolution of a microsecond, readings with ten digits.
             assert!((row[0] - k as f64 / 200.0).abs() < 1e-6);
             let steps = row[2] / drawn.conditions.resolution;
             assert!((steps - steps.round()).abs() < 1e-6 * steps.abs().max(1.0));
@@ -170,7 +170,8 @@ mod tests {
             let rows = numbers(&measure(&drawn, &motion, 3.0, &mut Random::new(4)));
             let square = |pair: &[Vec<f64>]| (200.0 * (pair[1][0] - pair[0][0]) - 1.0).powi(2);
             let spread = (rows.windows(2).map(square).sum::<f64>() / rows.len() as f64).sqrt();
-            // Two instants of a tenth each; 600 rows give the spread to 3 %, of which four are allowed.
+            // Each of the two instants has a deviation of a tenth of a row. 600 rows give the spread within 3
+            // %; four times that is allowed.
             let wanted = if is_stamped { 0.1 * 2.0_f64.sqrt() } else { 0.0 };
             assert!((spread - wanted).abs() < 0.12 * 0.1 * 2.0_f64.sqrt());
         }
@@ -191,7 +192,7 @@ mod tests {
         let (clean, noisy) = (commands(0.0), commands(0.08));
         let rms = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
         let share = rms(&mut noisy.iter().zip(&clean).map(|(a, b)| a - b)) / rms(&mut clean.iter().copied());
-        // A thousand rows give a deviation to 2 %; four of these.
+        // 1000 rows give the deviation within 2 %; about four times that is allowed.
         assert!((share / 0.08 - 1.0).abs() < 0.09);
     }
 }

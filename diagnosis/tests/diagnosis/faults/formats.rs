@@ -1,4 +1,4 @@
-//! Other formats say the same as CSV.
+//! Other formats give the same dataset as CSV.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,7 +8,8 @@ use feeler_diagnosis::dataset::Dataset;
 
 use super::{HEADER, csv, folder, sound};
 
-/// Time stamps of logs are whole nanoseconds, and values pass through text: both are exact to far below this.
+/// Time stamps of logs are integer nanoseconds, and values are written as text. Both have errors far below
+/// this.
 const SAME: f64 = 1e-9;
 
 fn assert_same(other: &Path) {
@@ -82,7 +83,7 @@ fn truth_parquet_tables_say_the_same_as_csv() {
     assert_same(folder.path());
 }
 
-/// Columns in another order, between semicolons, with decimal commas, and the time in milliseconds.
+/// Columns in another order, separated by semicolons, with decimal commas, and the time in milliseconds.
 #[test]
 fn truth_tables_of_any_shape_say_the_same() {
     let columns = |order: [usize; 4], scale: f64| {
@@ -100,7 +101,7 @@ fn truth_tables_of_any_shape_say_the_same() {
         let dataset = Dataset::load(folder.path()).expect("it is loaded");
         let [a, b] = [&dataset.records[0], &dataset.records[1]];
         assert_eq!((&a.commands, &a.series), (&b.commands, &b.series), "{order:?}");
-        // Milliseconds are rounded anew.
+        // Milliseconds have other rounding errors.
         assert!((a.spacing_s - b.spacing_s).abs() < 1e-12, "{order:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Bad records: each fault has its message, and other formats give the same one as CSV.
+//! Faulty records: each fault has its message, and other formats give the same message as CSV.
 
 mod formats;
 
@@ -42,7 +42,7 @@ const SPACING_S: f64 = 1e-3;
 
 type Rows = Vec<[f64; 4]>;
 
-/// A motion whose acceleration is known: sums of sines, with a little noise.
+/// A motion with known acceleration: sums of sines, with a little noise.
 fn sound() -> Rows {
     let mut seed: u64 = 1;
     let mut noise = || {
@@ -83,7 +83,7 @@ fn folder(files: &[(&str, &[u8])]) -> TempDir {
     folder
 }
 
-/// The error or the warnings for two experiments of which the first is spoilt.
+/// The error or the warnings for two experiments; the first is faulty.
 fn said_of(spoilt: &str) -> Result<String, String> {
     said_of_both(spoilt, &csv(&sound()))
 }
@@ -170,7 +170,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
         &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
         &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],
     );
-    // A converter's end that a fast motion touches for a few rows at a time.
+    // A fast motion saturates the converter for a few rows at a time.
     warning_says(
         &spoil(|k, row| row[3] = if k % 40 < 3 { 9.0 } else { row[3] }),
         &["`acceleration_mps2`", "7.5 % of rows sit at 9 "],
@@ -193,7 +193,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
 }
 
-/// A simulated record may scatter by no more than the rounding of its numbers.
+/// A simulated record may have only rounding of its numbers as scatter.
 #[test]
 fn regress_rounding_is_not_reported_as_noise() {
     let text = spoil(|k, row| row[2] = 4e-3 * (7.0 * k as f64 * SPACING_S).sin());
@@ -205,7 +205,7 @@ fn regress_rounding_is_not_reported_as_noise() {
     assert!(said.contains("`encoder_m`: no noise is stated, and its readings have none"), "{said}");
 }
 
-/// A missing column hides no fault of the others in its file.
+/// A missing column does not hide faults of other columns in its file.
 #[test]
 fn regress_a_missing_column_is_reported_beside_other_faults() {
     let spoilt = spoil(|k, row| {
@@ -219,8 +219,8 @@ fn regress_a_missing_column_is_reported_beside_other_faults() {
     );
 }
 
-/// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of
-/// 8 m/s² and more.
+/// Without noise in the machine file, it is estimated from the scatter of the readings: 0.01 m/s² on a motion
+/// of 8 m/s² and more.
 #[test]
 fn regress_noise_that_is_not_stated_comes_from_the_records() {
     let text = csv(&sound());
@@ -235,13 +235,13 @@ fn regress_noise_that_is_not_stated_comes_from_the_records() {
         "{only}"
     );
     assert!(!dataset.is_noise_stated("acceleration_mps2") && dataset.is_noise_stated("encoder_m"));
-    // Uniform between ±0.005: one sigma is 0.01 / sqrt(12), and a median of 2000 rows holds it within a
-    // tenth.
+    // Uniform noise between ±0.005 has a standard deviation of 0.01 / sqrt(12). A median of 2000 rows
+    // estimates it within a tenth.
     let sigma = 0.01 / 12.0_f64.sqrt();
     assert!((dataset.channels[1].noise / sigma - 1.0).abs() < 0.1, "{}", dataset.channels[1].noise);
 }
 
-/// Three lost rows, four empty cells of the encoder, and an accelerometer that reads every fourth row only.
+/// Three lost rows, four empty cells of the encoder, and an accelerometer that reads only every fourth row.
 #[test]
 fn truth_rows_without_a_reading_are_unknown_to_the_diagnosis() {
     let rows = sound();
@@ -270,7 +270,7 @@ fn truth_rows_without_a_reading_are_unknown_to_the_diagnosis() {
     assert!(said.contains("3 rows (0.0030 s) are missing") && said.contains("count as unknown"), "{said}");
 }
 
-/// More cells are empty than a recorder loses, but never many together: they are rows of other channels.
+/// More cells are empty than a recorder loses, but never many in a row: the rows belong to other channels.
 #[test]
 fn truth_many_single_empty_cells_are_rows_without_a_reading() {
     let rows = sound();
@@ -302,7 +302,7 @@ fn truth_a_clock_that_runs_fast_is_outvoted() {
     let named =
         |line: &String| line.starts_with("a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms");
     assert!(said.iter().any(named) && !said.iter().any(|line| line.starts_with("b.csv")), "{said:?}");
-    // Of two nobody can tell which clock is right.
+    // With two experiments it is unknown which clock is right.
     assert!(said_of(&fast).is_ok_and(|said| !said.contains("apart")));
 }
 
@@ -324,7 +324,7 @@ fn truth_what_experiments_share_is_told_once() {
 fn truth_a_coarse_channel_at_rest_is_not_blamed_for_the_noise_that_it_rounds_away() {
     let coarse = |x: f64| (x / 0.25).round() * 0.25;
     let moving = spoil(|_, row| row[3] = coarse(row[3]));
-    // At rest within half a step all that is left is zeros of either sign.
+    // At rest within half a step, all readings are zeros of either sign.
     let at_rest = spoil(|k, row| row[3] = if k % 3 == 0 { -0.0 } else { 0.0 });
     let said = said_of_both(&moving, &at_rest).expect("a warning");
     assert!(
@@ -342,7 +342,7 @@ fn truth_units_and_clocks_that_disagree_are_stated() {
     warning_says(&late, &["`acceleration_mps2`", "behind `encoder_m`", "6.0"]);
 }
 
-/// Counts, another sign, an offset, and a column by its number.
+/// Counts, opposite sign, an offset, and a column given by its number.
 #[test]
 fn truth_units_scale_and_offset_bring_numbers_to_the_signal() {
     let text = csv(&sound());
@@ -366,7 +366,7 @@ fn truth_units_scale_and_offset_bring_numbers_to_the_signal() {
     let plain = Dataset::load(sound_folder.path()).expect("it is loaded");
     assert_eq!(dataset.records[0].commands, plain.records[0].commands);
     for (a, b) in dataset.records[0].series.iter().zip(&plain.records[0].series) {
-        // A few roundings of numbers up to 10.
+        // Rounding errors of numbers up to 10.
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13));
     }
 }
@@ -398,7 +398,7 @@ fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
     assert!(matches!(error, DiagnosisError::Roles { fitted: 0, checked: 2 }), "{error}");
 }
 
-/// A copied check repeats the noise that was fitted. One reading that differs makes another measurement.
+/// A copied check repeats the fitted noise. A single different reading makes it another measurement.
 #[test]
 fn regress_a_check_that_copies_a_fitted_record_is_an_error() {
     let said_with = |check: &str| {
@@ -432,8 +432,7 @@ fn regress_time_in_milliseconds_is_an_error() {
     );
 }
 
-/// An accelerometer that hangs in one of the experiments: what it does not say counts neither for nor against
-/// a machine.
+/// An accelerometer that is frozen in one of the experiments counts neither for nor against a machine there.
 #[test]
 fn regress_a_channel_that_never_changes_does_not_score() {
     let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 9.0));
@@ -441,7 +440,8 @@ fn regress_a_channel_that_never_changes_does_not_score() {
         folder(&[("a.csv", sound.as_bytes()), ("b.csv", hung.as_bytes()), ("c.csv", sound.as_bytes())]);
     let found =
         diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
-    // Half the scored experiments hang: were they scored, they would be off by more than their own variation.
+    // The accelerometer is frozen in half of the scored experiments. If it were scored, the error would
+    // exceed its variation.
     assert!(found.gap.refit < 0.5, "{:?}", found.gap);
 }
 
@@ -452,7 +452,7 @@ fn regress_causes_are_tried_beside_a_channel_that_never_changes() {
         folder(&[("a.csv", hung.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
     let found =
         diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
-    // The records were made with a load of 1 N and without the believed friction.
+    // The records were made with a load of 1 N, without the believed friction.
     assert!(
         found.attempts.iter().any(|attempt| attempt.gain_all.is_some_and(|gain| gain > 0.0)),
         "{:?}",

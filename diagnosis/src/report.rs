@@ -310,8 +310,8 @@ pub struct Diagnosis {
     pub missing_force_n: [f64; 2],
     /// Shapes in the force that is missing with the accepted effects.
     pub left: Vec<String>,
-    /// The missing force as a table, if no cause is found and the check experiments confirm the table. It is
-    /// then part of the repaired machine.
+    /// The missing force as a table, which is then part of the repaired machine. `None` unless no cause is
+    /// found and the check experiments confirm the table.
     pub table: Option<ForceOver>,
     /// Standard deviation of every column's noise: as stated, or more if repeated experiments differ by more.
     /// If none is stated, it follows from the scatter of the readings and from differences between laps.

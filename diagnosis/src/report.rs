@@ -264,7 +264,7 @@ pub struct NextExperiment {
     pub what: String,
     /// The causes that it separates.
     pub separates: [Kind; 2],
-    /// Expected ratio of the odds of the true cause to those of the other. A million stands for larger odds
+    /// Expected odds of the true cause against the other one, as a ratio. A million stands for larger odds
     /// too.
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.

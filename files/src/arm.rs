@@ -16,7 +16,7 @@ use super::read::{Reader, Scope, join};
 use super::source::{Origin, Sources};
 use super::tree::{Entry, Table, place};
 
-/// Bytes of the largest URDF.
+/// Largest size of a URDF, bytes.
 const LARGEST_URDF: u64 = 16 << 20;
 
 /// A checked arm file.
@@ -100,7 +100,8 @@ pub(super) fn read(
     }
 }
 
-/// The meshes that a URDF names and that are absent. Those of collisions are mistakes where they are used.
+/// Warns of meshes that a URDF names but that are absent. An absent collision mesh is a mistake when it is
+/// used.
 fn absent_meshes(urdf: &Urdf, path: &Path) -> Option<Problem> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let is_absent = |mesh: &&MeshFile| !mesh_path(folder, &mesh.file).is_some_and(|path| path.is_file());

@@ -25,7 +25,7 @@ use super::tree::{Table, Value, place};
 /// A checked dataset file with its believed machine. The series themselves are not read here.
 #[derive(Clone, Debug)]
 pub struct DatasetFile {
-    /// Short name; by default that of the folder.
+    /// Short name; by default the name of the folder.
     pub name: String,
     /// Description of the measurements.
     pub about: String,

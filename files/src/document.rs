@@ -23,7 +23,7 @@ use super::tree::{Table, locate, node_at};
 pub struct Document {
     /// The described scenario, in SI.
     pub scenario: Scenario,
-    /// How far believed values may be off, as fractions, by dotted key.
+    /// Tolerances of believed values, as fractions, by dotted key.
     pub tolerance: IndexMap<String, f64>,
     draft: Draft,
 }
@@ -125,8 +125,8 @@ impl Document {
         let machine = Machine { name, about: top.value(&ABOUT).unwrap_or_default(), ..builder.machine() };
         names::check(&draft.root, &mut problems);
         if let Err(found) = assemble(&machine) {
-            // A part that the reader rejected is not assembled correctly, so its problems are dropped here.
-            // Two mistakes of the assembly may share a key.
+            // A part with mistakes of its own is not assembled correctly, so further problems with it are
+            // dropped. The assembly may report two mistakes for one key.
             for problem in
                 found.into_iter().filter(|problem| !problems.covers(&problem.key)).collect::<Vec<_>>()
             {
@@ -186,7 +186,7 @@ pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
 
 fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
     let origin = locate(&draft.root, &problem.key).0.unwrap_or(draft.top());
-    // An entry of a list is shown by its place; its key is that of the list.
+    // A list entry has its own place in the file, but the key of the list.
     let key =
         problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
     problems.add(&origin, key, problem.message, problem.remedy);
@@ -203,7 +203,7 @@ fn top_fields(draft: &Draft, problems: &mut Problems) -> feeler_catalogue::Conte
 
 fn tolerance(root: &Table, machine: &Machine, problems: &mut Problems) -> IndexMap<String, f64> {
     let mut found = IndexMap::new();
-    // A machine with mistakes may lack the element.
+    // If the machine has mistakes, it may lack the element.
     let is_whole = problems.is_empty();
     let Some(entry) = root.get(TOLERANCE) else { return found };
     let Some(table) = problems.table(&entry.node, TOLERANCE, format!("write [{TOLERANCE}]")) else {

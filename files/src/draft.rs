@@ -19,10 +19,10 @@ use super::read::join;
 use super::source::{self, OVERRIDE, Origin, Source, Sources};
 use super::tree::{Entry, Node, Table, Value, entry_mut, from_table, from_value};
 
-/// Machine files are a few kilobytes; a larger file is of another kind.
+/// Largest size of a file, bytes. Machine files are a few kilobytes; a larger file is of another kind.
 const LARGEST_FILE: u64 = 16 << 20;
 
-/// Every whole number below this has its own float.
+/// Floating-point numbers represent every integer below this.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
 /// Largest number of files that build on each other.
@@ -183,7 +183,7 @@ impl Draft {
         problems.into_error(self.sources.clone())
     }
 
-    /// Puts a node at a dotted path. Creates tables on the way, but not elements.
+    /// Inserts a node at a dotted path. Creates tables on the way, but not elements.
     fn place(&mut self, path: &str, at: &Origin, node: Node) -> Result<(), FormatError> {
         let segments: Vec<&str> = match path.split_once('.') {
             Some((TOLERANCE, rest)) => vec![TOLERANCE, rest.trim_matches('"')],
@@ -241,7 +241,7 @@ impl Draft {
         Ok(())
     }
 
-    /// The first key of a table that holds a single value.
+    /// The first key of a table whose value is a number.
     fn first_key(&self, way: &[&str]) -> String {
         let mut table = Some(&self.root);
         for name in way {
@@ -254,7 +254,7 @@ impl Draft {
         keys.map(|(key, _)| key.clone()).next().unwrap_or_else(|| "KEY".into())
     }
 
-    /// The dotted path of an element's key in the file, if `end` is the end of exactly one.
+    /// The dotted path of an element's key in the file, if exactly one path ends in `end`.
     fn path_of(&self, end: &str) -> Option<String> {
         let mut found = Vec::new();
         for element in ELEMENTS {

@@ -1,4 +1,4 @@
-//! Settings that turn one scenario into another, and a user's file with settings in it, comments kept.
+//! Settings that turn one scenario into another, and a user's file with settings applied, comments kept.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -74,8 +74,8 @@ impl Document {
         Some(document.to_string())
     }
 
-    /// Writes each list of another file, or of a `--set`, that one of `keys` leads into: an entry alone
-    /// cannot be written over that of a base machine.
+    /// Copies each list of another file, or of a `--set`, that contains an entry of `keys` into this file. A
+    /// single entry cannot override that of a base machine.
     pub(super) fn own_lists<'k>(&self, document: &mut DocumentMut, keys: impl Iterator<Item = &'k str>) {
         let draft = self.draft();
         for key in keys {
@@ -89,7 +89,7 @@ impl Document {
                 continue;
             };
             if let Ok(written) = draft.sources.0[origin.source].text[origin.span.clone()].parse::<Value>() {
-                // A path that is not a table is refused where its entry is set.
+                // If the path is not a table, setting the entry reports it.
                 let _ = set(document, way, written);
             }
         }
@@ -127,8 +127,8 @@ pub(super) fn value_mut<'d>(document: &'d mut DocumentMut, key: &str) -> Option<
     }
 }
 
-/// Sets a value, in the place and with the comments of the one that it replaces. The error names the part of
-/// its path that is not a table.
+/// Sets a value, in the place of the old value and with its comments. The error names the part of the path
+/// that is not a table.
 pub(super) fn set<'k>(document: &mut DocumentMut, key: &'k str, mut value: Value) -> Result<(), &'k str> {
     if let Some(old) = value_mut(document, key) {
         *value.decor_mut() = old.decor().clone();

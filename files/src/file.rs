@@ -33,8 +33,8 @@ pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     })
 }
 
-/// Advice for a file that does not exist: another of its kind in the same folder may be meant, or the
-/// one of its name with another ending.
+/// Advice for a file that does not exist. It names a file in the same folder with a similar name and the same
+/// ending, or with the same name and another ending.
 pub(super) fn remedy_of_missing(path: &Path) -> String {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let others: Vec<PathBuf> = (std::fs::read_dir(folder).into_iter().flatten().flatten())

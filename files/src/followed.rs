@@ -21,7 +21,7 @@ pub fn followed_by(signal: &SignalName) -> Option<&str> {
     (signal.quantity == Quantity::Reference).then(|| name.strip_prefix("controllers.").unwrap_or(name))
 }
 
-/// The signal under its own name: `bodies.` may stand before that of a body.
+/// The signal without `bodies.` before the name of a body.
 pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
     match signal.element.strip_prefix("bodies.") {
         Some(body) if machine.bodies.contains_key(body) => SignalName::new(body, signal.quantity),
@@ -29,9 +29,9 @@ pub(crate) fn plain(signal: SignalName, machine: &Machine) -> SignalName {
     }
 }
 
-/// Names as commands the columns that hold the command of a drive without saying so. These are the position
-/// of an imposed body, and the current of a motor on a current. Where another column holds the command, they
-/// are measurements.
+/// Marks columns that hold the command of a drive under another name as commands. These are the position of
+/// an imposed body, and the current of a current-driven motor. If another column holds the command, they
+/// remain measurements.
 pub(crate) fn name_commands(columns: &mut IndexMap<String, Column>, scenario: &Scenario) {
     let machine = &scenario.machine;
     for (i, (drive, actuator)) in machine.actuators.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Gaps along feeds, each computed once: variants of a file mostly keep its shapes.
+//! Gaps along feeds, each computed once, because most variants of a file keep its shapes.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use feeler_geometry::{Feed, GeometryError, Placement, Shape, Touching};
 use feeler_plant::description::Profile;
 
-/// A tip that is fed along a workpiece: all that its gap depends on.
+/// A tip that is fed along a workpiece: everything on which its gap depends.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Travel {
     pub(crate) tip: (Shape, Placement),
@@ -46,7 +46,7 @@ impl Gaps {
         Ok(gap)
     }
 
-    /// Each entry is whole, even if a holder of the lock has failed.
+    /// Each entry is complete, even if a holder of the lock has failed.
     fn known(&self) -> MutexGuard<'_, Known> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -71,7 +71,7 @@ mod tests {
     fn truth_a_gap_is_computed_anew_only_if_a_shape_changes() {
         let gaps = Gaps::default();
         let first = gaps.of("tool", travel(0.01)).unwrap();
-        // Over the crown of a ball of 50 mm at 100 mm, a ball of 10 mm travels 40 mm.
+        // A ball of 10 mm moves over the top of a ball of 50 mm at 100 mm, after a travel of 40 mm.
         assert!((first.at(0.5).0 - 0.04).abs() <= 1e-6, "{:?}", first.at(0.5));
         assert!(Arc::ptr_eq(&first, &gaps.clone().of("tool", travel(0.01)).unwrap()));
         let larger = gaps.of("tool", travel(0.02)).unwrap();

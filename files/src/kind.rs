@@ -17,9 +17,9 @@ use super::tree::Table;
 /// The kinds of TOML file that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileKind {
-    /// A machine, or a scenario that builds on one.
+    /// A machine, or a scenario based on one.
     Scenario,
-    /// An arm of a URDF.
+    /// An arm with a URDF.
     Arm,
     /// A sweep over keys of a scenario.
     Sweep,
@@ -123,7 +123,7 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
     is_table_of_numbers(text).then(|| ("this is a table of numbers (CSV)", RECORD.into()))
 }
 
-/// Sorts that their names show before their first bytes do.
+/// File formats that the ending of the name shows more reliably than the first bytes.
 const OF_ENDINGS: [(&str, &str, &str); 9] = [
     ("csv", "this is a table of numbers (CSV)", RECORD),
     ("tsv", "this is a table of numbers", RECORD),
@@ -145,7 +145,7 @@ fn of_urdf(path: &Path) -> String {
     format!("`feeler new arm --urdf {name} --out arm.toml` writes an arm file with its joints: name that")
 }
 
-/// A header and rows of as many numbers.
+/// Whether a text has a header and rows with as many numbers.
 fn is_table_of_numbers(text: &str) -> bool {
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let (Some(header), Some(row)) = (lines.next(), lines.next()) else { return false };

@@ -1,5 +1,5 @@
-//! The numbers of a file that can be changed, and the file with some of them changed: comments, order and
-//! units stay.
+//! The numbers of a file that can be changed, and the file with some numbers changed: comments, order and
+//! units are kept.
 
 use toml_edit::{DocumentMut, Value as Toml};
 
@@ -15,16 +15,16 @@ use super::units;
 
 /// Significant digits of numbers that are written into a file.
 const DIGITS: usize = 6;
-/// Entries of the longest list whose numbers are changed one by one; more are data.
+/// Largest number of entries of a list whose numbers can be changed one by one; a longer list is data.
 const MOST_LISTED: usize = 64;
 
 /// A number of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     pub key: String,
-    /// Its value, SI.
+    /// Value of the number, SI.
     pub value: f64,
-    /// Its SI unit; empty if it has none.
+    /// SI unit of the number; empty if it has none.
     pub unit: String,
 }
 
@@ -87,8 +87,8 @@ impl Document {
         found
     }
 
-    /// The text of the file with some numbers changed. A number with a unit keeps its unit. A number of the
-    /// base machine gets a key in this file, which overrides it; of a list, the whole list does.
+    /// The text of the file with some numbers changed. A number with a unit keeps the unit. A number of the
+    /// base machine gets a key in this file, which overrides it; a list is overridden as a whole.
     ///
     /// # Errors
     /// A path that leads through something other than tables and lists.
@@ -188,7 +188,8 @@ coulomb-friction = { level = 3.0 } # guessed
         assert!(with_numbers(text, &[edit("machine.x.y", 1.0)]).is_err());
     }
 
-    /// Entries keep unit and place. A list of the base machine, or of a `--set`, is written as a whole.
+    /// Entries keep their units and places. A list of the base machine, or of a `--set`, is written as a
+    /// whole.
     #[test]
     fn truth_entries_of_lists_are_numbers_too() {
         let folder = tempfile::tempdir().unwrap();

@@ -77,7 +77,7 @@ impl Problems {
         self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
     }
 
-    /// The table that a node is; another value is a mistake with this remedy.
+    /// The table of a node; any other value is a mistake with this remedy.
     pub(crate) fn table<'n>(
         &mut self,
         node: &'n Node,
@@ -144,7 +144,7 @@ impl Problems {
     }
 }
 
-/// The error of a file that cannot be read at all.
+/// The error for a file that cannot be read at all.
 pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatError {
     let remedy = remedy.to_owned();
     let problem = Located {

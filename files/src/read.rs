@@ -64,7 +64,7 @@ impl Reader<'_> {
         }
         let known: Vec<_> = match chosen {
             Some(None) => shape.all_keys().collect(),
-            // A message lists the first of them: what this variant has, before what all have.
+            // A message lists only the first keys, so those of this variant come before the common ones.
             Some(Some(variant)) => variant.keys.iter().chain(shape.keys).collect(),
             None => keys.clone(),
         };
@@ -73,7 +73,7 @@ impl Reader<'_> {
             let path = join(path, key.name);
             let field = match table.get(key.name) {
                 Some(entry) => self.field(key, &entry.node, &path),
-                // A key with a wrong name has been recorded, and is not reported as missing, too.
+                // A misspelt key has been recorded, so it is not reported as missing too.
                 None if key.absent == Absent::Required && misspelt.contains(&key.name) => None,
                 None => self.absent(key, at, &path),
             };
@@ -94,7 +94,7 @@ impl Reader<'_> {
     ) -> Option<&'static Variant> {
         let names = || choice.variants.iter().map(|variant| variant.name);
         if choice.key.is_empty() {
-            // The present key decides.
+            // The key that is present selects the variant.
             let found: Vec<_> =
                 choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
             if let [one] = found.as_slice() {
@@ -137,7 +137,7 @@ impl Reader<'_> {
         found
     }
 
-    /// Records the keys that do not exist, and returns those that they may stand for.
+    /// Records the keys that do not exist, and returns the keys that they probably mean.
     fn unknown(
         &mut self,
         shape: &'static Keys,

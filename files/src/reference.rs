@@ -1,4 +1,4 @@
-//! The manual of the file formats, generated from the declarations. A test compares and renews it.
+//! The manual of the file formats, generated from the declarations. A test compares and updates it.
 
 mod prose;
 
@@ -250,7 +250,7 @@ fn nested(text: &mut String, shape: &Keys) {
     }
 }
 
-/// A table within a table, and the tables within that. A shape is described once and then only named.
+/// A table within a table, and the tables within that one. Each shape is described once and named afterwards.
 fn inner_table(
     text: &mut String,
     name: &str,

@@ -37,7 +37,7 @@ fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> Strin
         let remedy = [Level::HELP.message(problem.remedy.as_str())];
         return renderer.render(&[group.elements(remedy)]);
     };
-    // Only the lines of the span are passed: a report on a large file is as fast as on a small one.
+    // Only the lines of the span are rendered, so a report on a large file is as fast as one on a small file.
     let (first, excerpt, span) = excerpt(source, problem);
     let annotation = AnnotationKind::Primary.span(span);
     let snippet =

@@ -20,7 +20,7 @@ pub(crate) const OVERRIDE: &str = "--set";
 pub(crate) struct Source {
     pub(crate) name: String,
     pub(crate) text: Arc<str>,
-    /// Folder of its relative file names.
+    /// Folder for relative file names in this text.
     pub(crate) directory: PathBuf,
 }
 
@@ -40,8 +40,7 @@ impl Sources {
     }
 }
 
-/// A file that another one names, by the shortest path: `a/../b` is `b`, unless `a` is a link to another
-/// place.
+/// Path of a file that another one names, as short as possible: `a/../b` becomes `b`, unless `a` is a link.
 pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
     let path = directory.join(name);
     let mut short = PathBuf::new();
@@ -59,7 +58,7 @@ pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
     if is_same { short } else { path }
 }
 
-/// Finds lines and columns. Places in the order of the text cost one pass through it, whatever their number.
+/// Finds lines and columns. If places come in the order of the text, any number of them costs one pass.
 #[derive(Debug)]
 pub(crate) struct Cursor<'a> {
     sources: &'a Sources,
@@ -67,7 +66,7 @@ pub(crate) struct Cursor<'a> {
     at: usize,
     line: usize,
     column: usize,
-    /// Bytes walked over so far.
+    /// Number of bytes already passed.
     walked: usize,
 }
 

@@ -35,7 +35,7 @@ pub(crate) struct Entry {
 pub(crate) type Table = IndexMap<String, Entry>;
 
 impl Value {
-    /// Its type, with an article.
+    /// Type of the value, with an article.
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Text(_) => "a text",
@@ -78,12 +78,13 @@ pub(crate) fn from_table(table: &DeTable<'_>, source: usize) -> Table {
     table.iter().map(entry).collect()
 }
 
-/// The tree of a parsed value. The parser bounds the depth of its input, and with it the recursion here.
+/// The tree of a parsed value. The parser limits the depth of its input, and so the recursion here.
 pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     let origin = Origin { source, span: value.span() };
     let value = match value.get_ref() {
         DeValue::String(text) => Value::Text(text.to_string()),
-        // An integer outside every key's range is still a number: as a float it violates the key's own bound.
+        // An integer outside the range of every key is still a number: as a float it violates the key's
+        // bound.
         DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
             .map_or(Value::Float(f64::INFINITY), Value::Integer),
         DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
@@ -96,7 +97,7 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
 }
 
 impl Node {
-    /// Changes its place and those of all that it contains.
+    /// Changes the places of a node and of all that it contains.
     pub(crate) fn replace(&mut self, change: &impl Fn(&mut Origin)) {
         change(&mut self.origin);
         match &mut self.value {

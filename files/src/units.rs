@@ -13,7 +13,7 @@ use bases::{Bases, describe, nearest, symbol_bases};
 /// Why a text is not a quantity of the requested dimension.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(crate) enum UnitError {
-    /// It does not begin with a number.
+    /// The text does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber { text: String },
     /// A number alone, where a unit is needed.
@@ -23,15 +23,15 @@ pub(crate) enum UnitError {
     #[error("`{text}` has a decimal comma")]
     DecimalComma {
         text: String,
-        /// The same with a point.
+        /// The text with a decimal point.
         meant: String,
     },
-    /// A symbol that is not a unit.
+    /// The symbol is not a unit.
     #[error("`{symbol}` is not a unit")]
     UnknownUnit {
         /// The text that was written.
         symbol: String,
-        /// The unit most like it.
+        /// The most similar unit.
         nearest: Option<String>,
     },
     /// Two slashes, an unclosed parenthesis, a denominator of several factors.
@@ -42,7 +42,7 @@ pub(crate) enum UnitError {
         /// The mistake in words.
         why: &'static str,
     },
-    /// A unit of another dimension.
+    /// The unit has another dimension.
     #[error("`{text}` is {given}")]
     WrongDimension {
         text: String,
@@ -72,8 +72,8 @@ pub(crate) fn parse(text: &str, dim: Dimension, rotational: bool) -> Result<f64,
     Err(UnitError::WrongDimension { text: text.into(), given })
 }
 
-/// Division by a power of ten is correctly rounded and multiplication by its inverse is not: `"5 mm"` is
-/// exactly 0.005.
+/// Division by a power of ten is correctly rounded, multiplication by its inverse is not. With division `"5
+/// mm"` is exactly 0.005.
 fn scaled(number: f64, factor: f64) -> f64 {
     let inverse = (1.0 / factor).round();
     if factor < 1.0 && (inverse * factor - 1.0).abs() < 4.0 * f64::EPSILON {
@@ -161,7 +161,7 @@ fn apply(part: &str, side: f64, factor: &mut f64, bases: &mut Bases) -> Result<(
     let (symbol, power) = power(part).ok_or_else(unknown)?;
     let (scale, base) = symbol_bases(symbol).ok_or_else(unknown)?;
     let power = side * power;
-    // powf is not correctly rounded, powi of a power of ten nearly always is.
+    // `powf` is not correctly rounded; `powi` of a power of ten nearly always is.
     *factor *= if same_exponent(power, power.round()) {
         scale.powi(power.round() as i32)
     } else {

@@ -19,8 +19,8 @@ pub use driven::{Commands, driven_to_toml, samples_csv};
 
 /// The file of a scenario; reading it gives exactly the same scenario.
 ///
-/// A controller's data from its machine (the mass that its approach moves) are not written: the reader
-/// computes them from the machine.
+/// The mass that a controller's approach moves is not written, because the reader computes it from the
+/// machine.
 pub fn to_toml(scenario: &Scenario) -> String {
     let mut writer = Writer::default();
     writer.machine(&scenario.machine);
@@ -52,7 +52,7 @@ struct Writer {
     text: String,
 }
 
-/// A number such that reading it gives the same bits.
+/// A number as text that is read back with the same bits.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
@@ -61,7 +61,7 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// A key, in quotes where it needs them.
+/// A key, in quotes if necessary.
 fn key(name: &str) -> String {
     let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     if bare { name.to_owned() } else { quoted(name) }

@@ -17,7 +17,7 @@ impl Builder<'_> {
         self.effects_on(item, host, Dimension::FORCE)
     }
 
-    /// The same for an actuator with this dimension of its command.
+    /// The effects of an element; `command` is the dimension of an actuator's command.
     pub(super) fn effects_on(
         &mut self,
         item: Item<'_>,
@@ -34,7 +34,8 @@ impl Builder<'_> {
             .collect()
     }
 
-    /// One effect on an element with the library's kind `host`; `command` is that of an actuator.
+    /// One effect on an element with the library's kind `host`; `command` is the dimension of an actuator's
+    /// command.
     pub(crate) fn effect(
         &mut self,
         kind: &str,
@@ -73,7 +74,7 @@ impl Builder<'_> {
         for parameter in definition.parameters {
             let mut parameter = *parameter;
             parameter.dimension = definition.dimension_of(&parameter, command);
-            // In a law `k d^n` the exponent stands first.
+            // In a law `k d^n` the exponent is the first parameter.
             if let (true, Some(Some(exponent))) = (parameter.dimension.any_length, values.first()) {
                 parameter.dimension = Dimension::power_stiffness(*exponent);
             }

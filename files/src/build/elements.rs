@@ -43,7 +43,7 @@ impl Builder<'_> {
         let mut spring = Spring::read(&fields)?;
         let host = if spring.rigid { HostKind::RigidSpring } else { HostKind::Spring };
         if spring.rigid {
-            // `rigid` overrides values from another file or a setting; in the same place they contradict.
+            // `rigid` overrides values from another file or a setting. In the same file it contradicts them.
             let here = item.table.get(Spring::RIGID.key.name).map(|entry| entry.node.origin.source);
             for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
                 let key = field.key.name;

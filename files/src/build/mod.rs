@@ -30,7 +30,7 @@ pub(crate) struct Builder<'a> {
     axis: Axis,
 }
 
-/// One element of a table as in the file.
+/// One element of a table, as in the file.
 #[derive(Clone, Copy)]
 struct Item<'t> {
     element: &'static Element,
@@ -44,12 +44,12 @@ impl Item<'_> {
         format!("{}.{}", self.element.table, self.name)
     }
 
-    /// Dotted path of one of its keys.
+    /// Dotted path of a key of the element.
     fn key(&self, key: &str) -> String {
         format!("{}.{}.{key}", self.element.table, self.name)
     }
 
-    /// Place of one of its keys; its own if the key is absent.
+    /// Place of a key of the element; the element's own place if the key is absent.
     fn place(&self, key: &str) -> &Origin {
         self.table.get(key).map_or(self.at, |entry| &entry.node.origin)
     }

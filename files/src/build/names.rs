@@ -11,7 +11,7 @@ use crate::tree::Table;
 /// Tables whose elements all have a `force`.
 const FORCEFUL: [&str; 3] = ["springs", "contacts", "actuators"];
 
-/// Longer names are a mistake.
+/// Largest number of characters of a name.
 const LONGEST_NAME: usize = 64;
 
 pub(crate) fn check(root: &Table, problems: &mut Problems) {

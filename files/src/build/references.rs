@@ -14,7 +14,7 @@ use crate::tree::node_at;
 
 /// Largest number of samples of a reference file.
 const MOST_SAMPLES: usize = 20_000_000;
-/// Size of the largest one in bytes: 50 for each sample.
+/// Largest size of a reference file in bytes: 50 for each sample.
 const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {

@@ -23,14 +23,15 @@ const MOST_SAMPLES: f64 = 2e8;
 /// Largest number of cycles of the fastest vibration: contacts may open and close in each, and every such
 /// event is located.
 const MOST_CYCLES: f64 = 1e8;
-/// A shorter period is a mistake of the period and not of the duration; the same holds for vibrations.
+/// Shortest ordinary period. If a run has too many samples or vibrations, a shorter period is reported as the
+/// mistake; otherwise the duration is.
 const ORDINARY_S: f64 = 1e-5;
 /// Largest number of bodies: every mode has matrices of twice as many rows, and their exponentials cost the
 /// cube of that.
 const MOST_BODIES: usize = 256;
-/// Highest rate of a record: a row takes about a microsecond, and ten milliseconds then take a second.
+/// Highest rate of a record. A row takes about a microsecond, so ten simulated milliseconds take a second.
 const MOST_RATE_HZ: f64 = 1e8;
-/// Most rows of a record.
+/// Largest number of rows of a record.
 const MOST_ROWS: f64 = 1e7;
 /// Largest number of values in a record: 0.8 GB.
 const MOST_VALUES: f64 = 1e8;
@@ -127,7 +128,7 @@ impl Builder<'_> {
                     );
                 }
             } else if self.has_bad_surface(machine, &signal) {
-                // The surface is the mistake, and has been reported.
+                // The mistake is in the surface, and has been reported.
             } else if let Err(problem) = resolve(machine, &signal) {
                 self.problems.add(&item.origin, key.as_str(), problem.message, problem.remedy);
             }
@@ -284,7 +285,7 @@ impl Builder<'_> {
     }
 }
 
-/// Four digits.
+/// A number with about four significant digits.
 fn rounded(value: f64) -> String {
     if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }

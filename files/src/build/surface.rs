@@ -18,7 +18,7 @@ use crate::keys::surface::{
 use crate::tree::{locate, node_at};
 
 impl Builder<'_> {
-    /// The gap of a contact over time; `None` if it has no such keys, or if they have mistakes.
+    /// The gap of a contact over time; `None` if the contact has no such keys, or if they have mistakes.
     pub(super) fn gap(&mut self, item: Item<'_>, fields: &Contents, sound: bool) -> Option<Arc<Profile>> {
         let surface = fields.table(&SURFACE);
         let profile = fields.table(&PROFILE);

@@ -54,7 +54,7 @@ words!(LogClock {
 /// A column of every file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its signal in the machine.
+    /// Signal of the column in the machine.
     pub signal: SignalName,
     /// Time for which a command is held between controller samples.
     pub hold_s: Option<f64>,
@@ -62,11 +62,11 @@ pub struct Column {
     pub noise: Option<f64>,
     /// Resolution in the signal's own unit, if known.
     pub resolution: Option<f64>,
-    /// Its number in the files, from one, in place of its name.
+    /// Number of the column in the files, from one, in place of a name.
     pub number: Option<usize>,
     /// Factor on the numbers in the files, including their unit.
     pub scale: f64,
-    /// Offset added after that, in the signal's own unit.
+    /// Offset that is added after scaling, in the signal's own unit.
     pub offset: f64,
 }
 
@@ -87,9 +87,9 @@ impl Column {
 pub struct Experiment {
     /// The log, relative to the dataset.
     pub file: PathBuf,
-    /// Overrides the engagement of the machine's contacts.
+    /// Engagement that replaces that of the machine's contacts.
     pub engagement: Option<Engagement>,
-    /// Its use; by default the diagnosis splits the experiments.
+    /// Use of the experiment; by default the diagnosis splits the experiments.
     pub role: Option<Role>,
     /// Experiments with the same name are repetitions of each other.
     pub repeat: Option<String>,
@@ -98,9 +98,9 @@ pub struct Experiment {
 /// Use of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
-    /// It is fitted.
+    /// The experiment is fitted.
     Fit,
-    /// It is scored, never fitted.
+    /// The experiment is scored, never fitted.
     Check,
 }
 
@@ -116,7 +116,7 @@ pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "its signal in t
 pub(crate) const UNIT: Key =
     optional("unit", Kind::Text, "unit of the numbers in the file; if absent, the SI unit of the signal");
 
-/// Everything except signal and unit, on which the others depend.
+/// All keys except signal and unit, on which these keys depend.
 impl Record for Column {
     const FIELDS: &'static [Field<Self>] = &[
         field!(
@@ -153,7 +153,7 @@ pub(crate) static COLUMN: Keys =
 pub(crate) const FILE: Key =
     required("file", Kind::Text, "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy");
 
-/// Everything except the file, whose path is relative to the dataset.
+/// All keys except the file, whose path is relative to the dataset.
 impl Record for Experiment {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Experiment: engagement,

@@ -23,11 +23,11 @@ pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 #[derive(Debug)]
 pub(crate) struct Element {
     pub(crate) table: &'static str,
-    /// One of them.
+    /// Word for a single element.
     pub(crate) singular: &'static str,
     pub(crate) text: &'static str,
     pub(crate) shape: Keys,
-    /// Its kinds in the effects library; some depend on the element's own keys.
+    /// Kinds of the element in the effects library; some depend on the element's own keys.
     pub(crate) hosts: &'static [HostKind],
 }
 

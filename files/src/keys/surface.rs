@@ -12,7 +12,7 @@ const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
 /// The key of every file of a surface.
 pub(crate) const FILE: &str = "file";
 
-/// A shape that a file holds.
+/// A shape in a file.
 #[derive(Debug)]
 pub(crate) enum ShapeFile {
     Hull { file: String, scale_m: f64 },
@@ -62,7 +62,7 @@ const NUMBERED: [Variant; Shape::FORMS.len()] = variants(Shape::FORMS);
 const FILED: [Variant; ShapeFile::FORMS.len()] = variants(ShapeFile::FORMS);
 const ALL: [Variant; NUMBERED.len() + FILED.len()] = chained(&NUMBERED, &FILED);
 
-/// The shapes that there are.
+/// All shapes.
 pub(crate) const SHAPES: Choice =
     Choice { key: "shape", default: None, text: "the shape, centred on its position", variants: &ALL };
 

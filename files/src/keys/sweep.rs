@@ -23,12 +23,12 @@ pub(crate) const SEED: Key =
 
 /// The table of the axes.
 pub(crate) const AXES: &str = "axes";
-/// The table of what is kept.
+/// The table of the data to keep.
 pub(crate) const KEEP_TABLE: &str = "keep";
 /// The table of the refinement.
 pub(crate) const REFINE_TABLE: &str = "refine";
 
-/// The top of a sweep file; its tables stand by themselves.
+/// The top of a sweep file; its tables are separate.
 pub(crate) static SWEEP: Keys =
     Keys { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
 

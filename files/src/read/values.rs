@@ -11,7 +11,7 @@ use super::Reader;
 use crate::tree::{Node, Value};
 use crate::units::{self, UnitError};
 
-/// Largest value in SI that this software accepts.
+/// Largest accepted value, SI.
 const LARGEST: f64 = 1e15;
 
 /// Largest number of entries of a list in a file.
@@ -151,7 +151,7 @@ impl Reader<'_> {
         let [low, high] = items else { return self.mistyped(node, "a list of two numbers", path) };
         let ends = (self.quantity(low, unit, Bound::Any, path), self.quantity(high, unit, Bound::Any, path));
         let (Some(low), Some(high)) = ends else { return None };
-        // A sweep may run downwards; a band may not, and it has no negative frequencies.
+        // A sweep may be descending. A band may not, and it has no negative frequencies.
         if unit != Unit::Swept && (low >= high || low < 0.0) {
             let remedy = "write the lower frequency first, at or above zero";
             self.problems.add(&node.origin, path, format!("a band from {low} to {high} is empty"), remedy);
@@ -212,8 +212,8 @@ impl Reader<'_> {
     }
 }
 
-/// Advice for a number beyond its bound. It mentions a wrong sign before the limits of size, which
-/// may be far from those of any machine.
+/// Advice for a number out of bounds. A wrong sign is mentioned before limits of size, because these may be
+/// far from the values of any machine.
 fn remedy(bound: Bound, value: f64) -> String {
     const TINY: f64 = 1e-6;
     if !value.is_finite() {

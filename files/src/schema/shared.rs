@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use serde_json::{Map, Value, json};
 
-/// Shorter parts are not worth a reference.
+/// Smallest length of a part that is worth a reference, characters.
 const LEAST_LETTERS: usize = 60;
 
-/// The same schema, with a definition for each part that occurs several times.
+/// A schema with a definition for each part that occurs several times.
 pub(super) fn defined_once(schema: &Value) -> Value {
     let mut parts = Parts::default();
     parts.count(schema);
@@ -20,7 +20,7 @@ pub(super) fn defined_once(schema: &Value) -> Value {
 
 #[derive(Default)]
 struct Parts {
-    /// Number of places of each part, by its text. Those inside a repeated part count once.
+    /// Number of occurrences of each part, by its text. Occurrences inside a repeated part count once.
     uses: HashMap<String, usize>,
     /// Names of the definitions, by the text of the part.
     names: HashMap<String, String>,
@@ -76,7 +76,7 @@ impl Parts {
     }
 }
 
-/// Whether a value is a schema, and not a map from keys to schemas: those hold no lists and no texts.
+/// Whether a value is a schema, and not a map from keys to schemas, which holds no lists and no texts.
 fn is_schema(value: &Value) -> bool {
     let holds = |key: &str| value.get(key).is_some_and(|inner| inner.is_array() || inner.is_string());
     ["type", "anyOf", "oneOf"].iter().any(|key| holds(key))

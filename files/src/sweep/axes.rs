@@ -36,7 +36,7 @@ impl SweepAxis {
         }
     }
 
-    /// The value at `share` of the way, from 0 to 1; for a list, the one whose slice contains `share`.
+    /// The value at `share` of the axis, from 0 to 1; for a list, the value whose slice contains `share`.
     pub fn at(&self, share: f64) -> Setting {
         let ratio = |from: f64, to: f64| from * (to / from).powf(share);
         match self {
@@ -61,7 +61,7 @@ impl SweepAxis {
                 Setting::Number(*to)
             }
             Self::Log { from, .. } if index == 0 => Setting::Number(*from),
-            // Weighted sums, so that whole steps between whole ends are whole.
+            // A weighted sum is an integer for integer steps between integer ends.
             Self::Linear { from, to, points } => {
                 let (steps, after) = ((points.max(&2) - 1) as f64, index as f64);
                 Setting::Number((from * (steps - after) + to * after) / steps)
@@ -72,7 +72,7 @@ impl SweepAxis {
     }
 }
 
-/// An axis as read, with its data for refinement.
+/// An axis as read, with data for its refinement.
 #[derive(Clone, Debug)]
 pub(super) struct ReadAxis {
     pub(super) axis: SweepAxis,
@@ -111,7 +111,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
             return None;
         }
     };
-    // An unquoted key is a table of tables.
+    // An unquoted dotted key is read as nested tables.
     if table.values().all(|entry| entry.node.as_table().is_some()) && !table.is_empty() {
         reader.problems.add(
             &entry.key,
@@ -138,7 +138,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
             remedy,
         );
     }
-    // If they are missing or wrong, that has been recorded, and the ends are still tried.
+    // Missing or wrong points are already recorded; the ends are still tried.
     let points = fields.value(&POINTS).unwrap_or(1);
     let axis = match variant {
         "linear" => SweepAxis::Linear { from, to, points },

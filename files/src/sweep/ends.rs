@@ -1,11 +1,10 @@
-//! Tries the ends of each axis on the scenario, so that wrong keys, units and values appear before a thousand
-//! runs.
+//! Tries the ends of each axis on the scenario, so that wrong keys, units and values are reported before a
+//! thousand runs.
 //!
 //! A value that is wrong for the unchanged scenario may be right together with values of other axes. An
-//! example is a level that must stay below another. It is then not a mistake of the file, and wrong
-//! combinations become rows with their errors. The same holds for the end of a range that the ranges of other
-//! axes do not match, if some combination of all is right. A value in a list must be right in some
-//! combination.
+//! example is a level that must stay below another level. Such a value is not a mistake of the file; wrong
+//! combinations become rows with their errors. The same applies to the end of a range if some combination of
+//! all axes is right. A value in a list must be right in at least one combination.
 
 use std::path::Path;
 
@@ -27,7 +26,7 @@ use super::unit::unit_of_key;
 const MOST_COMBINATIONS: usize = 1024;
 
 /// Builds the scenario with the ends of each axis, as written, and records mistakes. Returns the unit of each
-/// key; `None` if it cannot be read.
+/// key; `None` if the scenario cannot be read.
 pub(super) fn try_ends(
     axes: &IndexMap<String, ReadAxis>,
     scenario: &Path,
@@ -62,7 +61,7 @@ pub(super) fn try_ends(
     let noted = problems.count();
     let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
     // A value that is wrong only with the ends of other axes becomes a row with its error. It is a mistake if
-    // it is in a list or no combination is right.
+    // it is in a list, or if no combination is right.
     if problems.count() > noted || doubtful.is_empty() {
         return Some(units);
     }
@@ -82,7 +81,7 @@ fn units(axes: &IndexMap<String, ReadAxis>, scenario: &Scenario) -> IndexMap<Str
     axes.keys().map(|key| (key.clone(), unit_of_key(key, scenario))).collect()
 }
 
-/// An axis and its values to try, as written.
+/// An axis and those of its values that are tried, as written.
 struct Tried<'a> {
     key: &'a str,
     entry: &'a Entry,
@@ -112,7 +111,7 @@ struct Doubtful {
     mistake: Mistake,
 }
 
-/// The scenario with some values set; `None` if a value cannot even be set.
+/// The scenario with some values set; `None` if a value cannot be set at all.
 struct Set(Option<Draft>);
 
 impl Set {
@@ -124,9 +123,9 @@ impl Set {
 
 /// The kind of mistake of a value.
 enum Wrong {
-    /// Of the value itself, whatever the others are.
+    /// The value itself is wrong, whatever the others are.
     Own(Vec<Located>),
-    /// Of the value together with the ends of other axes.
+    /// The value is wrong together with the ends of other axes.
     BesideOthers(Vec<Located>),
 }
 
@@ -137,7 +136,7 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The scenario with every combination of the axes' ends, with the axis `own` at a fixed setting.
+    /// The scenario with every combination of the axes' ends. The axis `own` has a fixed setting.
     fn combinations<'b>(&'b self, own: Option<(usize, &'b Setting)>) -> impl Iterator<Item = Set> + 'b {
         let counts = move |i: usize| {
             if own.is_some_and(|(own, _)| own == i) { 1 } else { self.axes[i].ends.len().max(1) }
@@ -168,7 +167,7 @@ impl Trial<'_> {
         for set in self.combinations(Some((own, setting))) {
             match set.build() {
                 Ok(()) => return None,
-                // A value that cannot even be set is a mistake of another axis.
+                // If a value cannot be set at all, another axis has the mistake.
                 Err(found) if found.is_empty() => {}
                 Err(found) if best.as_ref().is_none_or(|best| found.len() < best.len()) => best = Some(found),
                 Err(_) => {}
@@ -218,7 +217,7 @@ impl Trial<'_> {
             };
             tried.push((setting, origin, found));
         }
-        // A mistake with every value is one of the key, and reported once.
+        // A mistake that occurs with every value belongs to the key, and is reported once.
         let always =
             |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
         let of_key = tried

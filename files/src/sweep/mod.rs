@@ -30,7 +30,7 @@ use ends::try_ends;
 
 /// Largest number of axes of a Sobol sequence: one more than the number of polynomials that define it.
 pub const MOST_DIMENSIONS: usize = 21;
-/// Largest number of runs of a sweep. The error for a larger one shows the arithmetic.
+/// Largest number of runs of a sweep. The error for more runs shows how their number follows.
 const MOST_RUNS: f64 = 1e8;
 
 /// Default number of impacts and strobes per run in a bifurcation diagram over a single numerical axis.
@@ -49,7 +49,7 @@ pub struct SweepFile {
     pub axes: IndexMap<String, SweepAxis>,
     /// The SI unit of each key; empty for a pure number.
     pub units: IndexMap<String, String>,
-    /// Choice of the points.
+    /// Sampling method of the points.
     pub sampling: Sampling,
     /// Number of drawn points; for a grid the product of the axes' counts.
     pub samples: u64,
@@ -109,7 +109,7 @@ impl SweepFile {
         let by_axes = if drawn { Sampling::Random } else { Sampling::Grid };
         let sampling = fields.value(&SAMPLING).unwrap_or(by_axes);
         let runs: f64 = axes.values().filter_map(SweepAxis::count).map(|count| count as f64).product();
-        // A list is not an axis of a diagram: each of its values has its own diagrams.
+        // A list is not an axis of a diagram: each of its values has a separate diagram.
         let drawn_over_one = axes.values().filter(|axis| !matches!(axis, SweepAxis::List(_))).count() == 1;
         let tail = if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 };
         let mut kept = Keep { outcome: true, traces: false, tail };

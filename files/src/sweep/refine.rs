@@ -13,10 +13,10 @@ use super::axes::{ReadAxis, SweepAxis};
 const USUAL_LEVELS: u32 = 4;
 const MOST_LEVELS: u32 = 12;
 
-/// Refinement of a grid of one or two axes where neighbours differ.
+/// Refinement of a grid with one or two axes, between neighbours that differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refine {
-    /// Number of bisections of the spacing of each axis, in the order of the file, as its own tolerance
+    /// Number of bisections of the spacing of each axis, in the order of the file, as the axis's tolerance
     /// requires.
     pub levels: [u32; 2],
     /// The property that defines a boundary: the outcome itself, or only whether the force settles.

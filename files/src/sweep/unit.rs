@@ -36,7 +36,7 @@ pub(crate) fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     };
     match unit {
         _ if dimension.is(Dimension::NONE) => String::new(),
-        // A gain over time is not a frequency.
+        // A gain divided by a time is not a frequency.
         Unit::OutputPer(_) if dimension.is(Dimension::FREQUENCY) => "1/s".into(),
         _ => dimension.si_unit(turns).into_owned(),
     }
@@ -48,8 +48,8 @@ fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<String> {
     Some(parameter.dimension.si_unit(turns).into_owned())
 }
 
-/// The unit of a key in a shape, or in a table within it. Of several variants, that of the one with this
-/// name, if any.
+/// The unit of a key in a shape, or in a table within it. If several variants have the key, `variant` selects
+/// one.
 fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
     let (name, rest) = path.split_first()?;
     let chosen =
@@ -57,7 +57,7 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     let of_variant = chosen.and_then(|variant| variant.keys.iter().find(|key| key.name == *name));
     let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
     match (key.kind, rest) {
-        // Entries of lists count from zero; of points the first number is the time.
+        // Entries of lists count from zero. The first number of a point is the time.
         (Kind::Points(_) | Kind::Reference(_), [point, "0"]) if is_place(point) => Some(TIME),
         (Kind::Reference(_), [point, _]) if is_place(point) => Some(Unit::Reference),
         (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), [])
@@ -75,7 +75,7 @@ fn unit(shape: &'static Keys, variant: Option<&str>, path: &[&str]) -> Option<Un
     }
 }
 
-/// Whether a part of a key is the place of an entry in a list.
+/// Whether a part of a key is the index of a list entry.
 fn is_place(part: &str) -> bool {
     part.parse::<usize>().is_ok()
 }
@@ -109,7 +109,7 @@ mod tests {
             .scenario
     }
 
-    /// A gain is a command per newton: a force of a current amplifier, a velocity of a voltage amplifier.
+    /// A gain is a command per newton: a force for a force drive, a velocity for a velocity drive.
     #[test]
     fn regress_a_gain_has_the_unit_that_its_law_and_drive_give_it() {
         let (force, velocity) = (scenario("chatter/sustained.toml"), scenario("paper/rigid-source.toml"));

@@ -58,8 +58,8 @@ impl Bases {
         if !rotational {
             return same_exponent(self.rad, 0.0) && (dim.any_length || same_exponent(self.m, dim.length));
         }
-        // kg m² for each kg. The radian of N m/rad may be omitted, that of an angle may not. An electric unit
-        // is the same with and without radians: V s/rad is N m/A.
+        // On a rotational axis kg stands for kg m². The radian of N m/rad may be omitted, that of an angle
+        // may not. An electric unit may have radians or not: V s/rad is N m/A.
         let angle = same_exponent(self.rad, dim.length - dim.mass) || !same_exponent(dim.current, 0.0);
         let dropped = !same_exponent(dim.mass, 0.0) && same_exponent(self.rad, 0.0);
         same_exponent(self.m, 2.0 * dim.mass) && (dim.any_length || angle || dropped)
@@ -119,13 +119,14 @@ pub(super) fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
             let rest = text.strip_prefix(prefix)?;
             let (_, factor, bases, _) =
                 SYMBOLS.iter().find(|(symbol, _, _, prefixed)| *prefixed && *symbol == rest)?;
-            // 1e3 * 1e-3 of "kg" is exactly 1; so are all others in files.
+            // For "kg" the product 1e3 * 1e-3 is exactly 1; products for all other units in files are exact
+            // too.
             Some((scale * factor, *bases))
         })
     })
 }
 
-/// Names that units have elsewhere.
+/// Units under other names.
 const ELSEWHERE: [(&str, &str); 18] = [
     ("sec", "s"),
     ("secs", "s"),
@@ -147,7 +148,7 @@ const ELSEWHERE: [(&str, &str); 18] = [
     ("Nm", "N m"),
 ];
 
-/// The unit that is most like a symbol.
+/// The unit most similar to a symbol.
 pub(super) fn nearest(symbol: &str) -> Option<String> {
     if let Some((_, unit)) = ELSEWHERE.iter().find(|(name, _)| *name == symbol) {
         return Some((*unit).to_owned());
@@ -158,7 +159,7 @@ pub(super) fn nearest(symbol: &str) -> Option<String> {
         |candidate: &str| strsim::damerau_levenshtein(&symbol.to_lowercase(), &candidate.to_lowercase());
     let (edits, best) =
         known.map(|candidate| (distance(candidate), candidate)).min_by_key(|(edits, _)| *edits)?;
-    // Of a single letter any other is one edit away.
+    // A single letter is one edit away from any other, so it suggests no unit.
     (edits <= 1 && edits < symbol.chars().count()).then(|| best.to_owned())
 }
 

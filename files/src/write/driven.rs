@@ -6,17 +6,17 @@ use feeler_plant::description::Machine;
 
 use super::machine_to_toml;
 
-/// Commands that were recorded.
+/// Recorded commands.
 #[derive(Clone, Debug)]
 pub struct Commands<'a> {
     pub experiment: &'a str,
     /// Time between rows.
     pub spacing_s: f64,
-    /// Each with its drive's index among the actuators, and its name.
+    /// For each column: index of its drive among the actuators, name, and values.
     pub columns: Vec<(usize, &'a str, &'a [f64])>,
 }
 
-/// The file of a machine with these commands, and names and texts of the files that it reads.
+/// The file of a machine with these commands, and the names and texts of the files that it reads.
 pub fn driven_to_toml(machine: &Machine, commands: &Commands<'_>) -> (String, Vec<(String, String)>) {
     let mut text = machine_to_toml(machine);
     let mut files = Vec::new();
@@ -39,7 +39,7 @@ pub fn driven_to_toml(machine: &Machine, commands: &Commands<'_>) -> (String, Ve
     (text, files)
 }
 
-/// Evenly spaced samples in the format of a reference: `t_s,value`, times to the nanosecond.
+/// Evenly spaced samples in the format of a reference: `t_s,value`, with times to the nanosecond.
 pub fn samples_csv(spacing_s: f64, values: &[f64]) -> String {
     let mut text = String::from("t_s,value\n");
     for (k, value) in values.iter().enumerate() {

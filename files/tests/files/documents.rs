@@ -124,8 +124,8 @@ fn truth_the_ends_of_axes_are_tried() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-/// Levels of which one must stay above the other. They go over ranges that overlap, over lists and ranges
-/// that never do, and one that is wrong by itself.
+/// One level must stay above the other. The axes are overlapping ranges, lists and ranges that never overlap,
+/// and a value that is wrong by itself.
 #[test]
 fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_is_right() {
     let refused = |coulomb: &str, at_rest: &str| {
@@ -275,9 +275,9 @@ fn truth_a_tolerance_tells_how_often_spacings_are_halved() {
         (kp(", tolerance = \"2 %\"") + "[refine]\n", [6, 4]),
         // 30 kN/m / 2 kN/m = 15.
         (wall(", tolerance = \"2 kN/m\"") + "[refine]\n", [4, 4]),
-        // Each axis has its own.
+        // Each axis has its own tolerance.
         (kp(", tolerance = 0.02") + &wall(", tolerance = \"2 N/mm\"") + "[refine]\n", [6, 4]),
-        // A quarter and a third of an axis to a hundredth.
+        // A spacing of a quarter and of a third of an axis, bisected down to a hundredth.
         (kp("") + &wall("") + "[refine]\ntolerance = 0.01\n", [5, 6]),
         (kp("") + "[refine]\ntolerance = \"12.5 %\"\n", [1, 4]),
         (kp("") + "[refine]\n", [4, 4]),
@@ -379,7 +379,7 @@ fn truth_a_column_may_be_what_a_controller_followed() {
 fn truth_practice_datasets_are_read() {
     let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
     let Ok(cases) = fs::read_dir(&practice) else {
-        // Not by the error macro, whose output a passing test hides.
+        // `eprintln!` would not be shown, because a passing test captures its output.
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", practice.display());
         return;
     };

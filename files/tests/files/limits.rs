@@ -1,4 +1,4 @@
-//! Excessive requests, and files that are not valid text.
+//! Excessive requests, and files that are not valid texts.
 
 use std::time::{Duration, Instant};
 

@@ -9,7 +9,7 @@ use feeler_plant::description::Quantity;
 
 use crate::COMPLETE;
 
-/// Units are powers of ten and their products: a value has an error of a few roundings at most.
+/// Units are powers of ten and their products, so a value has a few rounding errors at most.
 const ROUNDING: f64 = 1e-15;
 
 fn close(a: f64, b: f64) -> bool {
@@ -81,7 +81,7 @@ fn truth_an_override_of_what_does_not_exist_names_the_nearest() {
 fn truth_practice_machines_are_read() {
     let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
     let Ok(cases) = std::fs::read_dir(&practice) else {
-        // Not by the error macro, whose output a passing test hides.
+        // `eprintln!` would not be shown, because a passing test captures its output.
         let _ = writeln!(std::io::stderr(), "skipped: {} is absent", practice.display());
         return;
     };

@@ -271,7 +271,7 @@ fn truth_an_input_of_a_servo_needs_one_servo_on_its_bodies() {
     assert!(limited[0].key == "actuators.speed.limit", "{limited:?}");
 }
 
-/// An effect on a command has the unit of the command, and the power of a stiffness is that of its law.
+/// An effect on a command has the unit of the command. The unit of a stiffness has the power of its law.
 #[test]
 fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
     let of = |actuator: &str, effect: &str| {
@@ -281,7 +281,7 @@ fn regress_units_of_effects_are_those_of_the_command_and_of_the_law() {
         ))
     };
     let servo = "kind = \"position-servo\"\nkp = 100.0";
-    // The voltage of a motor is not a force at once: only its current takes noise.
+    // The voltage of a motor is not proportional to force at every instant, so only a current accepts noise.
     let motor = "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 1.0\ntorque_constant = 1.0";
     let noise = |sigma: &str| format!("actuators.drive.effects.command-noise]\nsigma = \"{sigma}\"");
     for (actuator, sigma, wrong) in

@@ -39,7 +39,7 @@ fn admits(schema: &Value, value: &Value) -> bool {
     meets(schema, schema, value)
 }
 
-/// The same for a part of the schema `root`, which holds the definitions.
+/// Whether a value meets a part of the schema `root`, which holds the definitions.
 fn meets(root: &Value, schema: &Value, value: &Value) -> bool {
     let admits = |schema: &Value, value: &Value| meets(root, schema, value);
     let Some(rules) = schema.as_object() else { return schema.as_bool().unwrap() };
@@ -168,7 +168,7 @@ fn truth_the_schema_refuses_what_the_reader_refuses() {
     assert!(!admits(&schema, &overlay(json!({ "controllers": { "c": { "law": "none" } } }))), "no such law");
 }
 
-/// Once each was written in full wherever it held: a megabyte without a reference.
+/// Once every part was written in full wherever it occurred, which took a megabyte.
 #[test]
 fn regress_what_a_schema_repeats_is_defined_once() {
     for (schema, most) in [(schema(), 250_000), (cell_schema(), 150_000)] {

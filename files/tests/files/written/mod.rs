@@ -206,7 +206,7 @@ prop_compose! {
         scenario.run.seed = seed;
         scenario.run.integrator = integrator;
         if integrator == Integrator::External && rotational {
-            // Rapier cannot follow more than a part of a turn in one step.
+            // Rapier cannot follow a rotation of more than a part of a turn per step.
             let most = 0.5 / scenario.run.step_s;
             scenario.machine.bodies[0].velocity_m_per_s = velocity.clamp(-most, most);
         }

@@ -374,7 +374,7 @@ mod tests {
         }
     }
 
-    /// Lines written by hand fit a terminal; clap breaks longer ones anywhere.
+    /// Hand-written lines fit a terminal; clap breaks longer lines anywhere.
     #[test]
     fn truth_examples_fit_a_terminal() {
         fn visit(command: &clap::Command) {
@@ -394,7 +394,7 @@ mod tests {
         command.build();
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/commands.md");
         let committed = std::fs::read_to_string(&path).unwrap_or_default();
-        // The beginning is written by hand.
+        // The beginning of the page is written by hand.
         let beginning = committed.split("\n## ").next().unwrap_or_default();
         let mut text = String::from(beginning);
         sections(&mut command, "feeler", &mut text);

@@ -25,7 +25,7 @@ use terminal::failure::{self, Failure, Result};
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        // Help and version are not failures; the parser knows their streams.
+        // Help and version are not failures; the parser prints them to the right streams.
         Err(error) => {
             let error = with_tip(error);
             let code = if error.use_stderr() { failure::BAD_INPUT } else { failure::DONE };
@@ -39,12 +39,12 @@ fn main() -> ExitCode {
     match std::panic::catch_unwind(|| dispatch(&arguments)) {
         Ok(Ok(())) => ExitCode::from(failure::DONE),
         Ok(Err(failure)) => failure.report(),
-        // The hook has printed what happened and where.
+        // The panic hook has printed the message and the place.
         Err(_) => ExitCode::from(failure::INTERNAL),
     }
 }
 
-/// The parser's error, with a tip if a setting lacks quotes: its rest then looks like further arguments.
+/// The parser's error, with a tip if a setting lacks quotes and its rest was parsed as further arguments.
 fn with_tip(mut error: clap::Error) -> clap::Error {
     let unquoted = match error.get(ContextKind::InvalidArg) {
         Some(ContextValue::String(argument))

@@ -4,10 +4,10 @@ use feeler_diagnosis::Examination;
 use feeler_diagnosis::report::Estimate;
 use feeler_files::{Edit, rounded, with_numbers};
 
-/// Digits of a fitted value: never fewer, and never more. Errors of values that were fitted together cancel,
-/// and a delay that is rounded to whole rows moves every step of a command past a reading.
+/// Smallest and largest number of digits of a fitted value. Errors of values that were fitted together
+/// cancel, and rounding a delay to whole rows would move every command step past a reading.
 const DIGITS: [usize; 2] = [5, 6];
-/// Digits beyond the one that the interval decides.
+/// Number of digits beyond the first uncertain one.
 const SPARE: f64 = 2.0;
 
 /// The changed and added numbers of the believed machine, rounded by their intervals.

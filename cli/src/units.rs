@@ -35,7 +35,7 @@ impl Units {
         if self.force == Dimension::FORCE.named_unit(false) { "force" } else { "torque" }
     }
 
-    /// The unit of a quantity; empty if it depends on more.
+    /// The unit of a quantity; empty if the quantity alone does not determine it.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
         match quantity.dimension() {
             Some(Dimension::LENGTH) => self.position,

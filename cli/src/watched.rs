@@ -5,17 +5,17 @@ use std::time::SystemTime;
 
 use feeler_files::Document;
 
-/// Files, each with the time of its last change and its size; `None` for a file that is not there.
+/// Files, each with the time of its last change and its size; `None` for a missing file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Watched(Vec<(PathBuf, Option<(SystemTime, u64)>)>);
 
 impl Watched {
-    /// A file alone, as it is now.
+    /// A single file in its present state.
     pub(crate) fn file(path: &Path) -> Self {
         Self(vec![(path.to_owned(), changed(path))])
     }
 
-    /// A file and those that it builds on, as they are now.
+    /// A file and its base files in their present state.
     pub(crate) fn of(document: &Document) -> Self {
         Self(document.files().map(|path| (path.to_owned(), changed(path))).collect())
     }
@@ -24,13 +24,14 @@ impl Watched {
         self.0.iter().map(|(path, _)| path.as_path()).eq(document.files())
     }
 
-    /// The same files as they are now.
+    /// The files in their present state.
     pub(crate) fn now(&self) -> Self {
         Self(self.0.iter().map(|(path, _)| (path.clone(), changed(path))).collect())
     }
 }
 
-/// Two changes within one tick of the clock of files rarely leave one size.
+/// Time and size of a file. Two changes within one tick of the file system's clock rarely leave the same
+/// size.
 fn changed(path: &Path) -> Option<(SystemTime, u64)> {
     let file = std::fs::metadata(path).ok()?;
     Some((file.modified().ok()?, file.len()))

@@ -10,7 +10,7 @@ use crate::units::Units;
 
 /// Rates below this are given as a period.
 const SLOW_HZ: f64 = 1.0;
-/// Ends of keys whose doubts keep no tool away: a soft wall, a slow sample, a delay.
+/// Endings of keys whose doubtful values do not prevent contact: a soft wall, a slow sample, a delay.
 const NEAR: [&str; 3] = [".stiffness", ".period", ".delay"];
 
 /// One or two sentences on the outcome of a run.
@@ -95,7 +95,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     }
 }
 
-/// How closely the force follows over the tail of the run, as the end of a sentence.
+/// The tracking error of the force over the tail of the run, as the end of a sentence.
 fn follows(summary: &Summary, units: Units) -> String {
     let found = summary.response.and_then(|response| response.tracking);
     found.map_or_else(String::new, |tracking| {
@@ -115,8 +115,8 @@ pub(crate) fn tracking(summary: &Summary, units: Units) -> Option<(f64, String)>
     Some((found.largest_error_n, format!("at most, after {from_s}; {mean} root mean square")))
 }
 
-/// The outcome of a run and its probable reason; `doubts` are those about the file. Of an undecided run the
-/// reason comes first, since a longer run would not cure it.
+/// The outcome of a run and its probable reason; `doubts` are those about the file. For an undecided run the
+/// reason comes first, because a longer run would not help.
 pub(crate) fn told(scenario: &Scenario, summary: &Summary, units: Units, doubts: &[Problem]) -> Vec<String> {
     let reason = reason(scenario, summary, doubts);
     match reason {
@@ -128,7 +128,7 @@ pub(crate) fn told(scenario: &Scenario, summary: &Summary, units: Units, doubts:
     }
 }
 
-/// Why a run ends without contact or undecided, as far as its file says.
+/// Reason why a run ends without contact or undecided, as far as the file shows it.
 fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<String> {
     let undecided = summary.outcome == Outcome::Undecided;
     if !(summary.outcome == Outcome::NoContact || undecided) || summary.contacts.is_empty() {
@@ -155,7 +155,7 @@ fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<
         .then(|| "Reason: the file has no controller, so no drive is commanded.".to_owned())
 }
 
-/// The unit of the judged signal of a run: a force, or a motion without contact.
+/// The unit of the signal by which a run is judged: a force, or a motion without contact.
 pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
     let signal = summary.controlled.as_ref().and_then(|signal| signal.parse::<SignalName>().ok());
     signal.map_or(units.force, |signal| units.unit(signal.quantity))
@@ -199,7 +199,8 @@ pub(crate) fn label(summary: &Summary) -> &'static str {
     }
 }
 
-/// Reports a force at rest outside the band about its reference; `None` if it is inside, or not at rest.
+/// Reports a force that is at rest outside the band about its reference; `None` if it is inside, or not at
+/// rest.
 pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     let rests = matches!(summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
     let response = summary.response.filter(|response| rests && response.settling_time_s.is_none())?;
@@ -212,7 +213,7 @@ pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     ))
 }
 
-/// Time of the largest force of a contact, and whether that was a pull.
+/// Time of the largest force of a contact, and whether the force was a pull.
 pub(crate) fn when(contact: &ContactSummary) -> String {
     format!("at {}{}", with_unit(contact.peak_at_s, "s"), if contact.peak_is_pull { ", a pull" } else { "" })
 }
@@ -243,8 +244,8 @@ fn starts_at_touch(summary: &Summary, starts_at_s: f64) -> bool {
     first.is_some_and(|first| first >= starts_at_s)
 }
 
-/// The reference of an overshoot, and from when on it counts if that is not the first touch. The peak force
-/// is that of the whole run.
+/// The reference of an overshoot, and the time from which it is measured if that is not the first touch. The
+/// peak force is that of the whole run.
 pub(crate) fn overshoot_of(summary: &Summary, units: Units) -> String {
     let Some(response) = summary.response else { return String::new() };
     let Some(reference) = response.final_reference_n else { return String::new() };

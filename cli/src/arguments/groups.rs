@@ -1,4 +1,4 @@
-//! The commands by what they are for, as `feeler --help` lists them.
+//! The commands in groups by purpose, as `feeler --help` lists them.
 
 use std::fmt::Write as _;
 

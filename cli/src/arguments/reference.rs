@@ -1,4 +1,4 @@
-//! Arguments of commands that print what there is: effects, templates, schemas, completions.
+//! Arguments of commands that print lists and definitions: effects, templates, schemas, completions.
 
 use std::path::PathBuf;
 

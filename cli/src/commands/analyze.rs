@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     terminal::print(&if arguments.json { terminal::json(&report)? } else { text(&report) + &written })
 }
 
-/// Every error except a failed computation is a mistake of the request or the file.
+/// Reports a failed computation as such; any other error is a mistake of the request or the file.
 fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> crate::Failure {
     match &error {
         AnalysisError::NoController { known, .. } => {
@@ -79,7 +79,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         ),
         AnalysisError::Rates { .. } => {
             let periods = document.scenario.controllers.iter().map(|(name, used)| {
-                // All digits, since they may be the only difference.
+                // All digits are shown, because the periods may differ in the last ones only.
                 format!("controllers.{name}.period = {} s", used.spec.period_s)
             });
             let remedy =
@@ -99,7 +99,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
     }
 }
 
-/// The delays of a scenario with their keys, as the end of a message.
+/// The delays of a scenario with their keys, for the end of a message.
 fn delays(scenario: &Scenario) -> String {
     let controllers = scenario
         .controllers
@@ -202,7 +202,7 @@ fn sensitivities(report: &Report) -> String {
     let rows = report.sensitivities().iter().map(|s| {
         let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
         let or_none = |value: f64, text: String| if value.is_finite() { text } else { "-".to_owned() };
-        // Zero has no sign here.
+        // Removes the sign of a zero.
         let share = |value: f64| or_none(value, format!("{:.2}", (100.0 * value).round() / 100.0 + 0.0));
         let number = |value: f64, digits: f64| or_none(value, plain(digits));
         vec![
@@ -219,7 +219,7 @@ fn sensitivities(report: &Report) -> String {
     table(&header, &[1, 2, 3, 4], rows)
 }
 
-/// Parts of poles below this share of the largest pole are zero up to rounding, and so are those of zeros.
+/// Parts of poles and zeros below this share of the largest one are rounding errors.
 const ROUNDING: f64 = 1e-15;
 
 fn roots(report: &Report) -> String {

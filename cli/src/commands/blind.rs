@@ -184,7 +184,7 @@ fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
             "make the cases again with `feeler blind make`",
         )
     })?;
-    // A kind that the library learned after the cases were made counts as one of the library.
+    // A kind that was added to the library after the cases were made counts as part of the library.
     for effect in truth.iter_mut().flat_map(|case| &mut case.effects) {
         effect.outside_library &= find(&effect.kind).is_none();
     }

@@ -59,10 +59,10 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
     }
 }
 
-/// Rank of what only informs.
+/// Rank of a mere note.
 const INFORMS: u8 = 4;
 
-/// Rank of a warning: contradictions, columns that do not count, repaired records, and mere information.
+/// Rank of a warning: contradictions first, then columns that are ignored, repaired records, and notes.
 fn gravity(fault: &Fault) -> u8 {
     match fault.kind {
         _ if is_wrong_unit(fault) => 0,
@@ -135,7 +135,7 @@ fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     Ok(warnings)
 }
 
-/// Whether a line of the text starts like this. A sweep has a table of axes, an arm a URDF.
+/// Whether a line of the text begins with `beginning`. A sweep has a table of axes, an arm has a URDF.
 fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
 }

@@ -59,13 +59,13 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     finish(arguments, &compared, compare::page(&taken), &format!("{keys}\n\n{table}"))
 }
 
-/// The run with the rows of `feeler run`, so that both print the same times, and linear theory.
+/// The run, with rows as in `feeler run` so that both print the same times, and linear theory.
 fn as_run(scenario: &Scenario) -> Glimpse {
     let (run, theory) = rayon::join(|| runs::run(scenario, &mut |_| {}), || theory(scenario, Loci::Drawn));
     Glimpse { run, theory }
 }
 
-/// Writes the page and the numbers behind it, and prints them as a text or as JSON.
+/// Writes the page and its numbers, and prints the numbers as text or as JSON.
 fn finish(arguments: &Arguments, compared: &impl Serialize, page: String, said: &str) -> crate::Result<()> {
     let json = terminal::json(compared)? + "\n";
     let files = [("report.html", page), ("compare.json", json.clone())];
@@ -104,7 +104,7 @@ fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
     Ok(documents)
 }
 
-/// The paths without the folders that all share.
+/// The paths without their common folders.
 fn names(paths: &[PathBuf]) -> Vec<String> {
     let parts: Vec<Vec<Component<'_>>> = paths.iter().map(|path| path.components().collect()).collect();
     let folders = parts.iter().map(|own| own.len().saturating_sub(1)).min().unwrap_or(0);

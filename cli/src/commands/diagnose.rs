@@ -16,7 +16,7 @@ use crate::terminal::progress::Steps;
 use crate::terminal::table;
 use crate::{repaired, terminal};
 
-/// Largest number of trials on the terminal; the page has more.
+/// Largest number of attempts on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
 
 pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
@@ -149,7 +149,7 @@ fn apply(dataset: &Path, answer: &Examination) -> crate::Result<String> {
     Ok(said)
 }
 
-/// Why the machine file is better left as it is.
+/// Reason why the machine file should not be changed; `None` if it may be.
 fn not_applicable(verdict: Verdict, is_contradictory: bool, has_untried: bool) -> Option<[&'static str; 2]> {
     match verdict {
         _ if is_contradictory => {
@@ -167,8 +167,8 @@ fn not_applicable(verdict: Verdict, is_contradictory: bool, has_untried: bool) -
     }
 }
 
-/// The repaired machine with the commands of a check experiment, ready to run. These are the text of its
-/// file, and names and texts of the files that it reads.
+/// A file of the repaired machine with the commands of a check experiment, ready to run: its text, and the
+/// names and texts of the files that it reads.
 fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let own = machine.contacts.values().next().map(|contact| contact.engagement);
@@ -204,7 +204,7 @@ mod tests {
         assert!(is_applied(Verdict::Explained, false) && is_applied(Verdict::NoGap, false));
         assert!(is_applied(Verdict::Ambiguous, false));
         assert!(!is_applied(Verdict::UnknownCause, false) && !is_applied(Verdict::Explained, true));
-        // Without the time to try all, nothing is known of the real cause.
+        // If the time was too short to try all causes, the remedy is a larger budget.
         let [cut, tried] = [true, false].map(|cut| not_applicable(Verdict::UnknownCause, false, cut));
         assert!(cut.is_some_and(|[_, remedy]| remedy.contains("--budget")) && cut != tried);
     }

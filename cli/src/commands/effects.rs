@@ -66,7 +66,7 @@ fn explain(effect: &Definition) -> String {
     )
 }
 
-/// That of a rotational axis, if it differs, in parentheses.
+/// SI unit of a parameter; that of a rotational axis follows in parentheses if it differs.
 fn unit(parameter: &Parameter) -> String {
     let [straight, rotary] = [false, true].map(|rotational| parameter.dimension.si_unit(rotational));
     if straight == rotary { straight.into() } else { format!("{straight} ({rotary})") }

@@ -79,7 +79,7 @@ fn from_file(path: &Path) -> crate::Result<LandmarkChain> {
     })
 }
 
-/// Whether a landmark is absent, or outside the tolerance about the paper's.
+/// Whether a landmark is absent, or differs from the paper's by more than the tolerance.
 fn is_missed(found: f64, paper: f64) -> bool {
     (found - paper).abs() > LANDMARK_HZ || found.is_nan()
 }

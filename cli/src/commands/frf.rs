@@ -14,7 +14,7 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 use crate::{pages, terminal};
 
-/// Rows of the printed table; files have all.
+/// Number of rows of the printed table; files have all rows.
 const MOST_ROWS: usize = 24;
 
 pub(crate) fn run(arguments: &Frf) -> crate::Result<()> {
@@ -50,7 +50,7 @@ fn text(response: &Response) -> String {
     let rows = shown.iter().map(|&i| {
         let row = row(response, i);
         let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
-        // The lower end of a band that reaches down to nothing is infinite.
+        // The lower end of a band that includes zero is infinite in decibels.
         let span = |low: f64, high: f64| match (low.is_finite(), high.is_finite()) {
             (true, true) => format!("{low:.2} to {high:.2}"),
             (false, true) => format!("below {high:.2}"),

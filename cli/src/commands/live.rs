@@ -10,9 +10,9 @@ use crate::live::{Live, Measured, Session};
 use crate::terminal;
 use crate::terminal::failure::{BadInput, Failure};
 
-/// Digits of joint positions: a micrometre at the tool.
+/// Digits of joint positions: they give a micrometre at the tool.
 const DIGITS: usize = 7;
-/// Smaller parts of a pose are rounding, rad or m.
+/// Smaller parts of a pose are rounding errors, rad or m.
 const FINEST: f64 = 1e-9;
 
 pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {

@@ -24,8 +24,8 @@ use crate::terminal::table;
 /// Largest number of places of a map, which takes some minutes.
 const MOST_PLACES: usize = 10_000;
 
-/// Largest stiffness and damping of a contact, N/m and N s/m. Above these, rounding hides slow modes of the
-/// arm.
+/// Largest stiffness and damping of a contact, N/m and N s/m. Above these, rounding errors hide slow modes of
+/// the arm.
 const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
@@ -191,7 +191,8 @@ fn grid(numbers: &[f64], z_m: f64) -> crate::Result<Grid> {
     ))
 }
 
-/// A pose that brings the tool to a place. Joints may bend either way, so the search has several starts.
+/// A pose that brings the tool to a place. Joints may bend either way, so the search starts from several
+/// poses.
 fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> crate::Result<Vec<f64>> {
     let chain = file.arm.chain();
     let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
@@ -280,7 +281,7 @@ fn gain(value: f64) -> String {
     gain_in_words(value).map_or_else(|| plain(value), str::to_owned)
 }
 
-/// The arm's force bandwidth, or the reason why there is none. The axis's follows if it differs.
+/// The arm's force bandwidth, or the reason why there is none; then the axis's, if it differs.
 fn reached(agreement: &Agreement) -> String {
     let said = |side: usize| match agreement.largest_ki_per_s[side] {
         edge if edge <= 0.0 => "none: no ki is stable".to_owned(),
@@ -321,7 +322,7 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
         arguments.contact_stiffness, arguments.contact_damping
     );
     let command = |at: [f64; 3]| {
-        // Digits beyond a picometre are rounding.
+        // Digits beyond a picometre are rounding errors.
         let [x, y, z] = at.map(|v| (v * 1e12).round() / 1e12);
         format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
     };

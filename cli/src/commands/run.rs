@@ -96,7 +96,7 @@ fn next(arguments: &Run, outcome: Outcome) -> String {
     format!("feeler live {of_file}")
 }
 
-/// Reports the default integrator and the reason for it, if RK4 takes less time than the exact one.
+/// Reports the default integrator with the reason, if RK4 takes less time than the exact integrator.
 fn word_on_cost(document: &Document) -> Option<String> {
     let (run, machine) = (&document.scenario.run, &document.scenario.machine);
     let bodies = machine.bodies.len();
@@ -120,7 +120,7 @@ fn word_on_cost(document: &Document) -> Option<String> {
     }
 }
 
-/// Reports a motion that was too fast for its energies.
+/// Reports that a motion was too fast for an energy balance.
 fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
     if arguments.as_sweep || summary.energy.is_some() {
         return "";
@@ -140,7 +140,7 @@ fn read(arguments: &Run) -> crate::Result<Draft> {
     Ok(draft)
 }
 
-/// Writes all results, in parallel if there are threads, and returns their paths.
+/// Writes all results, in parallel if there are several threads, and returns their paths.
 fn write(
     arguments: &Run,
     document: &Document,
@@ -173,7 +173,7 @@ fn write(
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }
 
-/// Metadata key of the complete scenario in a trace: command line settings are applied, and no other file is
+/// Metadata key of the resolved scenario in a trace: command line settings are applied, and no other file is
 /// needed.
 pub(super) const RESOLVED: &str = "feeler.resolved";
 

@@ -13,7 +13,7 @@ use crate::terminal::progress::Rate;
 use crate::terminal::table;
 use crate::{pages, terminal};
 
-/// Name of a sweep whose file gives none.
+/// Name of a sweep whose file states none.
 const OTHERWISE: &str = "sweep";
 
 pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {

@@ -10,7 +10,7 @@ use crate::pages::sweep::Tally;
 /// The variants of a sweep, or of one of its shards.
 #[derive(Serialize)]
 pub(super) struct Swept {
-    /// The table with a row for each variant; `None` as long as other shards are to come.
+    /// The table with a row for each variant; `None` if other shards are still missing.
     table: Option<String>,
     /// Number of variants.
     variants: usize,

@@ -24,7 +24,8 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     terminal::warn(&doubts(&document.scenario));
     let found = arguments.diagnosis.as_deref().map(|path| Found::read(path, &document)).transpose()?;
-    // The tuned machine has the calibrated values and the found effects. The written file keeps its machine.
+    // The tuned machine has the calibrated values and the effects found. The written file keeps its own
+    // machine.
     let settings = found.iter().flat_map(|found| &found.settings);
     let all: Vec<String> = settings.chain(&arguments.settings).cloned().collect();
     let diagnosed = Draft::load_with(&arguments.file, &all)?.build()?;
@@ -65,7 +66,7 @@ fn further(document: &Document, spec: &Spec, controller: &str) -> Option<String>
     let is_undamped = gain(law, "damping").is_ok_and(|damping| damping == 0.0);
     let damped = leading_gain(law).filter(|_| is_undamped && reads_motion(document, controller));
     let damped = damped.map_or_else(String::new, |leading| format!("\"gains = {leading}+damping\" or "));
-    // A lead is a key of force laws.
+    // Only force laws have a lead.
     let part = if law.law.name() == "explicit-force" { "lead" } else { "filter" };
     Some(format!("more bandwidth may come from --spec {damped}\"structure = gains+{part}\""))
 }
@@ -80,14 +81,14 @@ fn reads_motion(document: &Document, controller: &str) -> bool {
 
 /// Results of a diagnosis.
 struct Found {
-    /// Calibrated values, as `--set` takes them.
+    /// Calibrated values in the form of `--set`.
     settings: Vec<String>,
     /// Parameters of accepted effects.
     uncertain: Vec<Uncertain>,
 }
 
 impl Found {
-    /// Reads the results of `feeler diagnose`, and the repaired machine if it lies beside them.
+    /// Reads the results of `feeler diagnose`, and the repaired machine if its file is beside them.
     fn read(path: &Path, document: &Document) -> crate::Result<Self> {
         let file = if path.is_dir() { path.join("diagnosis.json") } else { path.to_owned() };
         let wrong = |what: &str| {
@@ -111,7 +112,7 @@ impl Found {
                 };
                 let value = number(&estimate["value"])?;
                 let ends = [number(&estimate["ci90"][0])?, number(&estimate["ci90"][1])?];
-                // An interval across zero ends at zero: a parameter keeps its sign.
+                // An interval across zero is cut at zero, so that a parameter keeps its sign.
                 let interval = ends.map(|end| if end * value < 0.0 { 0.0 } else { end });
                 uncertain.push(Uncertain { key: format!("{on}.effects.{kind}.{name}"), value, interval });
             }

@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let expected = (Counterfactual::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {
         if let Ok(mut progress) = progress.lock() {
-            // Pairs and triples, if needed, are additional.
+            // Pairs and triples are additional runs, if needed.
             progress.at((runs as f64 / expected).min(0.99));
         }
     })?;
@@ -83,19 +83,19 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
     terminal::print(&format!("{}: {}{kept}\n\n{next}", out.display(), settings.join("; ")))
 }
 
-/// Place of the old text of a replaced file.
+/// Sentence on the copy of a replaced file; empty without a copy.
 pub(super) fn kept(backup: Option<&Path>) -> String {
     backup.map_or_else(String::new, |backup| format!(" (what it was is in {})", backup.display()))
 }
 
-/// The command that shows a changed file beside the one that it was made from.
+/// The command that compares a changed file with its original.
 pub(super) fn next(file: &Path, out: &Path) -> String {
     format!("next: feeler compare {} {}", terminal::quoted_path(file), terminal::quoted_path(out))
 }
 
-/// Writes a file with changed settings, and reads it back. Comments stay. A copy is named after its file:
-/// `feeler run` writes into a folder of that name, and so leaves the results of the original alone. If `out`
-/// is the file itself, its old text is kept beside it, and that path is returned.
+/// Writes a file with changed settings, and reads it back. Comments are kept. A copy gets the name of its
+/// file, because `feeler run` writes into a folder of that name and must keep the results of the original. If
+/// `out` is the file itself, its old text is copied beside it, and the path of the copy is returned.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,

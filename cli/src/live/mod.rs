@@ -1,4 +1,4 @@
-//! A page that is served while its command runs: only on the loopback address, under a secret path.
+//! A page that its running command serves: only on the loopback address, under a secret path.
 
 mod moves;
 mod session;
@@ -18,18 +18,18 @@ use crate::terminal::failure::{BadInput, Failure};
 
 pub(crate) use session::{Measured, Session};
 
-/// Number of requests that are answered in parallel: run and theory move, one fills the map, one replays
-/// records, one asks whether the file has changed.
+/// Number of requests that are answered in parallel. Two are for run and theory of a move, one each for the
+/// map, for the replay of records, and for changes of the file.
 const WORKERS: usize = 5;
 /// Largest request in bytes.
 const LONGEST: u64 = 1 << 16;
-/// Bytes of the secret.
+/// Length of the secret, bytes.
 const SECRET: usize = 16;
 /// The page loads nothing from elsewhere.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; \
      style-src 'unsafe-inline'; connect-src 'self'; img-src data: blob:";
 
-/// A server that is ready, and the address of its page.
+/// A server that is ready, with the address of its page.
 pub(crate) struct Live {
     server: Server,
     host: String,
@@ -63,7 +63,7 @@ impl Live {
         format!("http://{}/{}/", self.host, self.secret)
     }
 
-    /// Answers until the command is ended.
+    /// Answers requests until the command ends.
     pub(crate) fn serve(&self, session: &Session) {
         std::thread::scope(|scope| {
             for _ in 0..WORKERS {
@@ -99,7 +99,7 @@ impl Live {
                 return;
             }
         };
-        // In one piece; the head holds its length.
+        // The response is not chunked; its header has the length.
         let mut response = Response::from_string(text).with_chunked_threshold(usize::MAX);
         let headers = [
             ("Content-Type", kind),
@@ -113,13 +113,13 @@ impl Live {
                 response.add_header(header);
             }
         }
-        // A closed page waits for no response.
+        // If the page was closed, nothing waits for a response.
         let _ = request.respond(response);
     }
 }
 
-/// Makes all connections send small answers at once. Otherwise the body waits until the browser has confirmed
-/// the head, which it does 40 ms late.
+/// Makes all connections send small packets at once. Otherwise the body waits until the browser has
+/// acknowledged the header, which takes 40 ms.
 fn promptly(listener: &TcpListener) {
     // Connections inherit the option from their listener; `std` sets it on streams only.
     #[cfg(unix)]

@@ -1,18 +1,18 @@
-//! Moves of sliders go first: work in the background rests while one is computed.
+//! Slider moves have priority: background work pauses while a move is computed.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// The moves under way, and who waits for their end.
+/// The current moves, and the threads that wait for their end.
 #[derive(Default)]
 pub(super) struct Moves {
-    /// Changes under the lock only; read without it at each row of a run.
+    /// Changed only under the lock, but read without it at each row of a run.
     under_way: AtomicUsize,
     resting: Mutex<usize>,
     changed: Condvar,
 }
 
-/// A move that is computed, until it is dropped.
+/// A move that is being computed, until this guard is dropped.
 pub(super) struct Move<'a>(&'a Moves);
 
 impl Moves {
@@ -22,7 +22,7 @@ impl Moves {
         Move(self)
     }
 
-    /// Returns at once if no move is under way, else at the end of the last one.
+    /// Returns at once if no move is computed, otherwise at the end of the last one.
     pub(super) fn rest(&self) {
         if !self.is_any() {
             return;
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     impl Moves {
-        /// Whether this number rests at last, before the work is over.
+        /// Whether this number of threads rests before the work is over.
         pub(in crate::live) fn wait_for(&self, resting: usize, over: &AtomicBool) -> bool {
             let mut now = self.lock();
             while *now < resting && !over.load(Ordering::Relaxed) {
@@ -69,7 +69,7 @@ mod tests {
             *now >= resting
         }
 
-        /// Ends the wait for those that rest.
+        /// Wakes the threads that wait for resting ones.
         pub(in crate::live) fn is_over(&self, over: &AtomicBool) {
             let _lock = self.lock();
             over.store(true, Ordering::Relaxed);
@@ -77,7 +77,7 @@ mod tests {
         }
     }
 
-    /// Two moves overlap: the map goes on when both have ended.
+    /// Two moves overlap, and the map continues after both have ended.
     #[test]
     fn truth_work_rests_until_the_last_move_has_ended() {
         let moves = Moves::default();

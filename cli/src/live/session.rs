@@ -1,4 +1,4 @@
-//! State of a live page: the file with some numbers changed, run and analysed again.
+//! State of a live page: the file with some numbers changed, its runs and its theory.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -24,15 +24,16 @@ use crate::terminal;
 use crate::terminal::failure::Failure;
 use crate::watched::Watched;
 
-/// Number of variants that one task measures side by side.
+/// Number of variants that one task simulates in parallel.
 const BLOCK: usize = feeler_studies::run::LANES;
 /// Largest number of map points in one request.
 const MOST_POINTS: usize = 256;
-/// Longest run that a slider in motion waits for, s. Drawing takes as long again within the 50 ms of a move.
+/// Longest computation of a run while a slider moves, s. Drawing takes as long again within the 50 ms of a
+/// move.
 const MOST_RUN_S: f64 = 0.025;
 /// Largest number of mistakes that a page shows.
 const MOST_MISTAKES: usize = 5;
-/// The part of a longer run that it shows at least.
+/// Smallest share of a longer run that is shown while a slider moves.
 const LEAST_SHARE: f64 = 0.1;
 
 /// Records for comparison with the machine.
@@ -56,19 +57,19 @@ pub(crate) struct Session {
     /// Seconds of computation for each simulated second, from the latest run; zero before the first.
     pace: Mutex<f64>,
     moves: Moves,
-    /// The threads of the map. They rest while a move is computed, by all other threads.
+    /// The threads of the map. They rest while the other threads compute a move.
     background: ThreadPool,
 }
 
 /// The file as last read.
 struct File {
     document: Document,
-    /// The `--set` of the command, until they are written.
+    /// Settings from `--set` of the command, until they are written to the file.
     settings: Vec<String>,
-    /// It and its base files, as last read, and the number of changes since the start.
+    /// The file and its base files as last read, and the number of changes since the start.
     watched: Watched,
     version: u64,
-    /// Its present mistake; the last valid version is shown until it is corrected.
+    /// The current mistake of the file. The last valid version is shown until it is corrected.
     problem: Option<String>,
 }
 
@@ -100,7 +101,7 @@ impl Session {
     /// The file now: its version, its numbers, and its mistake.
     pub(crate) fn file(&self) -> Value {
         let file = self.as_saved();
-        // Steps, rates and seeds of a run are not properties of the machine.
+        // Steps, rates and seeds of a run are not shown, because they are not properties of the machine.
         let is_shown = |key: &str| key == "run.duration" || !key.starts_with("run.");
         let numbers = file.document.numbers().into_iter().filter(|number| is_shown(&number.key));
         let numbers: Vec<Value> =
@@ -108,9 +109,9 @@ impl Session {
         json!({ "version": file.version, "problem": file.problem, "numbers": numbers })
     }
 
-    /// The results of the scenario with some numbers set: the part asked for, `run` or `theory`, else both.
-    /// Theory may be asked for `without_loci`, which take up to a third of its time. A run `in_motion` is cut
-    /// short if it would take too long.
+    /// The results of the scenario with some numbers set: the requested part, `run` or `theory`, or both.
+    /// `without_loci` omits root loci, which take up to a third of the time of theory. A run `in_motion` of a
+    /// slider is shortened if it would take too long.
     pub(crate) fn state(&self, asked: &Value) -> Value {
         let _move = self.moves.begin();
         let mut document = match self.document(asked) {
@@ -150,7 +151,7 @@ impl Session {
         Shown { document: &document, run, theory, cut_from_s, doubts, has_all }.to_json()
     }
 
-    /// The time that a run may simulate within [`MOST_RUN_S`], at the pace of the latest run.
+    /// The simulated time that fits into [`MOST_RUN_S`], from the speed of the latest run.
     fn affordable_s(&self, duration_s: f64) -> f64 {
         let pace = *self.pace.lock().unwrap_or_else(PoisonError::into_inner);
         if pace * duration_s <= MOST_RUN_S {
@@ -160,8 +161,8 @@ impl Session {
         }
     }
 
-    /// The outcomes of the scenario at some points of two numbers; `guess` asks for those that the beginnings
-    /// of the runs suggest, at a fraction of the time. Rests while a move is computed.
+    /// The outcomes of the scenario at some points of two numbers. `guess` requests outcomes estimated from
+    /// the starts of the runs, at a fraction of the time. The map rests while a move is computed.
     pub(crate) fn map(&self, asked: &Value) -> Value {
         let document = match self.document(asked) {
             Ok(document) => document,
@@ -190,7 +191,7 @@ impl Session {
         json!({ "outcomes": found })
     }
 
-    /// The machine with some numbers set, driven with the commands of a record.
+    /// Predictions of the machine with some numbers set, for the commands of a record.
     pub(crate) fn replay(&self, asked: &Value) -> Value {
         let Some(Measured { dataset, repaired }) = &self.measured else { return json!({ "charts": [] }) };
         let document = match self.document(asked) {
@@ -205,10 +206,10 @@ impl Session {
         json!({ "charts": live::records(machine, dataset, index, believed.as_ref(), repaired.as_ref()) })
     }
 
-    /// Writes the numbers, and those of `--set`, into the file, after a copy to a file beside it; nothing if
-    /// they are those of the file.
+    /// Writes the numbers, and those of `--set`, into the file, after copying the file. Writes nothing if the
+    /// numbers are unchanged.
     pub(crate) fn write(&self, asked: &Value) -> Value {
-        // Changes that an editor saved in the meantime stay.
+        // Keeps changes that an editor has saved in the meantime.
         let mut file = self.as_saved();
         if let Some(problem) = &file.problem {
             return json!({ "problem": problem });
@@ -225,7 +226,7 @@ impl Session {
             .chain(moved.iter().map(|(key, value)| Edit { key: key.clone(), value: *value }))
             .collect();
         let settings = moved.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value)));
-        // A machine that cannot be is not written.
+        // An invalid machine is not written.
         let checked = file.document.with(settings).and_then(|_| file.document.edited(&edits));
         let edited = checked.map_err(|error| plainly(&error));
         if edited.as_ref().is_ok_and(|text| text == file.document.text()) {
@@ -250,7 +251,7 @@ impl Session {
         file.document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value))))
     }
 
-    /// The file, read again if it has changed since.
+    /// The file, read again if it has changed.
     fn as_saved(&self) -> MutexGuard<'_, File> {
         let mut file = self.current();
         let now = file.watched.now();
@@ -260,7 +261,7 @@ impl Session {
             let read = Draft::load_with(&self.path, &file.settings).and_then(Draft::build);
             match read {
                 Ok(document) => {
-                    // It may name another base by now.
+                    // The file may now name another base.
                     if !file.watched.is_of(&document) {
                         file.watched = Watched::of(&document);
                     }
@@ -272,13 +273,13 @@ impl Session {
         file
     }
 
-    /// A previous holder of the lock may have failed; the file itself is complete.
+    /// If a previous holder of the lock failed, the file is still complete.
     fn current(&self) -> MutexGuard<'_, File> {
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Whether a number is that of a key, or one of its list.
+/// Whether the key of a number equals `key`, or belongs to its list.
 fn is_within(number: &str, key: &str) -> bool {
     number.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
@@ -289,7 +290,7 @@ fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
     settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
 }
 
-/// Mistakes of numbers that a page has set: their keys, without places in a file.
+/// Mistakes of numbers that a page has set: with their keys, without places in a file.
 fn plainly(error: &FormatError) -> String {
     let told = |found: &Located| {
         Problem::new(found.key.as_str(), found.message.as_str(), found.remedy.as_str()).to_string()
@@ -315,8 +316,8 @@ mod tests {
 
     use super::*;
 
-    /// All threads of the map rest during a move, which others compute meanwhile. Then the map goes on, to
-    /// the outcomes that it has without a rest.
+    /// All threads of the map rest while other threads compute a move. Then the map continues, and gives the
+    /// same outcomes as without a rest.
     #[test]
     fn truth_the_map_rests_while_a_slider_moves() {
         const BLOCKS: usize = 2;

@@ -21,18 +21,18 @@ use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Page, Series, by_
 use crate::units::Units;
 use crate::words;
 
-/// A number for each value of a response.
+/// A function from the values of a response to numbers for a chart.
 type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
 
 /// Largest number of rows of the common time axis.
 const MOST_ROWS: usize = 100_000;
 
-/// Heads of a table with a column for each.
+/// Headings of a table with a column for each scenario.
 pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
     std::iter::once("").chain(taken.iter().map(|one| one.name.as_str())).collect()
 }
 
-/// A row for each figure.
+/// Rows of a table, one for each figure.
 pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
     let none = || "-".to_owned();
     let of_run = |name: &str, of: &dyn Fn(&Summary, Units) -> String| {
@@ -44,7 +44,7 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
         std::iter::once(name.to_owned()).chain(taken.iter().map(value)).collect::<Vec<_>>()
     };
     let hz = |value: f64| with_unit(value, "Hz");
-    // Figures of a loop that is unstable exist on paper only.
+    // Figures of an unstable loop are theoretical only.
     let stable = |figures: &LoopFigures, told| match figures.is_stable {
         Some(false) => Some("unstable".to_owned()),
         _ => told,
@@ -65,7 +65,7 @@ pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
     ]
 }
 
-/// Times the largest stable step response up to which unstable ones are drawn.
+/// Limit of unstable step responses in a chart, over the largest stable one.
 const BESIDE_STABLE: f64 = 1.5;
 
 /// The page of scenarios.
@@ -143,7 +143,7 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
     let unit_of =
         |one: &Taken| Some(one.units().command(one.document.scenario.machine.actuators.values().next()?));
     let units: Vec<&str> = runs.iter().filter_map(|(one, _)| unit_of(one)).collect();
-    // Commands of several kinds have no common unit.
+    // Commands of different kinds have no common unit.
     let common = units.first().copied().filter(|first| units.iter().all(|unit| unit == first));
     [chart("Contact force.", &force, force_unit), chart("Command.", &command, common.unwrap_or_default())]
         .into_iter()
@@ -151,7 +151,7 @@ fn over_time(taken: &[Taken]) -> Vec<Chart> {
         .collect()
 }
 
-/// Step responses and open loops over each other.
+/// Step responses and open loops in common charts.
 fn theory(taken: &[Taken]) -> Vec<Chart> {
     let known: Vec<(&str, &Curves)> =
         taken.iter().filter_map(|one| Some((one.name.as_str(), &one.theory()?.1))).collect();
@@ -210,8 +210,8 @@ fn theory(taken: &[Taken]) -> Vec<Chart> {
     charts
 }
 
-/// Value at which unstable step responses end beside stable ones, so that these can be seen. Infinite unless
-/// there are both.
+/// Limit at which unstable step responses are cut so that stable ones remain visible. Infinite unless there
+/// are both.
 fn shown_up_to(taken: &[Taken]) -> f64 {
     let of = |stable: bool| {
         let such = taken.iter().filter(move |one| {
@@ -225,7 +225,7 @@ fn shown_up_to(taken: &[Taken]) -> f64 {
     }
 }
 
-/// The page of datasets: common columns, record over record.
+/// The page of datasets: records with common columns, in common charts.
 pub(crate) fn datasets(sets: &[Dataset]) -> String {
     let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
     let mut page = Page::new(&names.join(" against "), "");

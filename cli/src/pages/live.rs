@@ -25,9 +25,9 @@ const STYLE: &str = include_str!("../../assets/live.css");
 const MAP_SCRIPT: &str = include_str!("../../assets/live-map.js");
 const SCRIPT: &str = include_str!("../../assets/live.js");
 
-/// Points of a plane nearer to the previous one than this share of its frame are omitted.
+/// Smallest distance between drawn points of a plane, as a share of the frame.
 const STEP: f64 = 3e-3;
-/// Beyond this number of frames a curve is clipped.
+/// Distance in frames beyond which a curve is clipped.
 const FAR: f64 = 3.0;
 /// Rows of a chart of records.
 const MOST_ROWS: usize = 4000;
@@ -45,8 +45,8 @@ const PLACES: [[&str; 3]; 9] = [
     ["records", "records", "Measured records"],
 ];
 
-/// The page: sliders for the numbers of a file, and sections for the results.
-/// `chunk` is the number of points of the map to ask for at a time.
+/// The page: sliders for the numbers of a file, and sections for the results. `chunk` is the number of map
+/// points in one request.
 pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Value, chunk: usize) -> String {
     let machine = &document.scenario.machine;
     let mut body = format!(
@@ -60,7 +60,7 @@ pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Val
     );
     let mut places: Vec<_> = PLACES.into_iter().filter(|[_, kind, _]| *kind != "records").collect();
     if !records.is_empty() {
-        // Nothing moves a machine without controllers but its records.
+        // A machine without controllers moves only in its records, so these come first.
         let first = document.scenario.controllers.is_empty();
         places.insert(if first { 0 } else { places.len() }, PLACES[PLACES.len() - 1]);
     }
@@ -96,9 +96,9 @@ pub(crate) struct Shown<'a> {
     pub(crate) theory: Option<Result<(Report, Curves), AnalysisError>>,
     /// The duration of the whole run, s, if only its beginning was simulated.
     pub(crate) cut_from_s: Option<f64>,
-    /// Doubts about the file, if the run is undecided.
+    /// Doubts about the file; empty unless the run is undecided.
     pub(crate) doubts: Vec<Problem>,
-    /// Whether no figure was left out.
+    /// Whether all figures are included.
     pub(crate) has_all: bool,
 }
 
@@ -114,7 +114,7 @@ impl Shown<'_> {
                     charts.insert(name.into(), up_to(chart, self.cut_from_s).to_json());
                 }
                 outcome = json!(result.summary.outcome.name());
-                // A beginning is too short by itself.
+                // A shortened run is undecided because it is short, which needs no words.
                 if self.cut_from_s.is_none() || result.summary.outcome != Outcome::Undecided {
                     said.extend(words::told(&self.document.scenario, &result.summary, units, &self.doubts));
                 }
@@ -149,7 +149,7 @@ impl Shown<'_> {
     }
 }
 
-/// A chart of the beginning of a run on the time axis of the whole.
+/// A chart of a shortened run, on the time axis of the whole run.
 fn up_to(mut chart: Chart, end_s: Option<f64>) -> Chart {
     if let Some(end_s) = end_s {
         chart.x.push(end_s);
@@ -183,7 +183,7 @@ fn stable_gains(report: &Report) -> String {
     let spans: Vec<String> = (gain.sampled.intervals.iter())
         .map(|band| {
             let end = |edge: Option<&feeler_analysis::Edge>, none: &str| match edge {
-                // The search ends there.
+                // The search ends at zero.
                 Some(edge) if edge.gain == 0.0 && edge.frequency_hz == 0.0 => "0".to_owned(),
                 Some(edge) => {
                     format!("{} ({})", crate::numbers::plain(edge.gain), with_unit(edge.frequency_hz, "Hz"))
@@ -197,7 +197,7 @@ fn stable_gains(report: &Report) -> String {
     format!("Stable {}, sampled, in contact: {spans}.", gain.key)
 }
 
-/// The same plane with as many points as are visible.
+/// The plane with only as many points as are visible.
 fn thinned(mut plane: Plane) -> Plane {
     let [left, right, low, high] = plane.view;
     let (width, height) = (right - left, high - low);
@@ -209,7 +209,7 @@ fn thinned(mut plane: Plane) -> Plane {
         for (i, point) in path.points.iter().enumerate() {
             let far = kept.last().is_none_or(|&j| {
                 let ([x, y], [a, b]) = (seen(*point), seen(path.points[j]));
-                // A NaN separates two curves, and stays.
+                // A NaN separates two curves and is kept.
                 let far = (x - a).hypot(y - b);
                 far.is_nan() || far >= STEP
             });
@@ -223,7 +223,7 @@ fn thinned(mut plane: Plane) -> Plane {
     plane
 }
 
-/// Each channel of a record: measured, predicted by the present machine, and by the repaired one.
+/// Charts of each channel of a record: measured, predicted by the present machine, and by the repaired one.
 pub(crate) fn records(
     machine: &Machine,
     dataset: &Dataset,

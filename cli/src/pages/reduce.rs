@@ -12,9 +12,9 @@ use crate::pages::parts::svg::{Frame, Place, Plot, Scale, swatch, text_at};
 use crate::pages::parts::{Page, of_share};
 
 const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
-/// Places that the arm does not reach.
+/// Colour of places that the arm does not reach.
 const NOTHING: &str = "#f2f2f2";
-/// Places that it reaches without an axis, and axes without this figure.
+/// Colours of reachable places without an axis, and of axes without this figure.
 const NO_AXIS: &str = "#b8b8b8";
 const NONE: &str = "#d9c9a3";
 /// Crosses on places with an axis that cannot be trusted.
@@ -27,7 +27,7 @@ const STEPS: u32 = 6;
 const ROOM: [f64; 2] = [56.0, 18.0];
 /// Narrowest cell that has room for large letters.
 const LARGE_ROOM: f64 = 90.0;
-/// Level from which black letters on a colour are more legible than white ones.
+/// Level above which black letters on a colour are more legible than white ones.
 const BRIGHT: f64 = 0.47;
 
 /// One figure of every place.
@@ -40,13 +40,13 @@ struct Field {
     colours: fn([f64; 2]) -> [f64; 2],
 }
 
-/// Colours span a factor of two at least, so that a small difference looks small.
+/// Range of colours of at least a factor of two, so that a small difference looks small.
 fn by_ratio([low, high]: [f64; 2]) -> [f64; 2] {
     let middle = (low * high).sqrt();
     if low > 0.0 { [low.min(middle / SQRT_2), high.max(middle * SQRT_2)] } else { [low, high] }
 }
 
-/// Colours of an error span at least the range that is trusted, %.
+/// Range of colours that includes at least the trusted range of errors, %.
 fn of_error([_, high]: [f64; 2]) -> [f64; 2] {
     [0.0, high.max(100.0 * Agreement::TRUSTED)]
 }
@@ -85,7 +85,7 @@ const FIELDS: [Field; 4] = [
     },
 ];
 
-/// The axis's value in place of the arm's.
+/// The force bandwidth of the axis instead of the arm's.
 const AXIS_BANDWIDTH: Field = Field {
     title: "",
     caption: "",
@@ -94,7 +94,7 @@ const AXIS_BANDWIDTH: Field = Field {
     colours: by_ratio,
 };
 
-/// The page; `command` gives the command for a place.
+/// The page; `command` gives the command for a position.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
     let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
     let reached: Vec<(&MapPoint, &MapValues)> =
@@ -261,7 +261,7 @@ impl Grid {
         for point in map {
             let [x, y, width, height] = self.cell(point);
             let colour = colour_of(point, field, &share);
-            // Slightly larger, so that no gaps appear between cells.
+            // Cells are slightly enlarged, so that there are no gaps between them.
             let (width, height) = (width + 0.15, height + 0.15);
             let _ = write!(
                 body,
@@ -320,7 +320,7 @@ impl Grid {
 mod tests {
     use super::*;
 
-    /// A tenth more is 0.14 of the octave that the colours span.
+    /// An increase of 10 % is 0.14 of the octave that the colours span.
     #[test]
     fn regress_small_differences_do_not_fill_the_colours() {
         let [low, high] = by_ratio([3.6, 3.96]);

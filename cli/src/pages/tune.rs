@@ -6,7 +6,7 @@ use feeler_studies::tune::{Figures, Step, Tuned, Uncertain};
 use crate::terminal::{table, wrapped};
 use crate::units::Units;
 
-/// The printed lines of a tuned controller. `further` tells what else could be tuned.
+/// The printed lines of a tuned controller. `further` names what else could be tuned.
 pub(crate) fn summary(
     name: &str,
     tuned: &Tuned,

@@ -19,22 +19,22 @@ pub(crate) const BAD_INPUT: u8 = 2;
 /// A mistake of the program.
 pub(crate) const INTERNAL: u8 = 3;
 
-/// Text for a mistake of the program.
+/// Text for an error of the program.
 const REPORT_IT: &str = "this is a bug in feeler; please report it with the file";
 
-/// The result of a command, or why it has none.
+/// The result of a command, or the failure that ended it.
 pub(crate) type Result<T> = std::result::Result<T, Failure>;
 
-/// Why a command ends early. An error reaches the terminal only with its remedy.
+/// Reason why a command ends early. An error reaches the terminal only with its remedy.
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// A mistake that the user can correct, unless the error marks the program as its cause.
+    /// A mistake that the user can correct, unless the error names the program as its cause.
     Mistake(Box<dyn Remedy>),
     /// A mistake of the program.
     Internal(String),
-    /// A check has failed, and the table shows which.
+    /// A check has failed; the table shows which one.
     CheckFailed,
-    /// Already reported; only the exit code remains.
+    /// The failure has been reported; only the exit code remains.
     Reported,
     /// The reader of the output has closed it.
     Unheard,
@@ -47,12 +47,12 @@ impl<E: Remedy + 'static> From<E> for Failure {
 }
 
 impl Failure {
-    /// An error that no input can cause.
+    /// A failure that no input can cause.
     pub(crate) fn internal(error: impl fmt::Display) -> Self {
         Self::Internal(error.to_string())
     }
 
-    /// Prints it and returns its exit code.
+    /// Prints the failure and returns its exit code.
     pub(crate) fn report(&self) -> ExitCode {
         let (text, code) = match self {
             Self::Unheard => return ExitCode::from(DONE),
@@ -69,7 +69,7 @@ impl Failure {
     }
 }
 
-/// Bad input, with what to do about it.
+/// Bad input, with its remedy.
 #[derive(Debug)]
 pub(crate) struct BadInput(Problem);
 

@@ -22,7 +22,7 @@ use serde::Serialize;
 
 use failure::{BadInput, Failure};
 
-/// Control characters, and marks that change the writing direction and so the order of a line.
+/// Whether a character controls the terminal, or changes the writing direction and so the order of a line.
 fn steers(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || (c.is_control() && !matches!(c, '\n' | '\t'))
@@ -35,7 +35,7 @@ pub(crate) fn json(value: &impl Serialize) -> crate::Result<String> {
 
 /// Prints a text to standard output.
 pub(crate) fn print(text: &str) -> crate::Result<()> {
-    // Names come from files, and the output goes to a terminal: nothing in it may control that.
+    // Names come from files, and the output goes to a terminal: no character may control the terminal.
     let text: Cow<str> =
         if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
     let mut out = io::stdout().lock();
@@ -53,8 +53,8 @@ pub(crate) fn print(text: &str) -> crate::Result<()> {
     })
 }
 
-/// Makes a folder if it is absent. A command that runs long makes it first, so that a folder that cannot be
-/// written is an error before the run starts.
+/// Makes a folder if it is absent. A long command makes it first, so that an unwritable folder is an error
+/// before the run starts.
 pub(crate) fn make_folder(path: &Path) -> crate::Result<()> {
     fs::create_dir_all(path).map_err(|error| BadInput::unwritable(path, &error))
 }
@@ -71,7 +71,7 @@ pub(crate) fn write_all(folder: &Path, files: &[(impl AsRef<str>, String)]) -> c
     Ok(said)
 }
 
-/// Writes a file completely or not at all, so that several processes may write the same one. An existing
+/// Writes a file completely or not at all, so that several processes may write the same file. An existing
 /// `path` is replaced.
 pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
     replace(path, content).map_err(|error| BadInput::unwritable(path, &error))
@@ -116,7 +116,7 @@ pub(crate) fn quoted(word: &str) -> String {
     }
 }
 
-/// A path as a word of a command, the same however it was typed.
+/// A path as a word of a command; equivalent paths give the same word.
 pub(crate) fn quoted_path(path: &Path) -> String {
     let plain: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
     quoted(&plain.display().to_string())

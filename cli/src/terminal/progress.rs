@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::stderr;
 use crate::numbers::{plain, with_unit};
 
-/// Shorter work shows no bar.
+/// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Positions of the bar.
 const STEPS: u64 = 1000;
@@ -36,7 +36,7 @@ impl Progress {
         bar.set_position((share * STEPS as f64) as u64);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn done(self) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
@@ -89,7 +89,7 @@ impl Rate {
         Self { label: label.into(), started: now, shown: Mutex::new(Shown { bar: None, logged: now }) }
     }
 
-    /// Records that `done` runs were made, `found` existed before, and their total number.
+    /// Records that `done` runs have ended, `found` existed before, and the total number.
     pub(crate) fn at(&self, done: u64, found: u64, total: u64) {
         let elapsed = self.started.elapsed();
         // A thread that finds it locked leaves the update to the next one.
@@ -116,7 +116,7 @@ impl Rate {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn done(self) {
         if let Ok(Shown { bar: Some(bar), .. }) = self.shown.into_inner() {
             bar.finish_and_clear();
@@ -136,8 +136,8 @@ fn bar(label: &str, elapsed: Duration) -> ProgressBar {
     }
 }
 
-/// Shows the present step of work whose steps cannot be counted. It is a spinner with the time on a terminal,
-/// a line for each step in a log.
+/// Shows the current step of work whose steps cannot be counted: a spinner with the time on a terminal, a
+/// line for each step in a log.
 pub(crate) struct Steps {
     label: String,
     started: Instant,
@@ -157,7 +157,7 @@ impl Steps {
         Self { label: label.into(), started: Instant::now(), bar }
     }
 
-    /// Names the present step.
+    /// Names the current step.
     pub(crate) fn at(&self, what: &str) {
         match &self.bar {
             Some(bar) => bar.set_message(format!("{}: {what}", self.label)),
@@ -169,7 +169,7 @@ impl Steps {
         }
     }
 
-    /// Takes the spinner away.
+    /// Removes the spinner.
     pub(crate) fn done(self) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
@@ -177,5 +177,5 @@ impl Steps {
     }
 }
 
-/// How often a spinner turns.
+/// Interval between the positions of a spinner.
 const TICK: Duration = Duration::from_millis(120);

@@ -13,8 +13,8 @@ pub(crate) fn folder(name: &str, otherwise: &str) -> PathBuf {
     Path::new(RESULTS).join(safe_name(name, otherwise))
 }
 
-/// `out/NAME,kp=0.4` for the name `name` with some keys set on the command line. Results without them are
-/// kept.
+/// `out/NAME,kp=0.4` for the name `name` with some keys set on the command line, so that results without the
+/// settings are kept.
 pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathBuf {
     let short = |setting: &String| {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
@@ -27,7 +27,7 @@ pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathB
     Path::new(RESULTS).join(if folder.is_empty() { otherwise } else { folder })
 }
 
-/// A name that is valid on every file system and contains no path; `otherwise` if none of it is left.
+/// A name that is valid on every file system and contains no path; `otherwise` if no valid character remains.
 pub(crate) fn safe_name(name: &str, otherwise: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let name: String = name.chars().map(safe).collect();

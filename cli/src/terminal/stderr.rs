@@ -4,12 +4,12 @@ use std::io::{self, IsTerminal, Write};
 
 use feeler_problem::Problem;
 
-/// Prints a text to standard error; failures of that are ignored.
+/// Prints a text to standard error; failures to print are ignored.
 pub(crate) fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
 }
 
-/// Prints doubts about a file: what may be meant otherwise.
+/// Prints doubtful values of a file that may be mistakes.
 pub(crate) fn warn(doubts: &[Problem]) {
     for Problem { key, message, remedy, .. } in doubts {
         complain(&format!("warning: {key}: {message}; {remedy}"));

@@ -2,24 +2,24 @@
 
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, Width, presets};
 
-/// Narrower terminals do not wrap cells.
+/// Smallest width of a terminal at which cells are wrapped.
 const LEAST_WIDTH: u16 = 60;
 /// Blanks on both sides of a cell.
 const PADDING: usize = 2;
 
-/// A table without lines, with numbers of the named columns to the right. In a terminal it is as wide as that
-/// at most.
+/// A table without lines, with right-aligned numbers in the columns `right`. On a terminal it is at most as
+/// wide as the terminal.
 pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let rows: Vec<Vec<String>> = rows.into_iter().collect();
     arranged(header, right, &rows, terminal_width())
 }
 
-/// Width of the terminal; `None` if there is none. One that reports a width of a few characters is wrong.
+/// Width of the terminal; `None` if there is no terminal. A reported width of a few characters is ignored.
 pub(super) fn terminal_width() -> Option<u16> {
     Table::new().width().filter(|width| *width >= LEAST_WIDTH)
 }
 
-/// The same within a width, or as wide as its content.
+/// A table of at most this width, or as wide as its content.
 fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Option<u16>) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
@@ -49,15 +49,15 @@ fn arranged(header: &[&str], right: &[usize], rows: &[Vec<String>], width: Optio
 
 /// Widths that a column needs, with its padding.
 struct Needs {
-    /// For header and cells in one line each.
+    /// Width for header and cells in one line each.
     lines: usize,
-    /// For cells in one line and a header between words.
+    /// Width for cells in one line and a header that is broken between words.
     cells: usize,
     words: usize,
 }
 
-/// Widths of columns of a table that must be wrapped. They keep the cells of all but the widest column in one
-/// line, else those of keys and numbers. Empty if even words have no room.
+/// Widths of columns of a table that must be wrapped. They keep the cells of all columns but the widest in
+/// one line, or else the cells with keys and numbers. Empty if even single words do not fit.
 fn fixed_widths(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usize, u16)> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or_default().max(header.len());
     let size = |text: &str| text.chars().count();
@@ -65,7 +65,7 @@ fn fixed_widths(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usi
     let needs_of = |column: usize| {
         let head = header.get(column).copied().unwrap_or_default();
         let cells = || rows.iter().filter_map(move |row| row.get(column)).map(String::as_str);
-        // An empty column has a blank.
+        // An empty column is one character wide.
         let cell = cells().map(size).max().unwrap_or_default().max(1);
         let words = cells().map(word).max().unwrap_or_default().max(word(head)).max(1);
         let (lines, cells) = (cell.max(size(head)), cell.max(word(head)));
@@ -89,7 +89,7 @@ fn fixed_widths(header: &[&str], rows: &[Vec<String>], width: usize) -> Vec<(usi
 mod tests {
     use super::*;
 
-    /// 110 columns in 80: the text is wrapped, and no key is broken.
+    /// A table of 110 columns in 80: the text is wrapped, and no key is broken.
     #[test]
     fn truth_a_wide_table_wraps_its_text_and_keeps_its_keys_whole() {
         let key = "springs.transmission.stiffness";

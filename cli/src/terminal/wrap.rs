@@ -2,7 +2,7 @@
 
 use super::table::terminal_width;
 
-/// A text whose long lines are broken between words in a terminal; unchanged anywhere else.
+/// A text whose long lines are broken between words on a terminal; otherwise unchanged.
 pub(crate) fn wrapped(text: &str) -> String {
     terminal_width().map_or_else(|| text.to_owned(), |width| within(text, usize::from(width)))
 }
@@ -40,9 +40,9 @@ mod tests {
     #[test]
     fn truth_lines_are_broken_between_words() {
         assert_eq!(within("the limit is 1.507\n\nshort", 10), "the limit\nis 1.507\n\nshort");
-        // Blanks of a line that fits stay.
+        // A line that fits keeps its spaces.
         assert_eq!(within("  a  b", 10), "  a  b");
-        // A word that is too long has a line of its own.
+        // A word that is too long has its own line.
         assert_eq!(within("1 % more springs.guide.damping", 10), "1 % more\nsprings.guide.damping");
     }
 }

@@ -39,7 +39,7 @@ fn truth_a_run_of_an_arm_writes_its_results_and_a_page_that_shows_it_move() {
     ] {
         assert!(header.split(',').any(|column| column == name), "{name} in {header}");
     }
-    // 0.3 s at 1 kHz, and both ends.
+    // 0.3 s at 1 kHz with both ends, and a header.
     assert_eq!(trace.lines().count(), 302);
     let page = bench.read("here/report.html");
     assert!(page.contains("data-scene=\"0\"") && page.contains("\"frames\":[[0"));

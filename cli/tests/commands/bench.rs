@@ -9,7 +9,7 @@ pub(crate) const DONE: i32 = 0;
 pub(crate) const CHECK_FAILED: i32 = 1;
 pub(crate) const BAD_INPUT: i32 = 2;
 
-/// `feeler` in a folder of its own.
+/// `feeler` in its own folder.
 pub(crate) struct Bench {
     folder: tempfile::TempDir,
 }
@@ -55,28 +55,28 @@ pub(crate) fn exists(path: impl AsRef<Path>) -> bool {
     path.as_ref().exists()
 }
 
-/// `feeler` among the shipped scenarios.
+/// `feeler` in the folder of the shipped scenarios.
 pub(crate) fn shipped() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_feeler"));
     command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
     command
 }
 
-/// Standard output of `feeler` beside the shipped scenarios.
+/// Standard output of `feeler` in the folder of the shipped scenarios.
 pub(crate) fn printed(arguments: &[&str]) -> String {
     let output = shipped().args(arguments).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Error output of a request that is refused.
+/// Error output of a request that fails.
 pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = shipped().args(arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Its output with `--json`.
+/// Output of `feeler` with `--json`.
 pub(crate) fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(arguments)).unwrap()
 }

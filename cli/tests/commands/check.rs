@@ -40,7 +40,7 @@ fn truth_json_holds_every_problem_with_its_place() {
     assert_eq!(results[0]["problems"][0]["line"], 5);
 }
 
-/// Millimetres for metres once ended in `ok` and 0, below warnings that matter less.
+/// Millimetres in place of metres once ended in `ok` and exit code 0, below less important warnings.
 #[test]
 fn regress_a_unit_that_is_wrong_by_a_thousand_is_no_ok() {
     let bench = Bench::new();

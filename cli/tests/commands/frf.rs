@@ -7,16 +7,16 @@ use serde_json::Value;
 
 use crate::bench::{json, printed, refused};
 
-/// Closed and simulated responses of a linear machine under noise: leakage of local polynomials near a
-/// resonance of 2 % damping.
+/// Difference between closed-form and simulated responses of a linear machine under noise: leakage of local
+/// polynomials near a resonance with 2 % damping.
 const LEAKAGE_DB: f64 = 0.05;
 
-/// A line within 0.1 Hz of the corner of a first-order filter, at most 1 % of it in modulus.
+/// Error of a line within 0.1 Hz of the corner of a first-order filter: at most 1 % of the modulus.
 const FILTERED: f64 = 0.01;
 
-/// Excitation with 0.1 N rms about 30 N. The error of the tangent and the transient to 30 N is half a decibel
-/// at the resonance of the stiffest law. A tangent at another force moves the resonance, with an error of
-/// tens of decibels.
+/// Excitation with 0.1 N rms about 30 N. The tangent and the transient to 30 N cause half a decibel at the
+/// resonance of the stiffest law. A tangent at another force would shift the resonance and cause tens of
+/// decibels.
 const SMALL_SIGNAL_DB: f64 = 1.0;
 
 #[test]
@@ -61,7 +61,7 @@ fn truth_a_response_is_linearised_under_the_mean_of_its_command() {
 
 #[test]
 fn truth_a_response_is_that_of_the_reading_which_the_controller_gets() {
-    // A low-pass filter of the sensor at 20 Hz takes 45 degrees there, and 3 dB.
+    // At 20 Hz, a low-pass filter of the sensor with that corner causes 45 degrees and 3 dB.
     let measured = |output: &[&str]| {
         let found = json(
             &[
@@ -136,7 +136,7 @@ fn truth_a_response_is_written_as_page_table_and_json() {
 fn truth_records_of_a_dataset_give_a_response() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice/case-00");
     let Some(folder) = folder.canonicalize().ok().and_then(|f| f.to_str().map(str::to_owned)) else {
-        // Not by the error macro, whose output a passing test hides.
+        // `eprintln!` would not be shown, because a passing test captures its output.
         let _ = writeln!(std::io::stderr(), "skipped: no practice datasets");
         return;
     };

@@ -54,7 +54,7 @@ impl Served {
         let (status, text) =
             self.ask("POST", &format!("/{}/{path}", self.secret), &self.host, &body.to_string());
         assert_eq!(status, 200, "{text}");
-        // A response may come in pieces, each after its length.
+        // A response may be chunked, with the length before each chunk.
         let text = text.find('{').zip(text.rfind('}')).map(|(from, to)| &text[from..=to]).unwrap();
         let whole: String =
             text.split("\r\n").filter(|line| usize::from_str_radix(line, 16).is_err()).collect();
@@ -83,7 +83,7 @@ fn truth_only_the_secret_path_of_the_loopback_address_is_answered() {
     for path in ["/", "/press.toml", guess.as_str(), other.as_str()] {
         assert_eq!(status(path, &served.host), 404, "{path}");
     }
-    // A host name that someone else points at this computer.
+    // A foreign host name that resolves to this computer is refused.
     assert_eq!(status(&own, "attacker.example"), 404);
     assert_eq!(status(&own, &format!("{}\r\nHost: attacker.example", served.host)), 404);
 }
@@ -99,7 +99,7 @@ fn truth_a_number_that_is_moved_moves_what_follows_and_is_written_with_its_comme
         assert!(calm["charts"][chart]["series"][0]["values"].is_object(), "{chart}");
     }
     assert!(calm["planes"]["nyquist"].is_object() && calm["planes"]["locus"].is_object());
-    // The page asks for run and theory by themselves, and gets the same.
+    // The page requests run and theory separately, and gets the same results.
     let part = |part: &str| {
         served.post("state", &json!({ "settings": { "controllers.force.kp": 0.05 }, "part": part }))
     };
@@ -150,7 +150,7 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     let refused = served.post("write", &json!({ "settings": { "bodies.tip.mass": -1.0 } }));
     assert!(refused["problem"].as_str().unwrap().contains("bodies.tip.mass"), "{refused}");
     assert!(bench.read("press.toml") == PRESS && !exists(bench.path("press.toml.bak")));
-    // Saved while the page does not look.
+    // The file is saved between two requests of the page.
     let saved = PRESS.replace("\"1 mm\"", "\"2 mm\"");
     bench.write("press.toml", &saved);
     let written = served.post("write", &json!({ "settings": { "bodies.tip.mass": 2.5 } }));
@@ -158,7 +158,7 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert_eq!(bench.read("press.toml.bak"), saved);
     let expected = saved.replace("\"2 kg\"", "\"2.5 kg\"").replace("= 0.2\n", "= 0.3\n");
     assert_eq!(bench.read("press.toml"), expected);
-    // From now on the file says it.
+    // From here the value is in the file.
     bench.write("press.toml", &expected.replace("= 0.3\n", "= 0.25\n"));
     let (_, listed) = served.ask("GET", &format!("/{}/file", served.secret), &served.host, "");
     let listed: Value = serde_json::from_str(&listed).unwrap();
@@ -171,7 +171,7 @@ fn truth_what_was_set_is_written_too_and_what_an_editor_saved_stays() {
     assert!(refused["problem"].is_string() && bench.read("press.toml") == broken, "{refused}");
 }
 
-/// Of a list each entry has a slider. A `--set` of one entry is written with it.
+/// Each entry of a list has a slider. A `--set` of one entry is written too.
 #[test]
 fn truth_points_of_a_reference_are_moved_and_written() {
     let bench = Bench::new();
@@ -200,7 +200,7 @@ fn truth_points_of_a_reference_are_moved_and_written() {
     let written = served.post("write", &json!({ "settings": moved }));
     assert!(written["problem"].is_null(), "{written}");
     assert_eq!(bench.read("press.toml"), text("[[0.0, \"10 N\"], [0.3, \"16 N\"]]"));
-    // The file says it from now on.
+    // From here the value is in the file.
     bench.write("press.toml", &text("[[0.0, \"10 N\"], [0.3, \"12 N\"]]"));
     assert_eq!(force()["value"], 12.0);
 }
@@ -219,7 +219,7 @@ fn truth_a_base_machine_is_watched_as_its_file_is() {
     assert_eq!([version(), version()], [0, 0]);
     bench.write("base.toml", &PRESS.replace("= 0.2\n", "= 0.4\n"));
     assert_eq!([version(), version()], [1, 1]);
-    // A mistake has its file, line, column and remedy; one of a value its key, too.
+    // A mistake has its file, line, column and remedy; a wrong value has its key too.
     bench.write("base.toml", "\n[");
     let broken = file();
     assert_eq!(broken["version"], 2);
@@ -237,8 +237,8 @@ fn truth_a_base_machine_is_watched_as_its_file_is() {
     assert_eq!([&file()["version"], &file()["problem"]], [&json!(4), &Value::Null]);
 }
 
-/// 600 s are 600 000 samples of the controller: no computer simulates them in the 25 ms that a slider in
-/// motion waits for.
+/// 600 s need 600 000 samples of the controller: no computer simulates them in the 25 ms available while a
+/// slider moves.
 #[test]
 fn truth_a_long_run_is_cut_short_while_a_slider_moves_only() {
     let bench = Bench::new();
@@ -258,7 +258,7 @@ fn truth_a_long_run_is_cut_short_while_a_slider_moves_only() {
     let force = values(&cut["charts"]["force"]["series"][0]);
     let [before, end] = times[times.len() - 2..] else { panic!("{times:?}") };
     assert!((end - 600.0).abs() < 1e-9 && force[force.len() - 1].is_nan(), "the axis is that of the whole");
-    // A tenth at least, and never all of it.
+    // At least a tenth of the run, and never all of it.
     assert!((60.0 - 1e-3..600.0).contains(&before), "{before}");
     assert_eq!(run(600.0, false)["lead"], whole["lead"]);
     assert_eq!(run(0.02, true)["partial"], false, "a short run is shown whole");
@@ -285,17 +285,17 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             said.out
         );
     }
-    // Each name stands over its column.
+    // Each name is above its column.
     let head = of_runs.out.lines().next().unwrap();
     let row = of_runs.out.lines().find(|line| line.contains("controllers.force.kp")).unwrap();
     assert_eq!(head.find("press"), row.find("0.2"), "{}", of_runs.out);
-    // The same figures: a run is repeated bit for bit.
+    // The figures are equal, because a run is repeated bit for bit.
     let figures = |text: &str| {
         let from = text.find("peak force").unwrap();
         text[from..text.find("wrote").unwrap()].split_whitespace().map(str::to_owned).collect::<Vec<_>>()
     };
     assert_eq!(figures(&of_runs.out), figures(&of_file.out));
-    // One number for one thing: both measure rows at the same instants.
+    // Settling times are equal, because both commands measure rows at the same instants.
     let settling = |text: &str| {
         let from = text.find("settling time").unwrap();
         text[from..].split_whitespace().skip(2).take(2).map(str::to_owned).collect::<Vec<_>>()
@@ -316,7 +316,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
             assert!(found["x"].is_object() && found["y"].is_object(), "a curve of many points: {found}");
         }
     }
-    // Of long numbers as many digits as tell them apart.
+    // Long numbers are shortened to as many digits as distinguish them.
     for (mass, told) in [("2.12345678901", "2.123457"), ("2.00000000001", "2.00000000001")] {
         let set = format!("bodies.tip.mass={mass}");
         let said = bench.feeler(&["compare", "press.toml", "--set", &set, "--out", "file"]);
@@ -393,7 +393,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 #[test]
 fn truth_records_lie_over_the_machine_as_set_and_as_repaired() {
     let bench = records();
-    // The friction of the axis that was recorded.
+    // The friction of the recorded axis.
     bench.write("repaired.toml", &format!("{AXIS}[springs.guide.effects.coulomb-friction]\nlevel = 4.0\n"));
     let served = Served::new(
         &bench,
@@ -412,7 +412,7 @@ fn truth_records_lie_over_the_machine_as_set_and_as_repaired() {
         let both = measured.iter().zip(of).filter(|(a, b)| a.is_finite() && b.is_finite());
         rms(both.map(|(a, b)| a - b))
     };
-    // Of 4 N of friction in 10 N of command the repaired machine predicts all but the noise.
+    // With 4 N of friction in 10 N of command, the repaired machine predicts all but the noise.
     assert!(error(&repaired) < 0.1 * error(&set), "{} and {}", error(&repaired), error(&set));
     let moved = chart(json!({ "springs.guide.damping": 200.0 }));
     assert_ne!(moved["series"][1], as_believed["series"][1]);

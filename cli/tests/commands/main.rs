@@ -1,4 +1,4 @@
-//! The binary as its users see it: its output, its files, its exit codes, and its book.
+//! The binary as users see it: its output, files, exit codes and book.
 #![cfg(test)]
 
 mod arm;

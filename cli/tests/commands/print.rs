@@ -47,8 +47,8 @@ fn truth_every_template_passes_the_check_and_none_is_overwritten() {
     assert_eq!(bench.feeler(&["new", "arm", "--urdf", arm, "--out", "arm.toml"]).code, DONE);
     let said = bench.feeler(&["check", "arm.toml"]);
     assert_eq!(said.code, DONE, "{}", said.err);
-    // A frame without inertia on a joint without an axis, as exporters write them. Its meshes were not
-    // published with it, which is not a mistake.
+    // Exporters write frames without inertia, on joints without an axis. The meshes were not published with
+    // this URDF, which is not a mistake.
     let real = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/so101/so101.urdf");
     if std::path::Path::new(real).is_file() {
         assert_eq!(bench.feeler(&["new", "arm", "--urdf", real, "--out", "so101.toml"]).code, DONE);
@@ -104,8 +104,8 @@ fn truth_an_unknown_command_is_refused() {
     insta::assert_snapshot!(said.err);
 }
 
-/// The command of a velocity source is a speed, and has a chart of its own. The force of that run rests: its
-/// spectrum would be rounding.
+/// The command of a velocity source is a speed and has its own chart. The force of that run is at rest, so
+/// its spectrum would be rounding errors.
 #[test]
 fn regress_a_page_names_no_command_and_no_spectrum_where_there_is_none() {
     let bench = Bench::new();

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::bench::{json, printed, refused};
 
-/// The machine of the synthetic records: one free mass behind a viscous guide, and its sensors.
+/// The machine of the synthetic records: one free mass with a viscous guide, and its sensors.
 const MACHINE: &str = r#"
 name = "free-mass"
 [bodies.motor]
@@ -40,7 +40,7 @@ const DAMPING: f64 = 50.0;
 const ROW_S: f64 = 1e-3;
 
 /// A dataset with one record of the free mass under a command, solved exactly between rows. The acceleration
-/// is read before each row's command acts.
+/// at a row is read before the row's command acts.
 fn record(command: impl Fn(usize) -> f64, rows: usize) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let keeps = (-DAMPING * ROW_S / MASS_KG).exp();
@@ -66,7 +66,7 @@ fn draw(k: usize) -> f64 {
     (((k as f64 + 1.0) * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0)
 }
 
-/// Frequencies without a common period within some seconds.
+/// Frequencies without a common period of a few seconds.
 fn frequencies_hz() -> Vec<f64> {
     let mut all = vec![1.7];
     while all[all.len() - 1] < 150.0 {
@@ -86,8 +86,8 @@ fn complex(values: &Value) -> Vec<C64> {
     values.as_array().unwrap().iter().map(one).collect()
 }
 
-/// Measured over linear, with the frequency (Hz) and the radius of the confidence band over the linear
-/// response.
+/// Ratio of measured to linear response, with the frequency (Hz) and the radius of the confidence band over
+/// the linear response.
 fn ratios(found: &Value) -> Vec<(f64, C64, f64)> {
     let (measured, linear) = (complex(&found["response"]), complex(&found["linear"]));
     let frequencies = found["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap());
@@ -106,9 +106,9 @@ fn notes(found: &Value) -> String {
         .join("; ")
 }
 
-/// The mass starts at rest: a transient of tau = 0.24 s. Hann's window over T = 4 s leaves 2 tau^3 (pi / T)^2
-/// / (1 + (w tau)^2)^1.5 over T / 4 of its initial size. That is 6e-4 at the lowest line of 1.7 Hz. About ten
-/// sines excite it.
+/// The mass starts at rest, with a transient of tau = 0.24 s. Hann's window over T = 4 s reduces it to the
+/// share 2 tau^3 (pi / T)^2 / (1 + (w tau)^2)^1.5 over T / 4 of its initial size. That is 6e-4 at the lowest
+/// line of 1.7 Hz. About ten sines excite it.
 const TRANSIENT: f64 = 5e-3;
 
 #[test]
@@ -129,8 +129,8 @@ fn truth_a_record_of_sines_is_evaluated_at_its_sines() {
 
 #[test]
 fn truth_the_estimator_follows_from_the_command() {
-    // Local polynomials and smoothed lines leave a local remainder. Segments leak: per cent of a response
-    // without resonances. Whole periods leave the transient that has decayed over one of them.
+    // Local polynomials and smoothed lines leave a local remainder. Averaged segments leak some per cent of a
+    // response without resonances. Whole periods leave the transient that remains after one period.
     let lines: Vec<f64> = (2..150).map(f64::from).collect();
     let multisine = record(sum_of_sines(&lines), 5000);
     let noise = record(|k| draw(k) + draw(k + 100_000) + draw(k + 200_000) - 1.5, 8000);
@@ -177,8 +177,8 @@ fn truth_frequencies_of_which_a_record_says_nothing_are_left_out() {
 }
 
 /// The bench's commands arrive 1.92 ms late, and its masses differ by up to a tenth from the believed ones.
-/// Above 25 Hz speeds are about 0.03 m/s. Its dry friction of 7.5 N is then a viscous damping of sqrt(2 / pi)
-/// 7.5 / 0.03 = 200 N s/m. It adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
+/// Above 25 Hz speeds are about 0.03 m/s. There its dry friction of 7.5 N is equivalent to a viscous damping
+/// of sqrt(2 / pi) 7.5 / 0.03 = 200 N s/m. It adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
 const BELIEVED: f64 = 0.1;
 const FRICTION_AT_25_HZ: f64 = 0.1;
 
@@ -194,8 +194,8 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
     fs::write(folder.path().join("machine.toml"), late).unwrap();
     let found = json(&["frf", path(folder.path()), "--json"]);
     let ratios = ratios(&found);
-    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz. The first lies below two over
-    // the record's length.
+    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz. The first sine is below two
+    // periods per record.
     assert_eq!(ratios.len(), 44);
     for (f, ratio, radius) in ratios.iter().filter(|(f, ..)| *f > 24.0) {
         let off = (ratio - 1.0).norm();

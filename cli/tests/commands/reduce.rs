@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::bench::{BAD_INPUT, Bench, DONE};
 
-/// Tolerance of the axis's phase crossover in contact against the whole arm, with the other directions held.
+/// Tolerance of the axis's phase crossover in contact against the whole arm, with the tool's other directions
+/// held.
 const HELD_CROSSOVER: f64 = 0.05;
 
 #[test]
@@ -81,7 +82,7 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
     }
 }
 
-/// The axis had a light motor and no stable ki, where the arm has one.
+/// Once the axis had a light motor and no stable `ki`, although the arm has one.
 #[test]
 fn regress_a_hard_contact_has_a_force_bandwidth_and_says_its_stable_gains() {
     let bench = Bench::new();
@@ -110,8 +111,8 @@ fn regress_a_hard_contact_has_a_force_bandwidth_and_says_its_stable_gains() {
     assert!(found["force_bandwidth_hz"].as_f64().unwrap() > 1.0, "{found}");
 }
 
-/// Tolerance of the axis's crossover if two modes share the tool: the error was 36 % with one of them as the
-/// tool.
+/// Tolerance of the axis's crossover if two modes share the tool. With only one of them as the tool the error
+/// was 36 %.
 const SHARED_CROSSOVER: f64 = 0.05;
 
 #[test]

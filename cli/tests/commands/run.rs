@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 use crate::live::{data_of, values};
 
-/// Times and roundings depend on the machine; the lines with them are removed.
+/// Removes the lines with times and rounding errors, which depend on the computer.
 fn without_times(text: &str) -> String {
     let keep = |line: &&str| !line.contains(" steps in ") && !line.contains("energy balance");
     text.lines().filter(keep).collect::<Vec<_>>().join("\n")
@@ -53,7 +53,7 @@ fn truth_the_summary_has_the_keys_of_the_contract() {
     let event = &summary["events"][0];
     assert_eq!((&event["what"], &event["on"]), (&Value::from("touch"), &Value::from("tool")));
     assert!(event["t_s"].as_f64().unwrap() > 0.0);
-    // The ledger is exact up to rounding.
+    // The energy balance is exact up to rounding errors.
     assert!(summary["energy"]["relative_residual"].as_f64().unwrap() < 1e-9);
 }
 
@@ -253,7 +253,8 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     );
 }
 
-/// 5 N m on 1 g m² for 0.16 s. From there on a step of 1 ms rotates it by more than an eighth of a turn.
+/// 5 N m act on 1 g m² for 0.16 s. After that, the body rotates by more than an eighth of a turn per step of
+/// 1 ms.
 #[test]
 fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
     let bench = Bench::new();
@@ -292,7 +293,7 @@ fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
     let less = "With 33 bodies RK4 takes less time than the exact integrator";
     let long = bench.feeler(&["run", "long.toml"]).out;
     assert!(long.contains(&format!("{less}. This run has steps of")), "{long}");
-    // Two springs at each body: |s|^2 <= 2 * 2e9 / 1, and a step is at most one over that.
+    // Each body has two springs: |s|^2 <= 2 * 2e9 / 1, and a step is at most the inverse of |s|.
     let stiff = bench.feeler(&["run", "stiff.toml"]).out;
     assert!(
         stiff.contains(&format!("{less}, but not with steps of 100 µs")) && stiff.contains("15.81 µs"),
@@ -340,7 +341,7 @@ fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_ended() {
     bench.write("press.toml", &PRESS.replace("reference    = 10.0", "reference    = 12.0"));
     assert_eq!(waits(), Vec::<String>::new());
     assert!((reference() - 12.0).abs() < 1e-12);
-    // A mistake does not end it.
+    // A mistake in the file does not end the command.
     bench.write("press.toml", &PRESS.replace("\"2 kg\"", "-2"));
     assert!(waits().iter().any(|line| line.contains("bodies.tip.mass")));
     // A process started in the background may ignore an interrupt.
@@ -348,7 +349,7 @@ fn truth_a_watched_file_is_run_again_after_every_change_until_it_is_ended() {
     assert!(interrupt.success() && !child.0.wait().unwrap().success());
 }
 
-/// A longer run does not decide what 400 ms in place of 0.4 ms have undone.
+/// The run is undecided because of 400 ms in place of 0.4 ms, so a longer run would not help.
 #[test]
 fn truth_the_probable_reason_of_an_undecided_run_comes_first() {
     let bench = Bench::new();
@@ -372,7 +373,7 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(said.err.contains("warning: contacts.tool.between") && said.err.contains(doubt), "{}", said.err);
     assert!(said.out.contains("Probable reason: a positive command"), "{}", said.out);
     assert!(bench.read("out/report.html").contains("Probable reason"));
-    // The same of a tool that approaches the other way.
+    // The tool approaches in the opposite direction.
     let encoder = "\n[sensors.encoder]\nreads = \"tip.position\"\n";
     bench.write("sent.toml", &(bench.read("away.toml") + encoder));
     let approach = "controllers.force.approach={ speed = 0.01, until = 2 }";
@@ -388,7 +389,7 @@ fn truth_what_a_check_doubts_is_said_with_a_run_that_loses_its_contact() {
     assert!(pulled.out.contains("does not end above zero"), "{}", pulled.out);
 }
 
-/// A run that ends well once kept quiet about its doubtful file. 1 mm of 10 kN/m push with 10 N.
+/// Once a run that ended well did not report doubts about its file. 10 N press 1 mm into 10 kN/m.
 #[test]
 fn regress_a_run_that_settles_prints_what_a_check_doubts_once() {
     let bench = Bench::new();
@@ -413,7 +414,7 @@ fn regress_the_keys_of_a_law_come_first_where_a_key_is_unknown() {
     assert!(said.err.contains("`kp`, `ki`, `kd`, `damping`"), "{}", said.err);
 }
 
-/// Under 10 N a surface of 10 kN/m yields by 1 mm on average while it moves up and down by another.
+/// 10 N press 1 mm into a surface of 10 kN/m on average, while the surface moves up and down by 1 mm.
 #[test]
 fn truth_a_surface_that_moves_is_drawn_and_the_error_of_tracking_is_told() {
     let bench = Bench::new();
@@ -454,7 +455,7 @@ fn truth_an_undecided_run_says_where_its_force_is() {
     let summary = summary(&bench, "out");
     let mean = 10.0 + summary["response"]["steady_error_n"].as_f64().unwrap();
     let swings = summary["verdict"]["amplitudes_n"][2].as_f64().unwrap();
-    // Four digits.
+    // Four significant digits.
     let told =
         format!("So far the force is {mean:.2} N at the end, and oscillates by {:.1} mN", 1e3 * swings);
     assert!(said.out.contains(&told), "{told}: {}", said.out);

@@ -21,7 +21,7 @@ const FOLDERS: [&str; 3] = ["/usr/sbin", "/usr/local/sbin", "/sbin"];
 const PROGRAMS: [&str; 5] = ["munged", "slurmctld", "slurmd", "sinfo", "sbatch"];
 
 /// A Slurm of one host with its own folder, ports, keys and configuration. It does not interfere with a Slurm
-/// that serves this host, and needs no special rights.
+/// that manages this host, and needs no special rights.
 struct Slurm {
     folder: tempfile::TempDir,
     daemons: Vec<(&'static str, Child)>,
@@ -199,7 +199,7 @@ fn text(output: &Output) -> String {
     [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
 }
 
-/// The last lines of a file, as one.
+/// The last lines of a file, joined to one.
 fn tail(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap_or_default();
     let lines: Vec<&str> = text.lines().collect();

@@ -13,7 +13,7 @@ use crate::bench::{Bench, DONE, exists};
 #[cfg(unix)]
 pub(super) const JOB_SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/slurm/sweep.sbatch");
 const SCENARIO: &str = include_str!("../../../scenarios/chatter/sustained.toml");
-/// 240 variants over structure (an integrator), timing and numbers, some of them impossible.
+/// 240 variants with different structure (an integrator), timing and numbers, some of them invalid.
 pub(super) const SWEEP: &str = "scenario = \"chatter.toml\"\n[axes]\n\
     \"controllers.force.kp\" = { linear = [0.2, 2.1], points = 20 }\n\
     \"controllers.force.delay\" = [\"0 ms\", \"0.4 ms\", \"1 ms\"]\n\
@@ -68,7 +68,7 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
     run(&["merge", &shards[0], &shards[1], &shards[2], "--out", &text(&out("merged"))]);
     assert!(bytes("merged") == expected, "merged shards give other bytes than one run");
 
-    // Killed after it has written another chunk or two.
+    // The command is killed after it has written one or two more chunks.
     let killed = out("killed");
     let mut kills = 0;
     while kills < 5 {
@@ -87,7 +87,7 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
         assert!(!killed.join("sweep.parquet").exists());
         kills += 1;
     }
-    // The leftover of a process that is killed while it assembles the results.
+    // A file of a process that was killed while it assembled the results.
     fs::write(killed.join("sweep.parquet.0123456789abcdef.tmp"), "PAR1").unwrap();
     run(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]);
     let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().path());
@@ -111,8 +111,8 @@ fn truth_a_folder_of_another_sweep_is_refused() {
     assert!(String::from_utf8_lossy(&refused.stderr).contains("another sweep"));
 }
 
-/// The sample job script with Slurm's variables for each task of an array that begins at 5, all tasks at
-/// once.
+/// The sample job script with Slurm's variables for each task of an array that begins at 5. All tasks run at
+/// the same time.
 #[test]
 #[cfg(unix)]
 fn prop_the_job_script_runs_each_part_once() {
@@ -153,7 +153,7 @@ fn truth_the_verdict_is_printed_and_written() {
     assert_eq!(found["causes"], serde_json::json!(["sampling-and-delay"]));
     assert!(found["remedies"].as_array().unwrap().len() > 2);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
-    // The cure comes before what led to it.
+    // The remedy comes before the trials.
     let at = |heading: &str| page.find(heading).unwrap_or_else(|| panic!("no {heading}"));
     assert!(at("What to do") < at("What was tried") && at("What was tried") < at("What remains"));
     assert!(!page.contains("nothing to remove") && page.contains("Does not apply here: "));
@@ -206,8 +206,8 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");
 }
 
-/// One of two gains settles: its diagram is reported as empty, and not omitted silently. Over two axes of
-/// numbers the page says where diagrams are.
+/// One of two gains settles, and the page reports that its diagram is empty. Over two numerical axes the page
+/// names the sweeps that have diagrams.
 #[test]
 fn regress_what_is_not_drawn_is_said() {
     let bench = Bench::new();
@@ -236,7 +236,7 @@ fn regress_what_is_not_drawn_is_said() {
         said.out,
         said.err
     );
-    // First the answer, on terminal and page: 0.3 settles at either gap, 1.2 at none.
+    // The answer comes first, on terminal and page: 0.3 settles with either gap, 1.2 with none.
     let answer = said.out.lines().next().unwrap();
     assert!(answer.starts_with("It settles up to controllers.force.kp = "), "{answer}");
     let page = bench.read("two/report.html");
@@ -248,8 +248,8 @@ fn regress_what_is_not_drawn_is_said() {
     );
 }
 
-/// Of three random numbers only the last varies enough to decide: from far below the limit of 0.90 to twice
-/// that.
+/// Only the last of three random numbers varies enough to decide: from far below the limit of 0.90 to twice
+/// the limit.
 #[test]
 fn truth_maps_of_random_numbers_are_over_those_that_decide() {
     let (folder, sweep) = project();
@@ -264,7 +264,7 @@ fn truth_maps_of_random_numbers_are_over_those_that_decide() {
     assert!(map.contains("controllers.force.kp"), "the map is not over the gain");
     assert!(page.contains("controllers.force.kp matters most"));
     assert!(page.contains("over the two numbers that decide most"));
-    // Each cell has a value of its own of one of the others.
+    // Each cell has its own value of one of the other numbers.
     let drawn = ["bodies.tip.mass", "springs.guide.damping"].iter().filter(|key| map.contains(**key)).count();
     assert_eq!(drawn, 1);
 }

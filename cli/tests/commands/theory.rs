@@ -45,7 +45,7 @@ fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
     }
 }
 
-/// The first sentence answers for the loop as set: its margins, its limit and what sets it.
+/// The first sentence describes the loop as set: its margins, its limit and the cause of the limit.
 #[test]
 fn truth_an_analysis_begins_with_the_loop_as_set() {
     let text = printed(&["analyze", "paper/flexible-contact.toml"]);
@@ -57,7 +57,7 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     let limit = "its limit is 1.507, set by sampling and delay, where the loop oscillates at 32.52 Hz.";
     assert!(first.ends_with(limit), "{first}");
     assert!(!first.contains(". "), "{first}");
-    // The next ones say what would raise it: the limit of continuous control over that of 1 kHz.
+    // The next sentences name what would raise the limit: the limit of continuous control over that at 1 kHz.
     let next: Vec<&str> = text.lines().skip(2).take(2).collect();
     let relief = "With continuous control, its limit would be 3.7 times as high.";
     assert!(next[0].starts_with("Sampling limits this loop") && next[0].contains(relief), "{next:?}");
@@ -66,7 +66,8 @@ fn truth_an_analysis_begins_with_the_loop_as_set() {
     assert!(next[1].starts_with(raise), "{next:?}");
 }
 
-/// Of a loop with one gain both are one number. Damping beside it is scaled by the margin, not by the limit.
+/// For a loop with one gain both numbers are equal. The margin also scales a damping gain, the limit does
+/// not.
 #[test]
 fn truth_a_gain_margin_that_differs_from_the_limit_is_explained() {
     let of = |owner: &str, key: &str| {
@@ -191,7 +192,7 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && page.len() < 3_000_000);
-    // The root that leaves the circle, at 31.04 Hz and 1 kHz, lies in a view of its own.
+    // The root that leaves the circle, at 31.04 Hz and 1 kHz, has its own view.
     let (sin, cos) = (TAU * 31.04e-3).sin_cos();
     let data = data_of(&page);
     let views = data["planes"].as_array().unwrap().iter().filter(|plane| plane["period_s"].is_number());
@@ -206,7 +207,7 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
     assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);
 }
 
-/// Live pages draw the same curves.
+/// Live pages draw these curves too.
 #[test]
 fn truth_a_sampled_servo_has_a_page_of_theory_and_is_compared() {
     let bench = Bench::new();
@@ -236,7 +237,7 @@ fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
     };
     assert_eq!(with_limit("1"), "saturation");
     assert_eq!(with_limit("1e6"), "rigid-body");
-    // The advice refers to the limit.
+    // The advice refers to the saturation limit.
     let said = printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=9.5"]);
     let parts = ["at which the drive saturates most: ", "saturation frequency (%)", "actuators.drive.limit"];
     assert!(parts.iter().all(|part| said.contains(part)), "{said}");
@@ -295,7 +296,8 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
     assert!(page.contains("What the linear model leaves out") && page.contains("taken as closed"));
 }
 
-/// Two bodies on 1e12 N/m, joined by 1e-6 N/m to the third: the rounding of the stiff springs is far larger.
+/// Two bodies on 1e12 N/m, with 1e-6 N/m to the third body: the rounding errors of the stiff springs are far
+/// larger.
 #[test]
 fn regress_poles_of_a_spring_that_rounding_loses_are_not_determined() {
     let springs =
@@ -352,7 +354,7 @@ fn regress_a_row_of_the_account_says_why_it_differs_from_the_one_above() {
 
 #[test]
 fn regress_a_number_of_tiny_effect_is_not_recommended() {
-    // An integrator so late that the machine behind it does not matter.
+    // The integrator has so much delay that the machine behind it has no effect.
     let settings = [
         "controllers.force.kp=0",
         "controllers.force.ki=2",
@@ -384,8 +386,8 @@ fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
     );
 }
 
-/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; if both controllers are equally
-/// fast, there is no aliasing.
+/// At one sample per common period, a motion of 502.8 Hz appears as 2.8 Hz. If both controllers have the same
+/// period, there is no aliasing.
 #[test]
 fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
     let asked = [

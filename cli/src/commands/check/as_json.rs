@@ -13,11 +13,11 @@ use super::found::{Mistakes, Sound, is_wrong_unit};
 /// A file that was checked. The book shows the comments.
 #[derive(Serialize)]
 pub(super) struct Checked {
-    /// The file, as it was named.
+    /// The file as named on the command line.
     file: String,
     /// Whether it has no mistakes.
     ok: bool,
-    /// Its contents in a few words; absent if it cannot be used.
+    /// Contents of the file in a few words; absent if the file cannot be used.
     #[serde(skip_serializing_if = "Option::is_none")]
     about: Option<String>,
     /// Mistakes of the file.
@@ -29,16 +29,16 @@ pub(super) struct Checked {
 /// A mistake or a warning.
 #[derive(Default, Serialize)]
 struct Finding {
-    /// The file in which it is, `--set` for an override; absent if it is the file that was named.
+    /// The file with the finding, `--set` for an override; absent if it is the file of this entry.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
-    /// Line or row, from 1; absent if no line is meant.
+    /// Line or row, from 1; absent if the finding has no line.
     #[serde(skip_serializing_if = "Option::is_none")]
     line: Option<usize>,
     /// Column in characters, from 1; absent without a line.
     #[serde(skip_serializing_if = "Option::is_none")]
     column: Option<usize>,
-    /// Dotted path of the key; absent if it concerns none.
+    /// Dotted path of the key; absent if the finding concerns no key.
     #[serde(skip_serializing_if = "Option::is_none")]
     key: Option<String>,
     /// The finding in words.

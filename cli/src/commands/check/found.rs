@@ -6,7 +6,7 @@ use feeler_engine::EngineError;
 use feeler_files::FormatError;
 use feeler_problem::{Problem, Remedy};
 
-/// Two readings of one motion that differ by this factor or more have different units: no machine does that.
+/// Readings of one motion that differ by this factor or more certainly have different units.
 const CERTAIN_FACTOR: f64 = 100.0;
 
 /// Why a file cannot be used.

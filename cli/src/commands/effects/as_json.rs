@@ -6,36 +6,36 @@ use serde::Serialize;
 /// An effect.
 #[derive(Serialize)]
 pub(super) struct Effect {
-    /// Key in files.
+    /// Name of the effect in files.
     kind: &'static str,
-    /// Its place on the machine.
+    /// Place of the effect on the machine.
     place: &'static str,
-    /// Elements that take it.
+    /// Kinds of elements that can have the effect.
     sits_under: Vec<&'static str>,
     /// Further requirement on the element; empty if there is none.
     site: &'static str,
     /// Parameters of the effect.
     parameters: Vec<Parameter>,
-    /// Its meaning, in one line.
+    /// Meaning of the effect, in one line.
     summary: &'static str,
-    /// Its page, as Markdown.
+    /// Page of the effect, as Markdown.
     documentation: String,
-    /// Whether it can only dissipate energy.
+    /// Whether the effect can only dissipate energy.
     dissipative: bool,
-    /// The part of the model that it changes: `plant` or `controller`.
+    /// The part of the model that the effect changes: `plant` or `controller`.
     disturbs: &'static str,
 }
 
 /// A parameter of an effect.
 #[derive(Serialize)]
 struct Parameter {
-    /// Key in files.
+    /// Name of the parameter in files.
     name: &'static str,
     /// SI unit on a translational axis.
     unit: String,
-    /// Its meaning, in one line.
+    /// Meaning of the parameter, in one line.
     text: &'static str,
-    /// Its value in the ideal machine; `None` if it has none, or if that is infinite.
+    /// Value in the ideal machine; `None` if there is none, or if it is infinite.
     null: Option<f64>,
     /// A typical value.
     typical: f64,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use feeler_plant::effects::{Curve, LawDrawing};
 
-/// Edges of the plot within 240 x 150 pixels; the rows above and below hold the texts of the axes.
+/// Edges of the plot within 240 x 150 pixels; the space above and below is for the texts of the axes.
 const LEFT: f64 = 10.0;
 const RIGHT: f64 = 230.0;
 const TOP: f64 = 20.0;

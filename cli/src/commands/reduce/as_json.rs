@@ -12,11 +12,11 @@ pub(super) struct Axis<'a> {
     pose: &'a [f64],
     /// Mass of the rigid arm along the normal.
     mass_kg: f64,
-    /// Its part on the motors' side of the spring.
+    /// Part of the mass on the motors' side of the spring.
     motor_mass_kg: f64,
-    /// Its part on the tool's side.
+    /// Part of the mass on the tool's side of the spring.
     tip_mass_kg: f64,
-    /// Mass of the links alone: the mass that a sudden blow on the tool meets.
+    /// Mass of the links alone, which a sudden impact on the tool encounters.
     link_mass_kg: f64,
     /// The spring between the two masses.
     stiffness_n_per_m: f64,
@@ -30,7 +30,7 @@ pub(super) struct Axis<'a> {
     dry_friction_n: f64,
     /// Largest force within the limit of every motor; `None` without limits.
     force_limit_n: Option<f64>,
-    /// Bandwidth of the slowest drive that takes part; `None` if none has one.
+    /// Bandwidth of the slowest drive that moves along the normal; `None` if no drive has one.
     bandwidth_hz: Option<f64>,
     /// Further bodies; empty if two masses are enough.
     branches: Vec<Branch>,
@@ -48,13 +48,13 @@ pub(super) struct Axis<'a> {
     stable_ki_per_s: Pair,
     /// Force bandwidth of the arm under integral control with a gain margin of 2.
     force_bandwidth_hz: f64,
-    /// The same of the axis.
+    /// Force bandwidth of the axis under the same control.
     axis_force_bandwidth_hz: f64,
     /// Damping of the motors in the integral loop.
     motor_damping_n_s_per_m: f64,
     /// Differences of the axis from the arm.
     misfit: Misfit,
-    /// Why not to trust the axis; `None` if it agrees with the arm to 5 %.
+    /// Reason why the axis should not be trusted; `None` if it agrees with the arm to 5 %.
     warning: Option<String>,
     /// Largest stable proportional gain of the written axis at 1 kHz; `None` if every gain is stable.
     largest_stable_kp: f64,
@@ -66,12 +66,12 @@ pub(super) struct Axis<'a> {
     map: Option<Vec<Place<'a>>>,
 }
 
-/// One number of the whole arm and of its axis.
+/// A number of the whole arm and of its axis.
 #[derive(Serialize)]
 struct Pair {
-    /// Of the whole arm; `None` if it has no such number, or an unlimited one.
+    /// Value of the whole arm; `None` if there is no such value, or if it is unlimited.
     arm: f64,
-    /// Of the axis, likewise.
+    /// Value of the axis; `None` likewise.
     axis: f64,
 }
 
@@ -80,15 +80,15 @@ struct Pair {
 struct Branch {
     /// Mass of the body.
     mass_kg: f64,
-    /// Its spring to the motor.
+    /// Stiffness of the spring to the motor.
     stiffness_n_per_m: f64,
-    /// The damping of that spring.
+    /// Damping of that spring.
     damping_n_s_per_m: f64,
-    /// Its spring to the tool; zero if it has none.
+    /// Stiffness of the spring to the tool; zero if there is none.
     to_tool_n_per_m: f64,
-    /// The damping of that spring.
+    /// Damping of that spring.
     to_tool_n_s_per_m: f64,
-    /// Its own frequency, with motor and tool held.
+    /// Natural frequency of the body with motor and tool held.
     frequency_hz: f64,
 }
 
@@ -99,10 +99,10 @@ struct Mode {
     frequency_hz: f64,
     /// Damping ratio of the mode.
     damping_ratio: f64,
-    /// Its part in the response from drive force to tool, relative to the arm's mass. It is negative for a
-    /// noncolocated mode.
+    /// Contribution of the mode to the response from drive force to tool, relative to the arm's mass. It is
+    /// negative for a noncolocated mode.
     drive_share: f64,
-    /// Its part in the response of the tool to a force there, relative to the arm's mass.
+    /// Contribution of the mode to the response of the tool to a force there, relative to the arm's mass.
     tip_share: f64,
 }
 
@@ -117,22 +117,22 @@ struct Misfit {
     stable_kp: f64,
     /// Difference of the largest stable integral gain.
     stable_ki: f64,
-    /// Whether all of them are at most 5 %.
+    /// Whether all differences are at most 5 %.
     trusted: bool,
 }
 
 /// The arm measured in simulation.
 #[derive(Serialize)]
 struct Measurement<'a> {
-    /// Frequency at which the phase falls through -90 degrees.
+    /// Frequency at which the phase falls below -90 degrees.
     contact_mode_hz: Pair,
-    /// Frequency at which it falls through -180 degrees.
+    /// Frequency at which the phase falls below -180 degrees.
     phase_crossover_hz: Pair,
     /// Lines of the multisine.
     frequencies_hz: &'a [f64],
     /// Real part of contact force over drive force at each line.
     real: Vec<f64>,
-    /// Imaginary part of the same.
+    /// Imaginary part of contact force over drive force at each line.
     imaginary: Vec<f64>,
     /// Length of the simulation.
     simulated_s: f64,
@@ -163,7 +163,7 @@ struct AxisThere<'a> {
     largest_ki_per_s: f64,
     /// Force bandwidth of the arm under integral control with a gain margin of 2.
     force_bandwidth_hz: f64,
-    /// The same of the axis.
+    /// Force bandwidth of the axis under the same control.
     axis_force_bandwidth_hz: f64,
     /// Differences of the axis from the arm there.
     misfit: Misfit,

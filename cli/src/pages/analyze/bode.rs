@@ -6,7 +6,7 @@ use feeler_lti::C64;
 use crate::numbers::plain;
 use crate::pages::parts::{Chart, ChartKind, Gauge, Line, Mark, Series};
 
-/// Charts of frequency that zoom together.
+/// Name shared by charts over frequency, which zoom together.
 const TOGETHER: &str = "frequency";
 
 type Response = (&'static str, Option<Vec<C64>>, bool);
@@ -42,7 +42,7 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
     charts
 }
 
-/// The margins at their places: the gain margin below 0 dB, the phase margin above -180°.
+/// The margins at their frequencies: the gain margin below 0 dB, the phase margin above -180°.
 fn margins(report: &Report, magnitude: &mut Chart, phase: &mut Chart) {
     let Some(margins) = report.margins() else { return };
     let within = |f: &f64| magnitude.x.last().is_some_and(|last| f <= last);
@@ -60,7 +60,7 @@ fn margins(report: &Report, magnitude: &mut Chart, phase: &mut Chart) {
     if let Some((margin, f)) = margins.phase_deg.zip(crossover)
         && let Some(there) = at(f).filter(|there| there.is_finite())
     {
-        // The nearest of -180°, 180°, ...
+        // The nearest odd multiple of 180°.
         let half_turn = 360.0 * ((there - 180.0) / 360.0).round() + 180.0;
         let label = format!("phase margin {}°", plain(margin));
         phase.gauges.push(Gauge { x: f, y: [there, half_turn], label });
@@ -112,7 +112,7 @@ fn decibels(values: &[C64]) -> Vec<f64> {
     values.iter().map(|g| 20.0 * g.norm().log10()).collect()
 }
 
-/// Phase continued over frequency. Gaps stay gaps; values without modulus have no phase.
+/// Phase, continuous over frequency. Gaps remain; zeros have no phase.
 pub(crate) fn degrees(values: &[C64]) -> Vec<f64> {
     let mut last: Option<f64> = None;
     let continued = values.iter().map(|g| {

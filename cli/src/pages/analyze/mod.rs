@@ -86,7 +86,7 @@ pub(crate) fn page(
     page.render()
 }
 
-/// A largest gain that changes by a smaller share is reported as unchanged.
+/// Largest relative change of the largest gain that is reported as unchanged.
 const UNCHANGED: f64 = 0.005;
 /// Phase margins: below the first a loop is fragile, above the second it is sound.
 const PHASE_DEG: [f64; 2] = [30.0, 45.0];
@@ -179,7 +179,7 @@ pub(crate) fn assumption_rows(report: &Report) -> Vec<Vec<String>> {
     report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect()
 }
 
-/// A mode's damping ratio; zero for an undamped one, without its rounding.
+/// Damping ratio of a mode; zero for an undamped mode, without rounding error.
 pub(crate) fn damping_ratio(mode: &ModeReport) -> f64 {
     if mode.damping_ratio.abs() < 1e-12 { 0.0 } else { mode.damping_ratio }
 }

@@ -8,7 +8,7 @@ use feeler_lti::C64;
 use crate::numbers::{plain, with_unit};
 use crate::pages::parts::{Circle, CircleKind, Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
-/// Half of the height of Nyquist's plane: it contains the point -1 and the whole unit circle. Resonances may
+/// Half the height of the Nyquist plot: it contains the point -1 and the whole unit circle. Resonances may
 /// extend far beyond.
 const NYQUIST_REACH: f64 = 1.6;
 /// Width of a plane over its height.
@@ -31,7 +31,7 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     if paths.is_empty() {
         return None;
     }
-    // Both directions have one scale.
+    // Both axes have the same scale.
     let view = [-ASPECT * NYQUIST_REACH, ASPECT * NYQUIST_REACH, -NYQUIST_REACH, NYQUIST_REACH];
     let mut circles =
         vec![Circle { centre: 0.0, radius: 1.0, kind: CircleKind::Unit, name: "modulus 1".into() }];
@@ -65,7 +65,7 @@ pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     })
 }
 
-/// The disk about -1 outside which a loop with this balanced disk margin stays; `None` if it is not a disk.
+/// The disk about -1 that a loop with this balanced disk margin avoids; `None` if the region is not a disk.
 fn disk(alpha: f64) -> Option<Circle> {
     let half = 0.5 * alpha;
     if half <= 0.0 || half >= 1.0 {
@@ -103,11 +103,12 @@ pub(crate) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
     sampled.chain(continuous).collect()
 }
 
-/// Height over the angle of the limit's frequency, of a view of what decides it, and the largest such view.
+/// Height of a view of the deciding roots, over the angle of the limit's frequency, and the largest height of
+/// such a view.
 const AROUND_LIMIT: f64 = 1.6;
 const LARGEST_PART: f64 = 0.5;
 
-/// The same locus near z = 1, if the roots that decide the limit fill a small part of the plane only.
+/// The locus near z = 1, if the roots that decide the limit fill only a small part of the plane.
 pub(super) fn near_the_limit(report: &Report, locus: Plane) -> Option<Plane> {
     let limit_hz = report.gain()?.sampled.edge_hz.filter(|hz| *hz > 0.0)?;
     let half = AROUND_LIMIT * TAU * limit_hz * locus.period_s?;
@@ -184,13 +185,13 @@ fn z_view(marks: &[PlaneMark]) -> [f64; 4] {
     [centre - ASPECT * half, centre + ASPECT * half, -half, half]
 }
 
-/// The oscillating poles and zeros, and the others up to the same distance.
+/// The oscillating poles and zeros, and the real ones up to the same distance.
 fn s_view(marks: &[PlaneMark]) -> [f64; 4] {
     let swings = || marks.iter().map(|m| m.point).filter(|p| p[1].abs() > 1e-9);
     let far = swings().map(|p| p[0].abs().max(0.15 * TAU * p[1].abs())).fold(0.0, f64::max);
     let near = marks.iter().map(|m| m.point).filter(|p| far <= 0.0 || p[0].abs() <= 4.0 * far);
     let mut view = view_of(near, [0.0, 0.0]);
-    // Space on the right, the unstable side.
+    // Space on the right, in the unstable half plane.
     view[1] = view[1].max(0.35 * (view[1] - view[0])).max(-0.35 * view[0]);
     view
 }

@@ -14,7 +14,7 @@ const LEFT: f64 = 44.0;
 const MIDDLE: f64 = 70.0;
 /// Height of a displacement of 1.
 const UNIT: f64 = 52.0;
-/// Quadrature below this is not drawn.
+/// Smallest quadrature part that is drawn.
 const LATE: f64 = 0.02;
 /// Width of a character in a body's name, for the widths of the bodies.
 const NAME_WIDTH: f64 = 7.0;

@@ -14,7 +14,7 @@ pub(crate) fn class_name(class: ModeClass) -> &'static str {
     }
 }
 
-/// The signals of poles, zeros and modes, and those of the rest if they differ.
+/// The signals of poles, zeros and modes, and those of the other results if they differ.
 pub(crate) fn subject(report: &Report) -> String {
     let asked = format!("from {} to {}", report.input, report.output);
     match report.pair() {
@@ -27,18 +27,18 @@ pub(crate) fn subject(report: &Report) -> String {
     }
 }
 
-/// Heading of the column with the effect of a change on the achieved quantity.
+/// Heading of the column with the effect of a change on bandwidth or saturation frequency.
 pub(crate) fn achieved_name(report: &Report) -> &'static str {
     if report.ranked_by() == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
 }
 
-/// Limits of a fragile loop: phase margins below this, and sensitivities above. A negative margin is that of
-/// a crossover at which less phase destabilises.
+/// Limits of a fragile loop: a smaller phase margin, or a larger sensitivity. A negative margin belongs to a
+/// crossover at which less phase lag destabilises.
 const FRAGILE_DEG: f64 = 30.0;
 const FRAGILE_SENSITIVITY: f64 = 3.0;
 
-/// State of the loop with the gain of the file, its margins, its limit and what sets it, in one sentence.
-/// `None` if no loop is closed.
+/// State of the loop with the gain of the file: its margins, its limit and the cause of the limit, in one
+/// sentence. `None` if no loop is closed.
 pub(crate) fn as_set(report: &Report) -> Option<String> {
     let gain = report.gain()?;
     let key = gain.key.rsplit('.').next().unwrap_or(&gain.key);
@@ -82,7 +82,7 @@ fn is_unstable(report: &Report, gain: &GainReport) -> bool {
     gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0)
 }
 
-/// The part of the loop that sets the largest stable gain, if one does.
+/// The part of the loop that determines the largest stable gain, if there is one.
 fn sets(limit: Limit) -> Option<&'static str> {
     match limit {
         Limit::RigidBody => Some("the rigid body and its actuator"),
@@ -152,10 +152,10 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     said
 }
 
-/// Relative difference of two numbers that a reader takes for one.
+/// Relative difference below which a reader regards two numbers as equal.
 const ALIKE: f64 = 0.01;
 
-/// Why the gain margin is not the limit over the gain: it is a margin of all gains together.
+/// Reason why the gain margin differs from the ratio of limit to gain: it scales all gains together.
 fn margin_of_all(report: &Report, gain: &GainReport) -> Option<String> {
     let margin = report.margins().filter(|margins| margins.unstable_poles == 0)?.gain?;
     let alone = gain.sampled.stable[1]? / gain.present;
@@ -169,7 +169,7 @@ fn margin_of_all(report: &Report, gain: &GainReport) -> Option<String> {
     })
 }
 
-/// The stable gains, if [`as_set`] does not say all of them.
+/// The stable gains, if [`as_set`] does not state all of them.
 fn stable_interval(report: &Report, gain: &GainReport) -> Option<String> {
     let [low, high] = gain.sampled.stable;
     let (low, high) = (low.filter(|low| *low > 0.0), high?);
@@ -189,7 +189,7 @@ fn stable_interval(report: &Report, gain: &GainReport) -> Option<String> {
     Some(format!("Sampled, the loop is stable{from} up to {} = {}{begins}.", gain.key, plain(high)))
 }
 
-/// Why no problem is named.
+/// Reason why no limiting problem is named.
 fn untold(report: &Report) -> String {
     match report.why_no_waterfall() {
         Some(WhyNoWaterfall::SlowerLoop { controller, period_s, common_s, slowest }) => {
@@ -219,16 +219,16 @@ fn untold(report: &Report) -> String {
     }
 }
 
-/// Numbers named in an advice, and the smallest relative change that is named.
+/// Largest number of parameters named in advice, and the smallest relative change that is named.
 const NAMED: usize = 3;
 const TELLING: f64 = 0.1;
-/// Of two changes, one below this share of the other is left out.
+/// The smaller of two changes is left out if it is below this share of the larger.
 const BESIDE: f64 = 0.1;
 
-/// Effect of 1 % more of a number on bandwidth and limit, as in `(bandwidth +0.09 %, limit +0.37 %)`.
+/// Effect of a 1 % increase of a number on bandwidth and limit, as in `(bandwidth +0.09 %, limit +0.37 %)`.
 fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
     let (bandwidth, limit) = (way * s.bandwidth_relative, way * s.largest_gain_relative);
-    // Further digits change no decision.
+    // Further digits would not change a decision.
     let percent = |share: f64| {
         let sign = if share > 0.0 { "+" } else { "" };
         format!("{sign}{} %", plain(two_digits(share)))
@@ -246,7 +246,7 @@ fn effect(s: &Sensitivity, by: RankedBy, way: f64) -> String {
     }
 }
 
-/// The first change to make, its effect, and changes that only seem to help.
+/// The first change to make with its effect, and changes whose benefit is only apparent.
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by() else { return Vec::new() };
     if by == RankedBy::Saturation
@@ -300,7 +300,7 @@ fn advice(report: &Report) -> Vec<String> {
     said
 }
 
-/// Why no gain is too large.
+/// Reason why every gain is stable.
 fn unlimited(report: &Report) -> String {
     let Some(gain) = report.gain() else { return String::new() };
     if report.margins().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
@@ -352,10 +352,10 @@ fn limited(report: &Report, limit: Limit) -> String {
     format!("{what}.{relief}{reach}")
 }
 
-/// A relief below this share of the limit is not worth a sentence.
+/// Smallest factor on the limit that is worth a sentence.
 const RELIEVING: f64 = 1.1;
 
-/// How far the limit would be without the ingredient that lowers it most.
+/// The limit without the ingredient that lowers it most.
 fn relief(report: &Report) -> Option<String> {
     let factor = |relief: Relief| match relief {
         Relief::Times(factor) => factor,

@@ -15,7 +15,7 @@ pub(crate) const HEADER: [&str; 6] = [
 ];
 /// Columns of numbers.
 pub(crate) const NUMBERS: [usize; 4] = [1, 2, 3, 4];
-/// Smaller relative changes count as none.
+/// Smaller relative changes count as zero.
 const SAME: f64 = 1e-3;
 
 /// One row for each stage.
@@ -44,7 +44,7 @@ pub(crate) fn rows(waterfall: &Waterfall) -> Vec<Vec<String>> {
     (0..waterfall.stages.len()).map(row).collect()
 }
 
-/// The part of a stage's change that comes from the ingredient itself, and the part from the gain that it
+/// The part of a stage's change that the ingredient causes directly, and the part due to the gain that it
 /// allows. Also the end of a shelf beyond the bandwidth.
 pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
     let shelf = stage.shelf.map(|shelf| {
@@ -86,8 +86,8 @@ fn difference(stage: &Stage, before: &Stage) -> Option<String> {
     let Some(kept) = stage.bandwidth_at_gain_before_hz else {
         return Some(format!("{way}: the gain above is unstable here"));
     };
-    // In logarithms the change is the sum of the ingredient's effect at one gain and the effect of the other
-    // gain.
+    // In logarithms the change is the sum of the ingredient's effect at the same gain and the effect of the
+    // changed gain.
     let (by_itself, by_gain) = ((kept / former).ln(), (own / kept).ln());
     let dominates = if by_itself.abs() > by_gain.abs() { "by itself" } else { "by the gain it allows" };
     let both = by_itself.abs().min(by_gain.abs()) > 0.1 * by_itself.abs().max(by_gain.abs());

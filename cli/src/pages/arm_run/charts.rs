@@ -21,7 +21,7 @@ struct Curve {
     name: String,
     unit: &'static str,
     factor: f64,
-    /// Shown as its change since the start.
+    /// Whether the change since the start is shown.
     from_start: bool,
     dashed: bool,
 }
@@ -76,7 +76,7 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
     }
 }
 
-/// The last cycles of an oscillation that lasts.
+/// The last cycles of a sustained oscillation.
 pub(super) fn close_up(page: &mut Page, file: &CellFile, result: &CellRun) {
     let Some(oscillation) =
         result.summary.figures.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0)
@@ -131,7 +131,7 @@ fn forces(page: &mut Page, file: &CellFile, result: &CellRun, rows: &Range<usize
     }
 }
 
-/// When the tip pushed.
+/// Spans of time in which the tip pressed on the workpiece.
 fn bands(result: &CellRun, rows: &Range<usize>, trace: &Trace) -> Vec<[f64; 2]> {
     let Some([from_s, .., to_s]) = trace.t_s.get(rows.clone()) else { return Vec::new() };
     let shown = result.contact.intervals.iter().filter(|span| span.end_s >= *from_s && span.start_s <= *to_s);

@@ -12,7 +12,7 @@ use crate::pages::run::{EVENTS, event_rows, tone};
 use crate::units::Units;
 use crate::words;
 
-/// Events listed; more are in the summary.
+/// Largest number of listed events; the summary has all.
 const MOST_EVENTS: usize = 400;
 
 /// The page of a run.

@@ -1,4 +1,4 @@
-//! The arm as moving lines.
+//! The arm as an animated drawing of lines.
 
 use feeler_files::CellFile;
 use feeler_manipulator::link_capsules;
@@ -8,10 +8,9 @@ use serde_json::{Value, json};
 /// Largest number of instants in the scene.
 const MOST_FRAMES: usize = 1200;
 
-/// Input of `assets/scene.js`: the radii of the links, the lines of workpiece (base's frame) and tip (tool's
-/// frame), and data for each instant. These are the time, the points of the skeleton from the base to the
-/// tool, and the tool's orientation as a quaternion. The force follows, with the point and normal of the
-/// contact.
+/// Input of `assets/scene.js`: the radii of the links, the lines of workpiece (in the base's frame) and tip
+/// (in the tool's frame), and data for each instant. These are the time, the points of the skeleton from base
+/// to tool, and the tool's orientation as a quaternion. The contact force follows, with its point and normal.
 pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();
@@ -68,7 +67,7 @@ pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     }))
 }
 
-/// A number with this many decimals; null if it is not finite.
+/// A number with this many decimals; `null` if it is not finite.
 fn digits(value: f64, decimals: i32) -> Value {
     let scale = 10_f64.powi(decimals);
     Value::from((value * scale).round() / scale)

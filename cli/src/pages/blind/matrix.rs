@@ -13,10 +13,10 @@ const GAP: f64 = 16.0;
 /// Slope of the names along the top, degrees.
 const SLOPE_DEG: f64 = 60.0;
 
-/// Opacity of a cell from which on its number is white.
+/// Opacity of a cell above which its number is white.
 const DARK: f64 = 0.8;
 
-/// The drawing: cells on the diagonal are right, the number is how often.
+/// The drawing: cells on the diagonal are right answers, and each number is a count of cases.
 pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     let mut rows: Vec<&str> = confusion.iter().map(|(hidden, ..)| hidden.as_str()).collect();
     let mut columns: Vec<&str> = confusion.iter().map(|(_, answered, _)| answered.as_str()).collect();
@@ -67,7 +67,7 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         let (x, y) = (left + CELL * i as f64, top + CELL * j as f64);
         let colour = if is_right(hidden, answered) { "#0072b2" } else { "#d55e00" };
         let share = 0.35 + 0.65 * *n as f64 / times(hidden);
-        // A pale cell shows the page, whose own ink is legible there.
+        // Letters on a pale cell have the colour of the page's text.
         let ink = if share > DARK { "fill:#ffffff;" } else { "" };
         let _ = write!(
             svg,
@@ -87,7 +87,7 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     svg
 }
 
-/// The order of the library, then other names.
+/// Position in the order of the library; other names come last.
 fn order(name: &str) -> usize {
     LIBRARY.iter().position(|definition| definition.name == name).unwrap_or(LIBRARY.len())
 }

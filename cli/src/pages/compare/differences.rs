@@ -1,4 +1,4 @@
-//! How scenarios and datasets differ, for tables and for programs.
+//! Differences between scenarios and between datasets, for tables and for programs.
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_files::rounded;
@@ -10,10 +10,10 @@ use crate::numbers::{percent, with_unit};
 use crate::pages::compare::taken::{LoopFigures, Taken};
 use crate::units::Units;
 
-/// Characters above which a number is shown with fewer digits, and their number.
+/// Number of characters above which a number is shortened, and its number of digits then.
 const LONG: usize = 10;
 const DIGITS: usize = 7;
-/// Differences below this share of a series' variation are rounding.
+/// Differences below this share of a series' variation are rounding errors.
 const ROUNDING: f64 = 1e-12;
 
 /// Compared scenarios. The book shows the comments.
@@ -28,11 +28,11 @@ pub(crate) struct ComparedScenarios<'a> {
 /// A scenario with its results.
 #[derive(Serialize)]
 struct ComparedScenario<'a> {
-    /// The file or the folder as it was named, or the setting of a variant.
+    /// The file or folder as named on the command line, or the setting of a variant.
     name: &'a str,
-    /// Summary of the run; `None` if it cannot run.
+    /// Summary of the run; `None` if the scenario cannot run.
     run: Option<&'a Summary>,
-    /// Figures by linear theory; `None` if it cannot be linearised.
+    /// Figures by linear theory; `None` if the scenario cannot be linearised.
     theory: Option<LoopFigures>,
 }
 
@@ -41,9 +41,9 @@ struct ComparedScenario<'a> {
 pub(super) struct DifferingKey {
     /// Dotted path of the key.
     key: String,
-    /// Unit of a number without one; empty if it has none.
+    /// SI unit of the number; empty if it has none.
     unit: String,
-    /// Its content in each scenario, as TOML; `None` for a scenario without it.
+    /// Value of the key in each scenario, as TOML; `None` for a scenario without it.
     values: Vec<Option<String>>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct ComparedDatasets<'a> {
     columns: Vec<ColumnDifference<'a>>,
 }
 
-/// How far a column of the first dataset is from that of another.
+/// Difference between a column of the first dataset and that of another one.
 #[derive(Serialize)]
 struct ColumnDifference<'a> {
     /// Name of the record.
@@ -65,11 +65,11 @@ struct ColumnDifference<'a> {
     against: &'a str,
     /// Name of the column.
     column: &'a str,
-    /// Unit of the next two.
+    /// Unit of `variation` and `difference`.
     unit: &'static str,
-    /// Root mean square of the column less its mean.
+    /// Root mean square of the column without its mean.
     variation: f64,
-    /// Root mean square of the difference; zero if it is rounding.
+    /// Root mean square of the difference; zero if it is a rounding error.
     difference: f64,
 }
 
@@ -118,7 +118,8 @@ impl<'a> ComparedDatasets<'a> {
     }
 }
 
-/// How far column `c` of record `r` is from that of another dataset; `None` if that has no such column.
+/// Difference between column `c` of record `r` and that of another dataset; `None` if that one has no such
+/// column.
 fn column_difference<'a>(
     first: &'a Dataset,
     other: &'a Dataset,
@@ -138,7 +139,7 @@ fn column_difference<'a>(
         (values.map(|value| value * value).sum::<f64>() / count).sqrt()
     };
     let variation = rms(&mut own.iter().map(|value| value - mean));
-    // Interpolation rounds.
+    // Interpolation causes rounding errors.
     let difference = Some(rms(&mut apart.iter().copied())).filter(|apart| *apart > ROUNDING * variation);
     Some(ColumnDifference {
         record: &record.name,
@@ -161,7 +162,7 @@ fn differing_keys(taken: &[Taken]) -> Vec<DifferingKey> {
             keys.entry(key.clone()).or_insert_with(new).values[i] = Some(value);
         }
     }
-    // A name does not affect the behaviour of a machine.
+    // A name has no effect on a machine's behaviour.
     let differs =
         |found: &DifferingKey| !matches!(found.key.as_str(), "name" | "about") && differs(&found.values);
     keys.into_values().filter(differs).collect()
@@ -171,7 +172,7 @@ fn differs(values: &[Option<String>]) -> bool {
     values.windows(2).any(|pair| pair[0] != pair[1])
 }
 
-/// The keys that differ, with the content of each.
+/// The keys that differ, with their values.
 pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
     let row = |DifferingKey { key, unit, values }| {
         let brief: Vec<Option<String>> = values.iter().map(|value| value.as_deref().map(short)).collect();
@@ -183,10 +184,10 @@ pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
     differing_keys(taken).into_iter().map(row).collect()
 }
 
-/// A value, a long number with [`DIGITS`].
+/// A value; a long number is shortened to [`DIGITS`].
 fn short(value: &str) -> String {
     match value.parse::<f64>() {
-        // As TOML writes it: 2.0, not 2.
+        // In the form of TOML: 2.0, not 2.
         Ok(number) if value.len() > LONG => format!("{:?}", rounded(number, DIGITS)),
         _ => value.to_owned(),
     }

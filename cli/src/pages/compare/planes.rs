@@ -1,4 +1,4 @@
-//! Nyquist's curves and root loci of several loops over each other.
+//! Nyquist curves and root loci of several loops in common planes.
 
 use crate::pages::analyze::{loci, nyquist};
 use crate::pages::parts::{Page, Plane, PlaneKind, PlaneShape};
@@ -9,8 +9,8 @@ use crate::pages::compare::taken::Taken;
 const INKS: [&str; 6] =
     ["var(--first)", "var(--second)", "var(--third)", "var(--fourth)", "var(--fifth)", "var(--sixth)"];
 
-/// Nyquist's curves in one plane, and the loci that have the same plane: continuous ones, and those of one
-/// period.
+/// All Nyquist curves in one plane, and root loci with a common plane: the continuous ones, and those with
+/// the same sampling period.
 pub(super) fn draw(taken: &[Taken], page: &mut Page) {
     let mut curves: Vec<(usize, Plane)> = Vec::new();
     let mut roots: Vec<Vec<(usize, Plane)>> = Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn draw(taken: &[Taken], page: &mut Page) {
     }
 }
 
-/// The curve of the sampled loop; the continuous one where there is no other.
+/// The curve of the sampled loop; the continuous curve if there is no sampled one.
 fn sampled(mut plane: Plane) -> Plane {
     let is_sampled = |name: &str| name.starts_with("sampled");
     if plane.paths.iter().any(|path| is_sampled(&path.name)) {
@@ -51,7 +51,7 @@ fn sampled(mut plane: Plane) -> Plane {
     plane
 }
 
-/// Planes over each other, each in its colour, with a legend.
+/// Curves in one plane, each in its colour, with a legend.
 fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[Taken], page: &mut Page) {
     let legend: Vec<(&str, String)> =
         planes.iter().map(|(i, _)| (INKS[i % INKS.len()], taken[*i].name.clone())).collect();
@@ -62,13 +62,13 @@ fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[T
             path.name = format!("{} {}", taken[i].name, path.name).trim().into();
             path.colour = colour;
         }
-        // The critical point is that of all.
+        // All loops share the critical point.
         let is_common = plane.kind == PlaneKind::Nyquist;
         for mark in plane.marks.iter_mut().filter(|_| !is_common) {
             mark.name = format!("{}: {}", taken[i].name, mark.name);
             mark.colour = Some(colour);
         }
-        // A disk margin is that of one.
+        // A disk margin belongs to one loop only.
         plane.circles.truncate(1);
         if let Some(all) = &mut all {
             all.paths.append(&mut plane.paths);
@@ -80,7 +80,7 @@ fn one_plane(planes: Vec<(usize, Plane)>, title: &str, caption: &str, taken: &[T
         }
     }
     if let Some(mut all) = all {
-        // The mark of the present gain lies over the other marks.
+        // The mark of the present gain is drawn over the other marks.
         all.marks.sort_by_key(|mark| mark.shape == PlaneShape::Now);
         page.plane(&all);
         page.swatches(&legend);

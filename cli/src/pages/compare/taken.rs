@@ -54,7 +54,7 @@ pub(super) struct LoopFigures {
 
 impl LoopFigures {
     fn of(report: &Report) -> Self {
-        // Margins of an unstable loop are those of no loop that could run.
+        // The margins of an unstable loop have no practical meaning.
         let margins = report.margins().filter(|margins| margins.unstable_poles == 0);
         let gain = report.gain();
         Self {

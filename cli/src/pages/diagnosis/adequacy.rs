@@ -1,4 +1,4 @@
-//! Remaining error of an answer at every horizon, and why its verdict is not better.
+//! Remaining error of an answer at every horizon, and the reasons why it is not called explained.
 
 use feeler_diagnosis::adequacy::{Adequacy, Horizon};
 
@@ -8,7 +8,7 @@ use crate::pages::parts::Page;
 /// The state of the machine with the accepted effects.
 pub(crate) const WITH_EFFECTS: &str = "with the effects found";
 
-/// The absolute remaining error: over the shortest horizon and over the whole record.
+/// The remaining error, over the shortest horizon and over the whole record.
 pub(super) fn left(adequacy: &Adequacy) -> String {
     let share = |error: Option<f64>| {
         error.map_or_else(|| "an unknown share".into(), |error| format!("{} %", fine_percent(error)))
@@ -20,7 +20,7 @@ pub(super) fn left(adequacy: &Adequacy) -> String {
     format!("predictions are off by {}; noise alone leaves {} %", ends.join(", by "), fine_percent(floor))
 }
 
-/// Why the verdict is not better, a sentence each.
+/// Reasons why the answer is not called explained, a sentence each.
 pub(super) fn reasons(adequacy: &Adequacy) -> Vec<String> {
     adequacy
         .shortfalls

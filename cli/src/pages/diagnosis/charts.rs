@@ -1,4 +1,4 @@
-//! Measurement against prediction, before and after, on experiments that were never fitted.
+//! Measurement and prediction, before and after repair, on experiments that were never fitted.
 
 use feeler_diagnosis::Examination;
 use feeler_diagnosis::dataset::{Channel, Record};
@@ -9,7 +9,7 @@ use crate::numbers::{fine_percent, prefix};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, by_extremes};
 use crate::units::Units;
 
-/// Largest number of check experiments in charts: of each kind those with the largest error.
+/// Largest number of check experiments in charts; those with the largest error of each engagement come first.
 const MOST_EXPERIMENTS: usize = 5;
 /// Rows of a chart.
 pub(super) const MOST_ROWS: usize = 1500;
@@ -56,7 +56,7 @@ pub(super) fn add(page: &mut Page, answer: &Examination, units: Units) {
     }
 }
 
-/// Those with the largest error of each engagement, then others, in the order of the dataset.
+/// The experiments with the largest error of each engagement, then others, in the order of the dataset.
 fn shown(answer: &Examination) -> Vec<[&Replay; 2]> {
     let error =
         |replay: &Replay| replay.errors.iter().map(|error| error.relative_in_windows.powi(2)).sum::<f64>();
@@ -99,7 +99,8 @@ fn chart(
     let measured = &record.series[c];
     let is_error = quantity == Quantity::Position;
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
-    // The two machines have one colour in all charts. They lie over the measurement, whose noise stands out.
+    // Each machine has the same colour in all charts. Its curve lies over the measurement, so that the
+    // measured noise remains visible.
     let machines = |of: &dyn Fn(&[f64]) -> Vec<f64>| -> [(&'static str, Vec<f64>, usize); 2] {
         [("machine as given", of(&before.windows[c]), 0), ("repaired machine", of(&after.windows[c]), 1)]
     };
@@ -108,7 +109,7 @@ fn chart(
     } else {
         [("measured", measured.clone(), 2)].into_iter().chain(machines(&<[f64]>::to_vec)).collect()
     };
-    // Errors of position are micrometres: their axis has a prefix.
+    // Position errors are micrometres, so their axis has a prefix.
     let largest = columns.iter().flat_map(|(_, values, _)| values).fold(0.0_f64, |m, x| m.max(x.abs()));
     let (scale, size) = if is_error { prefix(largest) } else { (1.0, "") };
     let unit = format!("{size}{unit}");

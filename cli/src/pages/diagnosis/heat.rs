@@ -1,5 +1,5 @@
-//! Location of the gap: channels against phases of the motion, frequency bands and levels of the command,
-//! before and after.
+//! Location of the gap: channels against phases of the motion, frequency bands and command levels, before and
+//! after repair.
 
 use std::fmt::Write as _;
 
@@ -13,20 +13,21 @@ const WIDTH: f64 = 900.0;
 const LEFT: f64 = 190.0;
 const ROW: f64 = 26.0;
 const HEAD: f64 = 52.0;
-/// Widest column.
+/// Largest width of a column.
 const WIDEST: f64 = 90.0;
 /// Width of a letter of a group's name, and the space between two names.
 const LETTER: f64 = 8.0;
 const GAP: f64 = 12.0;
-/// Errors up to this number of noise floors have no colour, since noise alone gives them.
+/// Number of noise floors up to which an error has no colour, because noise alone may cause it.
 pub(super) const NOISE: f64 = 1.5;
-/// Shares of the variation with the palest and the darkest colour; logarithmic in between, so that a larger
+/// Shares of the variation with the palest and the darkest colour. The scale is logarithmic, so that a larger
 /// number is never paler.
 pub(super) const PALEST: f64 = 1e-3;
 pub(super) const DARKEST: f64 = 1.0;
-/// Noise floors below this share of the variation are too strict for a model.
+/// Smallest noise floor as a share of the variation; a smaller one is too strict for a model.
 const LEAST_FLOOR: f64 = 1e-5;
-/// Level at which letters turn white: there black and white letters both have a contrast of 4.5 and more.
+/// Level above which letters are white. At this level black and white letters have a contrast of at least
+/// 4.5.
 const DARK: f64 = 0.635;
 
 /// Phases in the order of a motion.
@@ -38,7 +39,7 @@ const LEVELS: [&str; 3] = ["low", "middle", "high"];
 /// The state of the machine whose gap is drawn.
 type Of = fn(&GapCell) -> f64;
 
-/// One column: its group, its label, and which cells it holds.
+/// One column: its group, its label, and the selection of its cells.
 struct Column<'a> {
     group: &'a str,
     label: String,
@@ -65,7 +66,7 @@ pub(super) fn by_phase(cells: &[GapCell], of: Of, label: &str) -> String {
     grid(cells, &columns, "band up to (Hz)", label)
 }
 
-/// Levels of the command, before and, if effects were found, after, over all phases and bands.
+/// Command levels before and, if effects were found, after repair, over all phases and bands.
 pub(super) fn by_level(cells: &[GapCell], is_found: bool) -> String {
     let states: [(&'static str, Of); 2] =
         [("calibrated machine", |cell| cell.refit), (WITH_EFFECTS, |cell| cell.after)];
@@ -83,7 +84,7 @@ pub(super) fn by_level(cells: &[GapCell], is_found: bool) -> String {
     grid(cells, &columns, "level of the command", "by level")
 }
 
-/// Channels down, columns across.
+/// A grid with channels as rows.
 fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> String {
     let mut channels: Vec<&str> = Vec::new();
     for cell in cells {
@@ -138,7 +139,7 @@ fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> S
         for (i, column) in columns.iter().enumerate() {
             let Some([value, floor]) = value(cells, channel, column) else { continue };
             let floors = value / floor.max(LEAST_FLOOR);
-            // White turns into the ground of a dark page.
+            // On a dark page white becomes the background colour.
             let (fill, stroke, ink) = match shade(value, floors) {
                 None => ("#ffffff".to_owned(), " stroke=\"#d9dfe3\"", ""),
                 Some(share) if share > DARK => (colour(share), "", " style=\"fill:#ffffff\""),
@@ -162,12 +163,12 @@ fn grid(cells: &[GapCell], columns: &[Column<'_>], axis: &str, label: &str) -> S
     svg
 }
 
-/// How dark a cell is, 0 to 1; `None` for what may be noise.
+/// Darkness of a cell from 0 to 1; `None` for errors that may be noise.
 fn shade(value: f64, floors: f64) -> Option<f64> {
     (floors > NOISE).then(|| ((value / PALEST).ln() / (DARKEST / PALEST).ln()).clamp(0.0, 1.0))
 }
 
-/// A share as a percentage of two digits.
+/// A share as a percentage with two digits.
 fn shown(value: f64) -> String {
     match 100.0 * value {
         percent if percent < 0.0095 => "<.01".into(),
@@ -196,7 +197,7 @@ fn value(cells: &[GapCell], channel: &str, column: &Column<'_>) -> Option<[f64; 
     (time > 0.0).then(|| [sum, floor].map(|sum| (sum / time).sqrt()))
 }
 
-/// From white through blue to near black: distinct in grey, too.
+/// A scale from white through blue to near black, which also works in grey.
 fn colour(share: f64) -> String {
     const STOPS: [[f64; 3]; 4] =
         [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
@@ -212,7 +213,7 @@ fn colour(share: f64) -> String {
 mod tests {
     use super::*;
 
-    /// Once the noise floors determined the colour: 22 % was the darkest cell and 127 % a middle blue.
+    /// Regression: noise floors once determined the colour, so that 22 % was darkest and 127 % a middle blue.
     #[test]
     fn regress_a_larger_number_is_never_paler() {
         let shades: Vec<Option<f64>> = [0.005, 0.02, 0.22, 0.5, 1.27].map(|share| shade(share, 10.0)).into();
@@ -220,7 +221,7 @@ mod tests {
         assert!(shade(0.3, 1.0).is_none() && shade(0.3, 300.0) <= shade(0.31, 2.0));
     }
 
-    /// White that a dark page turns into its ground, and letters that follow the page.
+    /// A dark page replaces white by its background, and letters have the page's colour.
     #[test]
     fn regress_a_cell_within_the_noise_follows_the_page() {
         let cell = |refit: f64| GapCell {

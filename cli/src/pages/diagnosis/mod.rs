@@ -1,4 +1,4 @@
-//! The page of a diagnosis: what is wrong, where, how sure, what to do.
+//! The page of a diagnosis: the cause, its place, the certainty, and the next steps.
 
 mod adequacy;
 mod charts;
@@ -73,7 +73,7 @@ fn about(answer: &Examination) -> String {
     )
 }
 
-/// Largest number of noise floors that is printed: beyond it the noise is irrelevant.
+/// Largest printed number of noise floors: beyond it the noise is irrelevant.
 const MOST_FLOORS: f64 = 1000.0;
 
 /// Cause, size and remaining error: the first questions of an engineer.
@@ -84,7 +84,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     let tile = |name, value: String, remark: &str| Tile::new(name, value, remark);
     let is_stated =
         answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
-    // A gap that is small against the signal may be large against the noise; that ratio matters if the noise
+    // A gap that is small against the signal may be large against the noise. That ratio is shown if the noise
     // is known.
     let beside = |value: f64| match value / gap.floor {
         floors if is_stated && floors <= MOST_FLOORS => format!("{} noise floors", plain(two_digits(floors))),
@@ -249,7 +249,7 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
 }
 
 fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
-    // The portrait of the located place is the important one.
+    // The portrait at the located place comes first.
     let found = diagnosis
         .effects
         .iter()

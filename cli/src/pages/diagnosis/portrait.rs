@@ -14,14 +14,14 @@ const LEFT: f64 = 72.0;
 const BOTTOM: f64 = 252.0;
 const TOP: f64 = 12.0;
 const RIGHT: f64 = 430.0;
-/// Colours of the sets of dots; the second one is that of the mean of a lone set too.
+/// Colours of the sets of dots; the mean of a single set has the second colour.
 const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
-/// Dots of one set.
+/// Largest number of dots of one set.
 const MOST_DOTS: usize = 1500;
 /// Intervals of the horizontal axis with a drawn mean, and the smallest number of dots for a mean.
 const BINS: usize = 24;
 const LEAST_IN_BIN: usize = 5;
-/// Share of dots on each side that may lie outside the frame.
+/// Share of dots on each side that may be outside the frame.
 const OUTSIDE: f64 = 0.002;
 
 /// The horizontal variable of a portrait.
@@ -73,7 +73,7 @@ fn limits(values: impl Iterator<Item = f64>) -> [f64; 2] {
     [low - room, high + room]
 }
 
-/// Sets of dots, each in a colour of its own; a lone one with its mean.
+/// Sets of dots, each in its own colour; a single set has its mean.
 fn drawing(sets: &[Vec<[f64; 2]>], name: &str, unit: &str, force: &str) -> String {
     let [x_limits, y_limits] = [0, 1].map(|axis| limits(sets.iter().flatten().map(|dot| dot[axis])));
     let x = |value: f64| LEFT + (RIGHT - LEFT) * (value - x_limits[0]) / (x_limits[1] - x_limits[0]);

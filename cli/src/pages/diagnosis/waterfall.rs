@@ -14,13 +14,13 @@ const HEIGHT: f64 = 320.0;
 const LEFT: f64 = 88.0;
 const TOP: f64 = 26.0;
 const BOTTOM: f64 = 258.0;
-/// Share of a column that its bar takes.
+/// Ratio of a bar's width to that of its column.
 const BAR: f64 = 0.62;
 /// Space above the tallest bar, as a share of it.
 const HEADROOM: f64 = 1.08;
-/// A step below this share of the tallest bar is rounding.
+/// A step below this share of the tallest bar is a rounding error.
 const ROUNDING: f64 = 1e-9;
-/// Characters of a line below a bar, for each pixel of its column.
+/// Width of a letter in the texts below a bar, pixels.
 const LETTER: f64 = 7.2;
 
 /// One bar: its name, its ends, and whether it is a level or a step.
@@ -76,7 +76,7 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
             format!("{} %", fine_percent(bar.to))
         } else {
             let change = bar.to - bar.from;
-            // Less is rounding of sums.
+            // A smaller change is a rounding error of sums.
             if change.abs() <= ROUNDING * top {
                 "0 %".into()
             } else {

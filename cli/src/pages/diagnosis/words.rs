@@ -7,10 +7,10 @@ use feeler_diagnosis::report::{Attempt, AttemptOutcome, Cause, Diagnosis, Estima
 use super::adequacy;
 use crate::numbers::{percent, plain, with_unit};
 
-/// Gaps below this number of floors are closed.
+/// Number of noise floors below which a gap counts as closed.
 const NEAR_FLOOR: f64 = 1.05;
 
-/// The sentence that matters most.
+/// The most important sentence.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
     let left = sentence(&adequacy::left(&diagnosis.adequacy));
     if diagnosis.contradictions.is_empty() {
@@ -100,14 +100,14 @@ fn is_limited(diagnosis: &Diagnosis) -> bool {
         && shortfalls.iter().all(|shortfall| is_of_tolerance(shortfall.condition))
 }
 
-/// Whether an answer without a gap leaves something, if too little to name its cause.
+/// Whether an answer without a gap leaves an error that is too small to name its cause.
 fn is_slight(diagnosis: &Diagnosis) -> bool {
     let is_rest = |condition| matches!(condition, Condition::Left | Condition::Residual);
     diagnosis.adequacy.shortfalls.iter().any(|shortfall| is_rest(shortfall.condition))
 }
 
-/// Location of the gap: the places of the accepted causes, largest credit first, or the most probable one.
-/// With it the probability of the least probable of them.
+/// Location of the gap: the places of the accepted causes, largest credit first, or the most probable place.
+/// The number is the probability of the least probable of them.
 pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     let mut accepted: Vec<&Cause> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
     accepted.sort_by(|a, b| b.credit.total_cmp(&a.credit));
@@ -128,7 +128,7 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
-/// Whether anything was accepted that could close a gap.
+/// Whether any cause was accepted.
 pub(crate) fn is_found(diagnosis: &Diagnosis) -> bool {
     diagnosis.effects.iter().any(|effect| effect.accepted)
 }
@@ -308,12 +308,12 @@ fn to_do(diagnosis: &Diagnosis) -> Vec<String> {
     std::iter::once(words.to_owned()).chain(table).collect()
 }
 
-/// Odds against one. Odds above a million are not distinguished.
+/// Odds against one, capped at a million.
 fn odds(odds: f64) -> String {
     if odds >= MOST_ODDS { "more than a million to 1".into() } else { format!("{} to 1", plain(odds)) }
 }
 
-/// With a capital at its start and a stop at its end.
+/// The text with a capital letter at its start and a full stop at its end.
 pub(crate) fn sentence(text: &str) -> String {
     let text = text.trim_end_matches('.');
     let mut letters = text.chars();

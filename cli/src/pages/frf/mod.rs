@@ -9,9 +9,9 @@ use super::analyze::degrees;
 use crate::numbers::{plain, with_unit};
 use crate::pages::parts::{Chart, ChartKind, Line, Page, Series, Tile, by_extremes};
 
-/// Points of each curve.
+/// Largest number of points of each curve.
 const MOST_POINTS: usize = 4000;
-/// Charts that zoom together.
+/// Name shared by charts that zoom together.
 const TOGETHER: &str = "frequency";
 
 /// The page of a response.
@@ -67,7 +67,7 @@ fn tiles(response: &Response) -> Vec<Tile> {
     ]
 }
 
-/// A frequency of the charts: one of the estimate, or one in between with only the linear response.
+/// A frequency of the charts: one of the estimate, or one in between that has only the linear response.
 struct Place {
     frequency_hz: f64,
     row: Option<FrfRow>,
@@ -101,7 +101,7 @@ fn places(response: &Response) -> Vec<Place> {
 fn charts(response: &Response) -> Vec<Chart> {
     let drawing = Drawing { response, places: places(response) };
     let linear_deg = degrees(&drawing.places.iter().map(|place| place.linear).collect::<Vec<_>>());
-    // Noise shifts a continued phase by whole turns permanently; the linear response does not have that.
+    // Noise may shift a continued phase by whole turns. The ratio to the linear response avoids this.
     let off: Vec<C64> = drawing.places.iter().map(|place| place.measured / place.linear).collect();
     let measured_deg =
         linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
@@ -172,7 +172,7 @@ impl Drawing<'_> {
         chart
     }
 
-    /// Measured over linear, well and poorly known parts apart.
+    /// Ratio of measured to linear response, with well and poorly known parts separated.
     fn difference(&self, off: &[C64]) -> Chart {
         let (estimate, is_known) = (&self.response.estimate, self.response.is_known());
         let known_at: Vec<f64> =

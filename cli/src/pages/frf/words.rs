@@ -4,7 +4,7 @@ use feeler_studies::frf::{COHERENT, DistortionBand, INCOHERENT, Incoherent, KNOW
 
 use crate::numbers::{plain, with_unit};
 
-/// Powers below this share of the response are rounding of doubles: -200 dB.
+/// Powers below this share of the response are rounding errors of doubles: -200 dB.
 const ROUNDING: f64 = 1e-20;
 /// Largest number of named bands of distortion.
 const MOST_BANDS: usize = 3;

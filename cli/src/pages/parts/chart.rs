@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 
 /// Significant digits of decimal numbers.
 const DIGITS: usize = 9;
-/// Columns up to this length are written as readable lists.
+/// Largest length of a column that is written as a readable list.
 const SHORT: usize = 32;
-/// Curves below this share of the largest one beside them are rounding.
+/// Share of the largest curve in a chart below which another curve is a rounding error.
 const ROUNDING: f64 = 1e-9;
 /// Steps of an axis are even if they differ by less than this, relative to a step.
 const EVEN: f64 = 1e-6;
@@ -31,7 +31,7 @@ pub(crate) struct Series {
     pub(crate) dashed: bool,
     /// Points without a line between them.
     pub(crate) dots: bool,
-    /// Thin and pale, as a reference for other curves.
+    /// Whether the curve is thin and pale, as a reference for others.
     pub(crate) faint: bool,
     /// Index in the palette; `None` for the index of the curve in the chart.
     pub(crate) colour: Option<usize>,
@@ -103,7 +103,7 @@ pub(crate) struct Chart {
     pub(crate) series: Vec<Series>,
     /// Spans of the horizontal axis that are shaded.
     pub(crate) bands: Vec<[f64; 2]>,
-    /// Pairs of series, upper and lower, with the area between them shaded. Of points, a bar joins each pair.
+    /// Pairs of series, upper and lower, with the area between them shaded. For dots a bar joins each pair.
     pub(crate) between: Vec<[usize; 2]>,
     pub(crate) lines: Vec<Line>,
     pub(crate) gauges: Vec<Gauge>,
@@ -136,7 +136,7 @@ impl Chart {
         }
     }
 
-    /// The same with zeros for curves that are rounding beside the largest.
+    /// The chart with zeros in place of curves that are rounding errors beside the largest.
     #[must_use]
     pub(crate) fn without_rounding(mut self) -> Self {
         let size = |series: &Series| {
@@ -199,8 +199,8 @@ pub(super) fn column(values: &[f64]) -> Value {
     json!({ "f32": BASE64_STANDARD.encode(bytes) })
 }
 
-/// Values of a horizontal axis. Even steps are written as a rule. Others are written in double precision,
-/// since the axis may be zoomed far.
+/// Values of a horizontal axis. Even steps are written as start and step. Others are written in double
+/// precision, because the axis may be zoomed far.
 fn axis(values: &[f64]) -> Value {
     if values.len() <= SHORT {
         return decimals(values);
@@ -215,10 +215,10 @@ fn axis(values: &[f64]) -> Value {
     json!({ "f64": BASE64_STANDARD.encode(bytes) })
 }
 
-/// A number with this many significant digits, to save space; null if it is not finite.
+/// A number with this many significant digits, to save space; `null` if it is not finite.
 fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-    // Whole numbers need no `.0`.
+    // Integers need no `.0`.
     if short.fract() == 0.0 && short.abs() < 1e9 { Value::from(short as i64) } else { Value::from(short) }
 }
 
@@ -249,7 +249,7 @@ mod tests {
         assert!(alone.without_rounding().series[0].values[0] > 0.0, "there is nothing larger beside it");
     }
 
-    /// A page reads recorded values back in single precision, and times to machine precision.
+    /// A page reads recorded values back in single precision, and times exactly.
     #[test]
     fn truth_columns_are_whole_and_even_axes_are_rules() {
         let values: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();

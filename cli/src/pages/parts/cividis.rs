@@ -1,7 +1,7 @@
 //! A scale of colours.
 
-/// Cividis (Nuñez, Anderton and Renslow, PLOS ONE 13, 2018), from its corner points: lightness rises evenly
-/// for all types of colour vision.
+/// Cividis (Nuñez, Anderton and Renslow, PLOS ONE 13, 2018), interpolated between these colours. Its
+/// lightness rises evenly for all types of colour vision.
 const STONES: [[f64; 3]; 6] = [
     [0.0, 34.0, 78.0],
     [49.0, 68.0, 107.0],
@@ -11,7 +11,7 @@ const STONES: [[f64; 3]; 6] = [
     [254.0, 232.0, 56.0],
 ];
 
-/// The colour at a share of the way from low to high.
+/// The colour at a share of the scale, from low to high.
 pub(crate) fn of_share(share: f64) -> String {
     let at = share.clamp(0.0, 1.0) * (STONES.len() - 1) as f64;
     let below = (at.floor() as usize).min(STONES.len() - 2);

@@ -3,8 +3,8 @@
 /// Largest number of values in all time charts of a page: 16 MB in a file. Longer runs are thinned out.
 pub(crate) const MOST_VALUES: usize = 3_000_000;
 
-/// Rows to show of columns with a common axis. In each stretch these are the rows with the minimum or maximum
-/// of some column, so that no peak is lost. Returns about `most` rows; all of them if there are fewer.
+/// Rows to draw of columns with a common axis. They are the rows with the minimum or maximum of some column
+/// in each stretch, so that no peak is lost. Returns about `most` rows, or all if there are fewer.
 pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<usize> {
     if rows <= most || columns.is_empty() {
         return (0..rows).collect();
@@ -24,7 +24,7 @@ pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<u
     kept
 }
 
-/// Points of a path: those at a minimum distance from the last one kept, at most `most` of them.
+/// Points of a path with a minimum distance between successive ones, at most `most` points.
 pub(crate) fn by_steps(x: &[f64], y: &[f64], most: usize) -> Vec<usize> {
     let extent = |values: &[f64]| {
         let (low, high) = values
@@ -33,7 +33,7 @@ pub(crate) fn by_steps(x: &[f64], y: &[f64], most: usize) -> Vec<usize> {
         if high > low { high - low } else { 1.0 }
     };
     let (width, height) = (extent(x), extent(y));
-    // A thousandth of the plot is about a pixel.
+    // A thousandth of the plot's size is about a pixel.
     let mut least = 1e-3;
     loop {
         let mut kept: Vec<usize> = Vec::new();

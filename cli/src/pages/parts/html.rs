@@ -16,10 +16,10 @@ pub(crate) fn escape(text: &str) -> String {
     escaped
 }
 
-/// The same for sentences: what stands between backticks is code.
+/// Escaped text of sentences, with text between backticks as code.
 pub(crate) fn prose(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
-    // Of an odd number of backticks the last stands for itself.
+    // If the number of backticks is odd, the last one is an ordinary character.
     let pairs = (parts.len() - 1) / 2;
     let mut html = String::with_capacity(text.len());
     for (i, part) in parts.iter().enumerate() {

@@ -33,7 +33,7 @@ const MAP_SCRIPT: &str = include_str!("../../../assets/map.js");
 const SCENE_SCRIPT: &str = include_str!("../../../assets/scene.js");
 const STYLE: &str = include_str!("../../../assets/page.css");
 
-/// Columns that a narrow screen does not hold side by side.
+/// Number of columns that are too many for a narrow screen.
 const MANY_COLUMNS: usize = 6;
 
 /// Assessment of a figure.
@@ -41,11 +41,11 @@ const MANY_COLUMNS: usize = 6;
 pub(crate) enum Tone {
     #[default]
     Plain,
-    /// As desired.
+    /// The figure is as desired.
     Good,
-    /// Needs a remedy.
+    /// The figure needs a remedy.
     Bad,
-    /// For completeness.
+    /// The figure is given for completeness.
     Quiet,
 }
 
@@ -162,7 +162,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A drawing whose parts show a text under the pointer. Returns the number of the map.
+    /// A drawing with a text under the pointer for each of its parts. Returns the number of the map.
     pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) -> usize {
         let data = self.hover(hover);
         self.map_like(title, caption, svg, data);
@@ -174,7 +174,7 @@ impl Page {
         self.maps.len() - 1
     }
 
-    /// The same for a plot, which a narrow screen shows whole, with its legend below it.
+    /// A plot with texts under the pointer. A narrow screen shows it whole, with its legend below.
     pub(crate) fn plot(&mut self, title: &str, caption: &str, plot: &Plot, hover: Value) -> usize {
         let data = self.hover(hover);
         self.plot_like(title, caption, plot, data);

@@ -80,9 +80,9 @@ pub(crate) struct Plane {
     pub(crate) y_label: String,
     /// Meaning of the values at the points, if they are gains.
     pub(crate) gain: String,
-    /// Sampling period of a z plane.
+    /// Sampling period of a z plane, s.
     pub(crate) period_s: Option<f64>,
-    /// Left, right, bottom and top.
+    /// Left, right, lower and upper limits.
     pub(crate) view: [f64; 4],
     pub(crate) paths: Vec<PlanePath>,
     pub(crate) marks: Vec<PlaneMark>,

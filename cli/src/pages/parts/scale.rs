@@ -17,9 +17,9 @@ const ROUNDING: f64 = 1e-3;
 /// An axis of a plot.
 #[derive(Clone, Debug)]
 pub(crate) struct Scale {
-    /// Its quantity, without the unit.
+    /// Quantity of the axis, without the unit.
     pub(crate) label: String,
-    /// Empty for a pure number.
+    /// Unit of the quantity; empty for a pure number.
     pub(crate) unit: String,
     /// Values at the two ends.
     pub(crate) range: [f64; 2],
@@ -41,7 +41,7 @@ impl Scale {
         share_between(self.range, self.log, value)
     }
 
-    /// Its quantity with the unit of its numbers; a dash for a pure number.
+    /// Quantity of the axis with the unit of its numbers; a dash for a pure number.
     pub(crate) fn title(&self) -> String {
         let unit = match self.style() {
             Style::Factor(power) if power != 0 => scaled(power, &self.unit),
@@ -51,7 +51,7 @@ impl Scale {
         if self.label.is_empty() { String::new() } else { format!("{} ({unit})", self.label) }
     }
 
-    /// Whether ticks are those of decades: less than one decade is too short.
+    /// Whether the ticks are at decades. The axis must span at least one decade.
     fn has_decades(&self) -> bool {
         let [low, high] = self.ends();
         self.log && low > 0.0 && high > 10.0 * low
@@ -83,7 +83,7 @@ impl Scale {
         if smallest < PLAIN[0] * 10_f64.powi(power) { Style::Powers } else { Style::Factor(power) }
     }
 
-    /// Values over the numbers at their ticks.
+    /// Ratio of values to the numbers at their ticks.
     pub(crate) fn factor(&self) -> f64 {
         if let Style::Factor(power) = self.style() { 10_f64.powi(power) } else { 1.0 }
     }
@@ -91,7 +91,7 @@ impl Scale {
     /// Tick values, with their text if they have one.
     pub(crate) fn ticks(&self, pixels: f64) -> Vec<(f64, String)> {
         let [low, high] = self.ends();
-        // Equal ends leave nothing to mark.
+        // An axis with equal ends has no ticks.
         if !(high - low).is_finite() || high <= low {
             return Vec::new();
         }
@@ -125,9 +125,9 @@ impl Scale {
             .unwrap_or(rough);
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
-        // As many decimals as the steps have.
+        // Ticks have as many decimals as their spacing.
         let decimals = (-(step / factor * (1.0 + ROUNDING)).log10().floor()).max(0.0) as usize;
-        // Zero has no sign here.
+        // Removes the sign of a zero.
         let text = |value: f64| format!("{:.decimals$}", value / factor + 0.0);
         (first..=last).map(|i| i as f64 * step).map(|value| (value, text(value))).collect()
     }

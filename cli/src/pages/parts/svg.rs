@@ -69,7 +69,7 @@ impl Frame {
     pub(crate) fn line(&self, svg: &mut String, clip: &str, points: &[[f64; 2]], dashed: bool) {
         let mut path = String::new();
         for (i, point) in points.iter().filter(|point| point.iter().all(|v| v.is_finite())).enumerate() {
-            // Limits on coordinates far outside the frame keep the file small.
+            // Clamping coordinates far outside the frame keeps the file small.
             let [x, y] = self.at(*point).map(|v| v.clamp(-1e4, 1e4));
             let _ = write!(path, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
@@ -83,8 +83,8 @@ impl Frame {
         }
     }
 
-    /// Draws contents that a page zooms within the frame. `assets/zoom.js` reads the frame's place, and of
-    /// each scale its ends, whether it is logarithmic, and the factor of its ticks.
+    /// Draws contents that the page can zoom within the frame. `assets/zoom.js` reads the position of the
+    /// frame and, for each scale, its ends, whether it is logarithmic, and the factor of its ticks.
     pub(crate) fn zoomable(&self, svg: &mut String, clip: &str, class: &str, contents: &str) {
         let Place { x, y, width, height } = self.place;
         let of = |scale: &Scale| {
@@ -110,7 +110,7 @@ impl Frame {
     }
 }
 
-/// Letters on a line of a legend.
+/// Largest number of letters in a line of a legend.
 const LEGEND_LETTERS: usize = 26;
 
 pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32, colour: &str, text: &str) {
@@ -124,7 +124,7 @@ pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], align: &str, size: u32
     }
 }
 
-/// The colour of an entry of a legend. Its edge shows on any page.
+/// The colour of a legend entry. Its edge is visible on any page.
 pub(crate) fn swatch(colour: &str) -> String {
     format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"{SOFT}\" stroke-width=\"0.5\"/>")
 }
@@ -142,7 +142,7 @@ pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, Str
     top - y
 }
 
-/// A drawing of a plot at this place, with room for its axes, and its legend: swatches with their names.
+/// A plot at a position with room for its axes, and its legend: swatches with their names.
 pub(crate) struct Plot {
     pub(crate) place: Place,
     pub(crate) body: String,
@@ -155,13 +155,13 @@ impl Plot {
     const LEGEND: f64 = 228.0;
     const BELOW: f64 = 56.0;
 
-    /// Without the legend.
+    /// The plot without its legend.
     pub(crate) fn alone(&self) -> String {
         let Place { x, y, width, height } = self.place;
         image(x + width + Self::RIGHT, y + height + Self::BELOW, &self.body)
     }
 
-    /// With the legend beside it.
+    /// The plot with the legend beside it.
     pub(crate) fn with_legend(&self) -> String {
         let Place { x, y, width, height } = self.place;
         let mut body = self.body.clone();
@@ -170,7 +170,7 @@ impl Plot {
     }
 }
 
-/// Words on lines of at most `width` characters, where words allow it.
+/// A text in lines of at most `width` characters, unless a word is longer.
 pub(crate) fn lines(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {

@@ -19,13 +19,14 @@ const GLANCE_ROWS: usize = 2_000;
 const MOST_PATH_POINTS: usize = 6_000;
 /// The spectrum extends at least to this harmonic of the strongest line.
 const HARMONICS: f64 = 30.0;
-/// Lines above this share of the strongest line are shown at any frequency.
+/// Share of the strongest line above which a line is shown at any frequency.
 const TELLING_SHARE: f64 = 1e-3;
-/// Amplitudes below this share of the force are rounding. A spectrum with no larger amplitude is not shown.
+/// Amplitudes below this share of the force are rounding errors. A spectrum with smaller amplitudes only is
+/// not shown.
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
-/// Cycles in the close-up.
+/// Number of cycles in the close-up.
 const CYCLES: f64 = 6.0;
 /// Largest number of shaded contact spans; more would be narrower than a pixel.
 const MOST_BANDS: usize = 4_000;
@@ -220,7 +221,7 @@ impl<'a> View<'a> {
             if !actuator.kind.feeds_servo() {
                 forces.push(Curve::new(format!("{name}.force"), force));
             }
-            // Dashed and above the force, since the two coincide for a fast drive.
+            // Dashed and above the force, because the two coincide for a fast drive.
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
                 forces.push(Curve { dashed: true, ..Curve::new(command, force) });
             } else {
@@ -322,7 +323,7 @@ impl<'a> View<'a> {
         drive.map_or("", |drive| self.units.command(drive))
     }
 
-    /// Compression against its rate.
+    /// Compression over its rate.
     pub(super) fn phase_portrait(&self, page: &mut Page) {
         let Some(contact) = self.main_contact() else { return };
         let Some(compression) =
@@ -339,7 +340,7 @@ impl<'a> View<'a> {
         } else {
             (since_touch, "from the first touch to the end".to_owned())
         };
-        // The rate follows from central differences, since velocities may not be recorded.
+        // The rate follows from central differences, because velocities may not be recorded.
         let inner = rows.start.max(1)..rows.end.min(t_s.len().saturating_sub(1));
         let rate = |row: usize| (compression[row + 1] - compression[row - 1]) / (t_s[row + 1] - t_s[row - 1]);
         let (x, y): (Vec<f64>, Vec<f64>) = inner.map(|row| (compression[row], rate(row))).unzip();
@@ -388,7 +389,7 @@ impl<'a> View<'a> {
             ));
             return;
         }
-        // Above both frequencies there is only noise.
+        // Above both frequencies the spectrum is only noise.
         let least = TELLING_SHARE * spectrum.amplitudes[largest];
         let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
         let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);

@@ -148,7 +148,7 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
     let bar = |sign: f64| {
         move |item: &EnergyItem| {
             (
-                // The elements between bodies are the file's `springs`.
+                // Links between bodies are called `springs` in the file.
                 format!("{}, {}", item.what.replace("link", "spring").replace('-', " "), item.on),
                 sign * item.joule,
                 with_unit(sign * item.joule, "J"),

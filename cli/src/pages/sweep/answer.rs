@@ -1,5 +1,5 @@
-//! The answer of a sweep in a sentence: where over two axes its variants come to rest, or which of several
-//! random numbers decides.
+//! The answer of a sweep in a sentence: the region over two axes in which variants come to rest, or the
+//! random number that decides.
 
 use feeler_studies::sweep::DrawnAxis;
 
@@ -8,16 +8,16 @@ use crate::numbers::{percent, with_unit};
 /// A difference of shares counts if chance alone gives a smaller one in 99.7 % of cases.
 const DEVIATIONS: f64 = 3.0;
 
-/// Variants with one value on the other axis, all the way along the axis in question.
+/// Variants with one value on the other axis, along the whole axis in question.
 struct Line {
     other: f64,
-    /// The last value up to which each variant rests; `None` if not even the first does.
+    /// The last value up to which each variant comes to rest; `None` if the first does not.
     limit: Option<f64>,
     is_whole: bool,
 }
 
-/// Region in which variants over two axes of a grid come to rest. `points` are values on both, with whether
-/// the run rests; `None` there is a run that failed or is undecided.
+/// Region in which variants over two axes of a grid come to rest. `points` are values on both axes and
+/// whether the run comes to rest; `None` for a run that failed or is undecided.
 pub(super) fn over_two(axes: [&DrawnAxis; 2], points: &[([f64; 2], Option<bool>)]) -> Option<String> {
     if axes.iter().any(|axis| axis.points.is_none()) || points.is_empty() {
         return None;
@@ -25,7 +25,7 @@ pub(super) fn over_two(axes: [&DrawnAxis; 2], points: &[([f64; 2], Option<bool>)
     if points.iter().all(|(_, rests)| *rests != Some(true)) {
         return Some("It settles nowhere on the map. ".into());
     }
-    // The question is for the limit of a gain.
+    // The limit of a gain is the main question.
     let is_gain = |axis: &DrawnAxis| axis.key.starts_with("controllers.");
     let main = usize::from(is_gain(axes[1]) || !is_gain(axes[0]));
     let (axis, other) = (axes[main], axes[1 - main]);
@@ -35,7 +35,7 @@ pub(super) fn over_two(axes: [&DrawnAxis; 2], points: &[([f64; 2], Option<bool>)
     let ends = along
         .iter()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (_, at, _)| [low.min(*at), high.max(*at)]);
-    // An adaptive sweep has lines of which only the part at an edge is known.
+    // In an adaptive sweep some lines are known only near an edge.
     let whole: Vec<&[(f64, f64, bool)]> = (along.chunk_by(|a, b| a.0.total_cmp(&b.0).is_eq()))
         .filter(|line| line[0].1 <= ends[0] && line[line.len() - 1].1 >= ends[1])
         .collect();
@@ -52,14 +52,14 @@ fn line_of(line: &[(f64, f64, bool)], upwards: bool) -> Line {
     Line { other: line[0].0, limit, is_whole: line.iter().all(|(.., rests)| *rests) }
 }
 
-/// The limits of all lines; `start` is the end of the axis from which they are counted.
+/// The limits of all lines; `start` is the end of the axis at which counting begins.
 fn sentence([axis, other]: [&DrawnAxis; 2], lines: &[Line], start: f64, upwards: bool) -> String {
     let on_axis = |value: f64| format!("{} = {}", axis.key, with_unit(value, &axis.unit));
     let on_other = |value: f64| format!("{} = {}", other.key, with_unit(value, &other.unit));
     let up_to = |value: f64| {
         if upwards { format!("up to {}", on_axis(value)) } else { format!("at {} and above", on_axis(value)) }
     };
-    // Larger is farther from the start.
+    // A larger value is farther from the start.
     let reach =
         |line: &Line| line.limit.map_or(f64::NEG_INFINITY, |limit| if upwards { limit } else { -limit });
     let by_reach = |a: &&Line, b: &&Line| reach(a).total_cmp(&reach(b));
@@ -88,7 +88,7 @@ fn sentence([axis, other]: [&DrawnAxis; 2], lines: &[Line], start: f64, upwards:
     }
 }
 
-/// At which values of the other axis all of the first settles.
+/// The values of the other axis for which every value of the first axis settles.
 fn where_whole(lines: &[Line], on_other: impl Fn(f64) -> String) -> String {
     let whole: Vec<usize> = (0..lines.len()).filter(|&i| lines[i].is_whole).collect();
     let [first, last] = [whole[0], whole[whole.len() - 1]];
@@ -104,19 +104,20 @@ fn where_whole(lines: &[Line], on_other: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// A random number of a sweep, and how many of the variants rest below and above the middle of its values.
+/// A random number of a sweep, and the numbers of variants that rest below and above the middle of its
+/// values.
 pub(super) struct Halves {
     pub(super) key: String,
     unit: String,
     middle: f64,
     below: f64,
     above: f64,
-    /// Difference of the shares over its standard deviation by chance.
+    /// Ratio of the difference of shares to its standard deviation by chance.
     weight: f64,
 }
 
 impl Halves {
-    /// `None` if fewer than two variants have a value and an outcome.
+    /// Counts on both sides of the middle; `None` if fewer than two variants have a value and an outcome.
     pub(super) fn of(key: &str, unit: &str, points: impl Iterator<Item = (f64, bool)>) -> Option<Self> {
         let mut points: Vec<(f64, bool)> = points.collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -138,13 +139,13 @@ impl Halves {
     }
 }
 
-/// Puts the number that decides most first.
+/// Sorts so that the number with the strongest effect comes first.
 pub(super) fn by_weight(mut halves: Vec<Halves>) -> Vec<Halves> {
     halves.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     halves
 }
 
-/// Names what decides most, the first of these.
+/// Names the number with the strongest effect, the first in the list.
 pub(super) fn decisive(halves: &[Halves]) -> Option<String> {
     let first = halves.first()?;
     if first.weight < DEVIATIONS {
@@ -163,7 +164,7 @@ mod tests {
         DrawnAxis { key: key.into(), unit: String::new(), range: [1.0, 4.0], points: Some(4), log: false }
     }
 
-    /// Whether variants rest, by a function of damping and gain from 1 to 4.
+    /// The answer if `rests` says whether a variant rests, from damping and gain of 1 to 4.
     fn told(rests: impl Fn(i32, i32) -> Option<bool>) -> String {
         let points: Vec<([f64; 2], Option<bool>)> = (1..=4)
             .flat_map(|damping| (1..=4).map(move |gain| (damping, gain)))
@@ -202,7 +203,7 @@ mod tests {
     fn truth_random_axes_have_no_line_and_adaptive_ones_only_whole_lines() {
         let random = DrawnAxis { points: None, ..axis("x") };
         assert!(over_two([&random, &axis("y")], &[([1.0, 1.0], Some(true))]).is_none());
-        // A line of one variant beside an edge says nothing about the values below it.
+        // A line with a single variant beside an edge does not show the values below it.
         let points = [
             ([1.0, 1.0], Some(true)),
             ([1.0, 4.0], Some(false)),
@@ -214,7 +215,7 @@ mod tests {
         assert_eq!(told, "It settles up to y = 1 whatever x is. ");
     }
 
-    /// Of two numbers one decides alone.
+    /// Only one of two numbers decides.
     #[test]
     fn truth_the_number_that_decides_is_named() {
         let points = |of: fn(i32) -> f64| (0..64).map(move |i| (of(i), i < 32));

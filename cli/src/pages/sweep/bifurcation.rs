@@ -10,7 +10,7 @@ use crate::pages::parts::svg::{Frame, INK, Place, Scale, image, swatch, text_at}
 
 const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 84.0, width: 740.0, height: 360.0 };
-/// Diameter of a point: this share of the distance between variants, within these bounds.
+/// Diameter of a point: a share of the distance between variants, within these bounds.
 const POINT_SHARE: f64 = 0.6;
 const POINT: [f64; 2] = [2.4, 5.0];
 /// Height of the band of outcomes above the plot.

@@ -11,23 +11,23 @@ use crate::pages::parts::Page;
 
 /// Largest number of rows in the table of differences.
 const MOST_ROWS: usize = 12;
-/// Largest difference at which the first harmonic describes the motion.
+/// Largest relative difference at which the first harmonic describes the motion.
 const AGREES: f64 = 0.1;
 
 /// Predictions at the rows of a sweep over one axis.
 pub(super) struct Predicted<'a> {
     report: &'a Report<'a>,
     axis: &'a DrawnAxis,
-    /// By rising value.
+    /// Predictions by increasing value.
     places: &'a [CyclesAt],
 }
 
 /// One variant that chatters or oscillates between limits, in simulation and in theory.
 struct Pair {
     at: f64,
-    /// Impacts after which the motion repeats; `None` without impacts, or if no two are alike.
+    /// Number of impacts per period of the motion; `None` without impacts, or if no two are alike.
     impacts: Option<f64>,
-    /// Of impacts: after a doubling of the period there are two in each.
+    /// Frequency of impacts: after a period doubling there are two in each period.
     frequency_hz: [f64; 2],
     peak_force_n: [f64; 2],
 }
@@ -121,7 +121,7 @@ impl<'a> Predicted<'a> {
     }
 }
 
-/// Prediction less simulation, relative to the simulation.
+/// Difference of prediction and simulation, relative to the simulation.
 fn departure([simulated, predicted]: [f64; 2]) -> f64 {
     predicted / simulated - 1.0
 }

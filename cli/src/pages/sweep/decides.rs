@@ -1,4 +1,4 @@
-//! Which of several random numbers decides whether a variant settles.
+//! Finds which of several random numbers decides whether a variant settles.
 
 use feeler_studies::sweep::{DrawnAxis, Theory};
 
@@ -7,17 +7,17 @@ use super::report::Report;
 use super::rests;
 use crate::pages::parts::Page;
 
-/// Axes of a map.
+/// Number of axes of a map.
 const DRAWN: usize = 2;
 
 impl Report<'_> {
-    /// Whether each variant has a value of its own on every axis.
+    /// Whether each variant has its own value on every axis.
     pub(super) fn is_random(&self) -> bool {
         self.axes.iter().all(|axis| axis.points.is_none())
     }
 
-    /// For each random number, how many variants come to rest on both sides of its middle, the one that
-    /// decides most first.
+    /// For each random number, the numbers of variants that come to rest on both sides of its middle. The
+    /// number with the strongest effect comes first.
     pub(super) fn halves(&self) -> Vec<Halves> {
         let of = |axis: &DrawnAxis| {
             let at = self.table.reals(&axis.key)?;
@@ -27,8 +27,9 @@ impl Report<'_> {
         answer::by_weight(self.axes.iter().filter_map(of).collect())
     }
 
-    /// Puts the two numbers that decide most first, so that maps are drawn over them. Does so only if each
-    /// variant has a limit of linear theory of its own, which no map can show. Returns whether it did.
+    /// Moves the two numbers with the strongest effect to the front, so that maps are drawn over them. This
+    /// is done only if each variant has its own limit of linear theory, which no map can show. Returns
+    /// whether it was done.
     pub(super) fn draw_what_decides(&mut self, theory: &mut Theory) -> bool {
         let Theory::Maps(maps) = theory else { return false };
         let is_shown = maps.iter().any(|map| map.varied.is_empty());
@@ -38,7 +39,7 @@ impl Report<'_> {
         let halves = self.halves();
         let mut axes = self.axes.clone();
         axes.sort_by_key(|axis| halves.iter().position(|half| half.key == axis.key).unwrap_or(halves.len()));
-        // Duration and noise of a run do not change the limit.
+        // Duration and noise of a run have no effect on the limit.
         let others = axes[DRAWN..].iter().map(|axis| &axis.key).filter(|key| !key.starts_with("run."));
         let others: Vec<String> = others.cloned().collect();
         if others.is_empty() {
@@ -51,7 +52,7 @@ impl Report<'_> {
         true
     }
 
-    /// A table of the random numbers, the one that decides most first.
+    /// A table of the random numbers, the one with the strongest effect first.
     pub(super) fn what_decides(&self, page: &mut Page) {
         if self.axes.len() < 2 || !self.is_random() || !self.sweep.file.keep.outcome {
             return;

@@ -5,12 +5,12 @@ use feeler_studies::sweep::{DrawnAxis, Panels};
 
 /// Largest number of drawn panels; the table has the rest.
 pub(crate) const MOST_PANELS: usize = 8;
-/// Largest number of drawn cells of an axis; finer grids show every n-th.
+/// Largest number of drawn cells along an axis; of finer grids every n-th value is drawn.
 pub(super) const MOST_CELLS: u64 = 256;
 /// Largest number of variants that maps draw and show under the pointer.
 const MOST_ON_MAPS: usize = 20_000;
-/// The same for diagrams, whose columns are then narrower than half a pixel; each variant has a list of
-/// impacts.
+/// Largest number of variants that diagrams draw: their columns are then narrower than half a pixel. Each
+/// variant has a list of impacts.
 const MOST_ON_DIAGRAMS: usize = 2_000;
 
 /// A choice of variants.
@@ -18,7 +18,8 @@ const MOST_ON_DIAGRAMS: usize = 2_000;
 pub(super) enum Drawn {
     /// Every variant.
     All,
-    /// This number from the start: for random points a fair sample, for an adaptive sweep the coarse passes.
+    /// This number of variants from the start: a fair sample of random points, or the coarse passes of an
+    /// adaptive sweep.
     First(usize),
     /// For a grid, these values of each axis in the order of the file, and this number of panels.
     Grid { axes: Vec<Values>, panels: u64 },
@@ -59,7 +60,7 @@ impl Drawn {
         };
         let mut axes: Vec<Values> = sweep.axes.iter().map(values).collect();
         let budget = most as u64 / panels.max(1);
-        // The axis with the most remaining values is thinned out until all fit.
+        // The axis with the most remaining values is thinned out until the number is small enough.
         while axes.iter().map(Values::drawn).product::<u64>() > budget.max(1) {
             let Some(axis) = axes.iter_mut().max_by_key(|axis| axis.drawn()) else { break };
             axis.every = axis.every.map(|every| every + 1);
@@ -73,7 +74,7 @@ impl Drawn {
             Self::All => true,
             Self::First(count) => row < *count,
             Self::Grid { axes, panels: drawn } => {
-                // The last axis varies fastest, among panels, too.
+                // The last axis varies fastest, also among panels.
                 let (mut rest, mut panel, mut panels) = (row as u64, 0, 1);
                 for axis in axes.iter().rev() {
                     let index = rest % axis.count;
@@ -92,8 +93,8 @@ impl Drawn {
         }
     }
 
-    /// The codes of every variant of a panel of a thinned grid: columns and rows of its map, and one code for
-    /// each place, row after row from below. `None` if all values are drawn.
+    /// The codes of every variant in a panel of a thinned grid. They are the number of columns and rows of
+    /// its map, and one code for each cell, row by row from below. `None` if all values are drawn.
     pub(super) fn panel(&self, keys: [&str; 2], panel: u64, codes: &[u8]) -> Option<([usize; 2], Vec<u8>)> {
         let Self::Grid { axes, .. } = self else { return None };
         let count = |key: &str| axes.iter().find(|axis| axis.key == key).map(|axis| axis.count as usize);
@@ -127,7 +128,7 @@ impl Drawn {
         }
     }
 
-    /// Describes the omitted part; empty if nothing is omitted. `drawn` variants are drawn.
+    /// Describes the omitted variants; empty if none is omitted. `drawn` is the number of drawn variants.
     pub(super) fn words(&self, drawn: usize) -> String {
         let which = match self {
             Self::All => return String::new(),
@@ -183,7 +184,7 @@ mod tests {
         let [x, y] = [0, 1].map(|i| axes[i].every.unwrap() as usize);
         let on_lattice = |row: usize| (row / 600).is_multiple_of(x) && (row / 2 % 300).is_multiple_of(y);
         assert_eq!(rows, (0..240_000).filter(|&row| on_lattice(row)).collect::<Vec<_>>());
-        // A page holds them all: of 400 by 300 values the variants with the second seed, by their rows.
+        // The page holds all of 400 by 300 values: the variants with the second seed, by their rows.
         let whole = Drawn::of(&large, 240_000);
         let codes: Vec<u8> = (0..240_000_usize).map(|row| (row % 251) as u8).collect();
         let keys = ["controllers.force.kp", "contacts.tool.stiffness"];

@@ -22,12 +22,13 @@ pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("chatter_contact_share", "share of time in contact", ""),
     ("growth_per_s", "growth", "1/s"),
 ];
-/// Smallest number of places per distinct value for the short form of a column: its distinct values, and an
-/// index for each place.
+/// Smallest number of places per distinct value at which a column has the short form: its distinct values,
+/// and an index for each place.
 const PLACES_PER_VALUE: usize = 4;
 
 impl Report<'_> {
-    /// Input of the page's script: the places, the shown columns (those of the axes first), and the command.
+    /// Input of the page's script: the places of the variants, the shown columns (those of the axes first),
+    /// and the command.
     pub(super) fn hover(&self, places: &[[f64; 5]]) -> Value {
         let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
         let of_rows =
@@ -65,8 +66,8 @@ impl Report<'_> {
         json!({ "places": places, "columns": columns, "settings": settings, "command": command })
     }
 
-    /// Every variant of a panel of a thinned map, for its zoom: a byte for each place, row after row from
-    /// below, with colours and words. Null if all are drawn, or if they are too many for a page.
+    /// Every variant in a panel of a thinned map, for zooming: a byte for each cell, row by row from below,
+    /// with colours and words. `null` if all are drawn, or if they are too many for a page.
     pub(super) fn whole(&self, axes: [&DrawnAxis; 2], panel: usize) -> Value {
         let codes = &self.tally.codes;
         if !self.sweep.file.keep.outcome || codes.len() < self.tally.rows {

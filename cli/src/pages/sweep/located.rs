@@ -32,8 +32,8 @@ pub(crate) fn located(sweep: &Sweep) -> Option<String> {
     Some(DrawnAxis::of(&sweep.file).into_iter().map(of).collect::<Vec<_>>().join(" and "))
 }
 
-/// The value at which runs along one axis stop or begin to come to rest, if they do so once; `points` are
-/// values with whether the run rests.
+/// The value at which runs along one axis stop or begin to come to rest, if there is exactly one. `points`
+/// are values and whether the run comes to rest.
 pub(super) fn edge(axis: &DrawnAxis, mut points: Vec<(f64, bool)>) -> Option<String> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut switches = points.windows(2).filter(|pair| pair[0].1 != pair[1].1);
@@ -57,7 +57,7 @@ mod tests {
             DrawnAxis { key: "kp".into(), unit: String::new(), range: [0.0, 1.0], points: None, log: false };
         let told = |rests: &[bool]| {
             let points = rests.iter().enumerate().map(|(i, rests)| (0.5 * i as f64, *rests));
-            // In any order.
+            // Points may come in any order.
             edge(&axis, points.rev().collect()).unwrap_or_default()
         };
         assert_eq!(told(&[true, true, false]), "It settles up to kp = 0.5, and no longer at 1. ");

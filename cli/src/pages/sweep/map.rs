@@ -1,5 +1,5 @@
-//! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of
-//! linear theory over them.
+//! Maps over two axes: each variant is a cell, coloured by its outcome or by a measure. The limits of linear
+//! theory are drawn over the cells.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -45,7 +45,7 @@ pub(super) struct Map<'a> {
     axes: [&'a DrawnAxis; 2],
     pub(super) title: String,
     cells: Vec<Cell>,
-    /// Whether variants are denser along boundaries, with the colour of the nearest one in between.
+    /// Whether variants are denser along boundaries; the area between has the colour of the nearest one.
     is_refined: bool,
     theory: MapTheory,
 }
@@ -137,7 +137,7 @@ impl<'a> Map<'a> {
         .into()
     }
 
-    /// The rows that it shows.
+    /// The rows that the map shows.
     pub(super) fn rows(&self) -> impl Iterator<Item = usize> {
         self.cells.iter().map(|cell| cell.row)
     }
@@ -170,7 +170,7 @@ impl<'a> Map<'a> {
         for (cell, colour) in self.cells.iter().zip(&colours) {
             let Place { x, y, width, height } = cell.place();
             let path = paths.entry(colour.clone()).or_default();
-            // Slightly wider, so that no gaps appear between cells.
+            // Cells are slightly widened, so that there are no gaps between them.
             let _ =
                 write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
         }
@@ -242,7 +242,7 @@ impl<'a> Map<'a> {
     }
 }
 
-/// Whether a part of a line may lie within a frame.
+/// Whether part of a line may be within a frame.
 fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
     let shares = |point: &[f64; 2]| [frame.x.share(point[0]), frame.y.share(point[1])];
     let spans = |[a, b]: [[f64; 2]; 2]| (0..2).all(|i| a[i].min(b[i]) <= 1.0 && a[i].max(b[i]) >= 0.0);
@@ -255,14 +255,14 @@ fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
 struct Lattice {
     /// Index of the last value.
     last: u64,
-    /// Distance of values of the coarsest grid.
+    /// Distance between values of the coarsest grid, in values of the finest.
     stride: u64,
     /// A cell is drawn at every n-th index.
     every: u64,
 }
 
 /// Start, as a share of the plot, and length of a cell's sides; `None` if the grid is too fine to show this
-/// one.
+/// cell.
 fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
     let [Some(x), Some(y)] = lattice else {
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
@@ -280,8 +280,8 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
 
 /// The cells of a map whose variants, at shares of the axes, are denser along boundaries.
 fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
-    // From shares between the outermost values to shares of the plot, which extends by half of the finest
-    // cell.
+    // Converts shares between the outermost values to shares of the plot, which extends by half of the finest
+    // cell beyond them.
     let of_plot = |share: f64, Lattice { last, .. }: Lattice| (share * last as f64 + 0.5) / (last + 1) as f64;
     let shares: Vec<[f64; 2]> =
         places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
@@ -321,8 +321,8 @@ mod tests {
         assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
     }
 
-    /// Two levels of halving between three values, known at the coarse ones and once in between. The plot
-    /// ends half a finest cell beyond the outermost.
+    /// Two levels of bisection between three values: the coarse values are known, and one in between. The
+    /// plot ends half a finest cell beyond the outermost values.
     #[test]
     fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
         let lattice = Lattice { last: 8, stride: 4, every: 1 };
@@ -338,8 +338,8 @@ mod tests {
                 .sum::<f64>()
         };
         assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
-        // Corner (0, 0). Of the 3 x 3 places nearest to it among the coarse ones, (2, 2), (1, 2) and (2, 1)
-        // belong to the middle one.
+        // Corner (0, 0). Of the 3 x 3 cells nearest to it among the coarse ones, (2, 2), (1, 2) and (2, 1)
+        // belong to the middle variant.
         assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
         let holds = |cell: &Cell, x: f64, y: f64| {
             (cell.left..cell.left + cell.width).contains(&x)

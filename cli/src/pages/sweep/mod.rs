@@ -38,7 +38,7 @@ use crate::pages::parts::{Page, Tile};
 use crate::terminal;
 use crate::units::Units;
 
-/// Largest number of panels that the first sentences of a page answer for.
+/// Largest number of panels that the first sentences of a page summarise.
 const MOST_ANSWERS: u64 = 4;
 
 /// Columns of lists, which only diagrams show.
@@ -72,7 +72,8 @@ pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<S
     Ok(Shown { drawn, table })
 }
 
-/// Writes the page and its drawings. Returns their paths, and where the variants settle if that can be said.
+/// Writes the page and its drawings. Returns their paths, and the region in which variants settle if it is
+/// known.
 pub(crate) fn write(
     sweep: &Sweep,
     name: &str,
@@ -131,7 +132,7 @@ impl Report<'_> {
         let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
         let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
-        // Outcomes that do not settle, the most frequent first; the table has the others.
+        // The most frequent outcomes other than settling; the table has all.
         let mut others: Vec<(usize, &str)> = Outcome::ALL
             .iter()
             .filter(|(outcome, _)| !outcome.is_stable())
@@ -148,7 +149,7 @@ impl Report<'_> {
         format!("{answer}Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
 
-    /// The region in which variants come to rest, or which random number decides.
+    /// The region in which variants come to rest, or the random number that decides.
     fn answer(&self) -> Option<String> {
         if !self.sweep.file.keep.outcome {
             return None;
@@ -215,8 +216,7 @@ impl Report<'_> {
         tiles
     }
 
-    /// The drawn panels, each with the suffix for the names of its drawings. The page reports how many there
-    /// are.
+    /// The drawn panels, each with the suffix for the names of its drawings. The page reports their number.
     fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
         let panels = Panels::of(&self.sweep.file);
         let count = panels.count();

@@ -3,16 +3,16 @@
 /// A rectangle of places with the same nearest variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Tile {
-    /// First column, and how many.
+    /// First column, and number of columns.
     pub(super) columns: [usize; 2],
-    /// First row from below, and how many.
+    /// First row from below, and number of rows.
     pub(super) rows: [usize; 2],
     /// Index of the variant.
     pub(super) of: usize,
 }
 
-/// Tiles of a raster with this many columns and rows, for variants at shares of its sides. Distances are in
-/// `unit`, the number of columns and rows of equal length.
+/// Tiles of a raster with this many columns and rows, for variants at shares of its sides. `unit` is the
+/// number of columns and rows with equal length, for distances.
 pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64; 2]) -> Vec<Tile> {
     let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
     let mut seeds: Vec<Option<usize>> = vec![None; columns * rows];
@@ -81,7 +81,7 @@ fn nearest_of_columns(seeds: &[Option<usize>], rows: usize) -> Vec<Option<(usize
 mod tests {
     use super::*;
 
-    /// Nodes of an L: coarse ones every four places, and fine ones in one corner.
+    /// Corners of an L: coarse ones every four cells, and fine ones in one corner.
     fn shares() -> Vec<[f64; 2]> {
         let coarse = (0..3).flat_map(|x| (0..3).map(move |y| [4 * x, 4 * y]));
         let fine = (0..5).flat_map(|x| (0..5).map(move |y| [x, y]));
@@ -109,7 +109,7 @@ mod tests {
         assert!(covered.iter().flatten().all(|count| *count == 1), "{covered:?}");
     }
 
-    /// Twice as far along the first axis is as far as once along the second.
+    /// Twice the distance along the first axis equals once that along the second.
     #[test]
     fn truth_distances_are_counted_in_the_units_of_the_axes() {
         let found = tiles(&[[0.05, 0.05], [0.95, 0.95]], [10, 10], [2.0, 1.0]);

@@ -1,4 +1,4 @@
-//! After how many impacts the motion repeats, over one axis.
+//! Number of impacts per period of the motion, over one axis.
 
 use feeler_studies::sweep::DrawnAxis;
 
@@ -15,7 +15,7 @@ const MOST_ROWS: usize = 24;
 struct Variant {
     at: f64,
     outcome: String,
-    /// Impacts after which it repeats; `None` if no two are alike.
+    /// Number of impacts per period; `None` if no two impacts are alike.
     impacts: Option<usize>,
     frequency_hz: Option<f64>,
 }
@@ -30,7 +30,8 @@ impl Variant {
     }
 }
 
-/// The variants by rising value, each stretch with one outcome and one number of impacts per period.
+/// The variants by increasing value, divided into stretches with one outcome and one number of impacts per
+/// period.
 fn stretches(variants: &[Variant]) -> Vec<&[Variant]> {
     variants.chunk_by(Variant::is_like).collect()
 }

@@ -6,7 +6,7 @@ use super::drawn::Drawn;
 use super::tally::Tally;
 use crate::units::Units;
 
-/// A sweep with all that its parts draw from.
+/// A sweep with the data of all drawings.
 pub(super) struct Report<'a> {
     pub(super) sweep: &'a Sweep,
     /// The drawn variants.

@@ -12,13 +12,13 @@ const MOST_CODES: usize = 2_000_000;
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) rows: usize,
-    /// Variants by the name of their outcome; `error` where they failed, `done` where outcomes were not kept.
+    /// Number of variants by outcome: `error` if they failed, `done` if outcomes were not kept.
     pub(crate) outcomes: BTreeMap<String, usize>,
-    /// The outcome of each variant by its place among the names of [`super::labels`]. Those beyond the
+    /// The outcome of each variant as an index into the names of [`super::labels`]. Variants beyond the
     /// largest number are absent.
     pub(super) codes: Vec<u8>,
     pub(crate) largest_peak_n: Option<f64>,
-    /// The first variant to fail, and why.
+    /// The first failed variant, and the reason.
     pub(super) first_error: Option<(usize, String)>,
 }
 

@@ -69,7 +69,7 @@ fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
     let length =
         |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
     let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
-    // A motion that grows without bound gets the longest bar.
+    // Unbounded growth gets the longest bar.
     let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
     let bar = |trial: &&Trial| {
         let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();

@@ -10,7 +10,7 @@ use crate::units::Units;
 const MOST_OTHERS: usize = 8;
 
 /// Other sets of the chosen size that also remove the chatter: the changes and causes of the first ones, and
-/// the number of the rest.
+/// the number of further sets.
 pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     let others = found.smallest.get(1..).unwrap_or_default();
     let row = |set: &Vec<Counterfactual>| {
@@ -26,7 +26,7 @@ pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     rows
 }
 
-/// Changes that this scenario has nothing for, as a sentence.
+/// Changes that do not apply to this scenario, as a sentence.
 pub(crate) fn untried(found: &Explanation) -> Option<String> {
     let left_out = found.singles.iter().filter(|trial| !trial.applies);
     let names: Vec<&str> = left_out.flat_map(|trial| &trial.changes).map(|change| change.words()).collect();

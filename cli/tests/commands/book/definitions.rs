@@ -1,6 +1,6 @@
-//! The types that the program writes as JSON, as their sources define them.
+//! Definitions in the sources of the types that the program writes as JSON.
 //!
-//! The sources are read line by line: rustfmt gives every field, comment and attribute a line of its own.
+//! The sources are read line by line: rustfmt puts every field, comment and attribute on its own line.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub(crate) enum Shape {
     Flag,
     Text,
     NumberOrText,
-    /// One of some texts, by the type that lists them.
+    /// One of some texts, with the name of the type that lists them.
     OneOf(String, Vec<String>),
     OrNull(Box<Self>),
     List(Box<Self>),
@@ -25,7 +25,7 @@ pub(crate) enum Shape {
     Several(Vec<Self>),
     /// Values by name.
     Map(Box<Self>),
-    /// Fields, by the type that defines them.
+    /// Fields, with the name of the type that defines them.
     Object(String, Vec<Field>),
 }
 
@@ -33,7 +33,7 @@ pub(crate) enum Shape {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Field {
     pub(crate) name: String,
-    /// Its comment.
+    /// Comment of the key.
     pub(crate) text: String,
     pub(crate) shape: Shape,
     pub(crate) may_be_absent: bool,
@@ -109,7 +109,7 @@ impl Definitions {
         Self(found)
     }
 
-    /// The shape of a type that a mark of a page names: `keys of FILE: TYPE`.
+    /// The shape of a type that a mark on a page names: `keys of FILE: TYPE`.
     pub(crate) fn of_mark(&self, mark: &str) -> Option<Shape> {
         let (file, written) = mark.strip_prefix("keys of ")?.split_once(": ")?;
         Some(self.shape(written, file, &Given::new()))
@@ -156,7 +156,7 @@ impl Definitions {
         }
     }
 
-    /// The shape of a type of the project: of those with this name, the one in the nearest file.
+    /// The shape of a type of the project. If several have this name, it is the one in the nearest file.
     fn named(&self, name: &str, file: &str, arguments: Vec<Shape>) -> Shape {
         let sources = self.0.get(name).unwrap_or_else(|| panic!("{file}: nothing writes `{name}`"));
         let near = |source: &&Source| {
@@ -239,7 +239,7 @@ impl Source {
         self.body.iter().any(|line| line.contains(function))
     }
 
-    /// Whether serde writes it, by a derived implementation or by one that gives a text or a number.
+    /// Whether serde writes the type, by a derived implementation or by one that gives a text or a number.
     fn is_written(&self) -> bool {
         match self.kind {
             Kind::Struct | Kind::Enum => self.attributes.contains("Serialize"),

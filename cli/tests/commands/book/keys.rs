@@ -1,4 +1,4 @@
-//! The keys of a result: a table of them, and whether a file has these and no others.
+//! The keys of a result: a table of them, and a comparison with the keys of a file.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use serde_json::Value;
 
 use super::definitions::{Field, Shape};
 
-/// The heading that shows each type, by its name.
+/// For each type, by name, the heading under which it is shown.
 pub(crate) type Shown = BTreeMap<String, String>;
 
-/// Units by the ends of keys; an end comes after the longer ones that contain it.
+/// Units by the endings of keys. An ending that is part of a longer one comes after it.
 const UNITS: [(&str, &str); 14] = [
     ("_n_s_per_m", "N s/m"),
     ("_n_per_m", "N/m"),
@@ -26,7 +26,7 @@ const UNITS: [(&str, &str); 14] = [
     ("joule", "J"),
     ("seconds", "s"),
 ];
-/// Units of keys that do not carry theirs, as their comments have them: after a comma.
+/// Units that comments of keys may state after a comma.
 const WRITTEN: [&str; 13] =
     ["N s/m", "N/m", "m/s", "rad/s", "1/s", "Hz", "kg", "degrees", "nats", "J", "N", "m", "s"];
 
@@ -36,7 +36,7 @@ pub(crate) fn rows(shape: &Shape, heading: &str, shown: &mut Shown) -> Vec<Vec<S
     let Shape::Object(id, fields) = root else { panic!("{heading} has no keys") };
     shown.insert(id.clone(), heading.to_owned());
     let mut found = Vec::new();
-    // Only the rows of the same table refer to its other types.
+    // Only rows of the same table may refer to its types.
     add(fields, &path, &mut shown.clone(), &mut found);
     found
 }
@@ -72,7 +72,7 @@ fn add(fields: &[Field], path: &str, shown: &mut Shown, found: &mut Vec<Vec<Stri
 fn unit(field: &Field) -> &'static str {
     for (end, unit) in UNITS {
         if let Some(before) = field.name.strip_suffix(end) {
-            // Seconds per something else than a second.
+            // Seconds per something other than a second have no unit here.
             return if before.contains("_per_") { "" } else { unit };
         }
     }
@@ -81,7 +81,7 @@ fn unit(field: &Field) -> &'static str {
     WRITTEN.iter().find(says).copied().unwrap_or_default()
 }
 
-/// The object or the choice within a shape, and how a path goes on to it.
+/// The object or the choice within a shape, and the path to it.
 fn inner(shape: &Shape) -> Option<(String, &Shape)> {
     match shape {
         Shape::Object(..) | Shape::OneOf(..) => Some((String::new(), shape)),
@@ -97,7 +97,7 @@ fn after<'a>(step: &str, shape: &'a Shape) -> Option<(String, &'a Shape)> {
     inner(shape).map(|(path, found)| (format!("{step}{path}"), found))
 }
 
-/// A shape in words, one or many of it.
+/// A shape in words, in singular or plural.
 fn described(shape: &Shape, shown: &Shown, many: bool) -> String {
     let end = if many { "s" } else { "" };
     let one = |shape: &Shape| described(shape, shown, false);
@@ -135,7 +135,7 @@ fn described(shape: &Shape, shown: &Shown, many: bool) -> String {
     }
 }
 
-/// Names as in "`a`, `b` or `c`".
+/// Names in the form "`a`, `b` or `c`".
 fn choice(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.split_last() {
@@ -145,8 +145,7 @@ fn choice(names: &[String]) -> String {
     }
 }
 
-/// Collects the places at which a value departs from its shape: other types, and keys that the one or the
-/// other lacks.
+/// Collects the differences between a value and its shape: other types, and keys that either lacks.
 pub(crate) fn misfits(value: &Value, shape: &Shape, path: &str, found: &mut Vec<String>) {
     let fits = match (shape, value) {
         // A number that is not finite is written as `null`.
@@ -200,7 +199,7 @@ pub(crate) fn misfits(value: &Value, shape: &Shape, path: &str, found: &mut Vec<
     }
 }
 
-/// The keys of an object, those of flat ones among them.
+/// The keys of an object, including those of its flattened objects.
 fn flat(fields: &[Field]) -> Vec<&Field> {
     let mut found = Vec::new();
     for field in fields {

@@ -1,5 +1,5 @@
-//! The book as its readers use it: every page is in the contents, and every link has a target. The commands
-//! and files in it work.
+//! The book as readers use it: every page is in the contents, every link has a target, and the commands and
+//! files work.
 //!
 //! The language of a fenced block decides its test:
 //! - `console`: each line runs, in a folder with `scenarios/` and `logs/`. A server is asked for its page.
@@ -53,7 +53,7 @@ fn truth_every_link_leads_somewhere() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// The book is rendered from `docs/` alone: a link out of it would be broken.
+/// The book is rendered from `docs/` alone, so a link to a file outside would be broken.
 #[test]
 fn truth_every_page_is_in_the_contents_and_stays_in_the_book() {
     let listed: Vec<String> =
@@ -88,7 +88,7 @@ fn truth_every_picture_of_the_book_is_shown() {
     }
 }
 
-/// Before its first section.
+/// Both must come before the first section.
 #[test]
 fn truth_every_chapter_begins_with_a_command_and_a_picture() {
     for page in chapters() {
@@ -111,7 +111,7 @@ fn truth_every_command_and_file_of_the_book_works() {
     assert!(failed.is_empty(), "{}", failed.join("\n\n"));
 }
 
-/// Commands within sentences, and the examples of the help pages.
+/// Commands within sentences, and the examples in help texts.
 #[test]
 fn truth_every_command_that_is_not_in_a_block_is_understood() {
     let mut commands: Vec<(String, String)> = Vec::new();
@@ -127,7 +127,7 @@ fn truth_every_command_that_is_not_in_a_block_is_understood() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
-/// A command that is on no page any more, or whose script is gone.
+/// A command in the list must still be on a page, and its script must exist.
 #[test]
 fn truth_the_commands_that_are_not_run_exist() {
     let lines: BTreeSet<String> = pages()

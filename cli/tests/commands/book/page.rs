@@ -100,7 +100,7 @@ pub(crate) fn links(text: &str) -> Vec<String> {
     found
 }
 
-/// The link targets of a page's headings, as GitHub and mdbook make them.
+/// The link targets of a page's headings, in the form of GitHub and mdbook.
 pub(crate) fn headings(text: &str) -> Vec<String> {
     let name = |heading: &str| {
         let kept = heading.trim().to_lowercase();
@@ -112,7 +112,7 @@ pub(crate) fn headings(text: &str) -> Vec<String> {
     headings.map(|line| name(line.trim_start_matches('#'))).collect()
 }
 
-/// Commands that are named in the sentences of a page, with a value for each placeholder.
+/// Commands in the sentences of a page, with a value for each placeholder.
 pub(crate) fn commands_in_prose(text: &str) -> Vec<String> {
     let prose = prose(text).split_whitespace().collect::<Vec<_>>().join(" ");
     let begins = prose.match_indices("`feeler ").map(|(at, _)| &prose[at + 1..]);

@@ -1,4 +1,4 @@
-//! A reader who does what a page says: runs its commands, writes its files, compares its output.
+//! A reader who follows a page: runs its commands, writes its files, compares its output.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -19,19 +19,19 @@ pub(crate) const NOT_RUN: [(&str, &str); 6] = [
     ("benches/cache", "hours under valgrind"),
 ];
 
-/// Not by a macro for printing, whose output a passing test hides.
+/// `println!` would not be shown, because a passing test captures its output.
 fn say_skipped(what: &str) {
     let _ = writeln!(std::io::stderr(), "skipped: {what}");
 }
 
-/// Pages with blocks of plain text, and what these are.
+/// Pages with blocks of plain text, and the content of these blocks.
 const TEXT: [(&str, &str); 3] = [
     ("docs/arms.md", "formulas"),
     ("docs/commands.md", "help pages, which a test of the arguments compares"),
     ("docs/tutorials/servo-joint.md", "an answer that depends on the computer"),
 ];
 
-/// Files on which the snippets of a page lie. On any other page it is the file that the page wrote last.
+/// Files to which the snippets of a page are added. On any other page it is the file that the page wrote last.
 const BASES: [(&str, &str); 3] = [
     ("docs/effects.md", "scenarios/effects/ideal.toml"),
     ("docs/servos.md", "servo.toml"),
@@ -52,8 +52,8 @@ fn has_network() -> bool {
     found.is_some_and(|place| TcpStream::connect_timeout(&place, Duration::from_secs(5)).is_ok())
 }
 
-/// A folder in which the commands of one page run, one after the other. It holds what they need of the
-/// project.
+/// A folder in which the commands of one page run one after another. It holds the files of the project that
+/// they need.
 pub(crate) struct Reader {
     around: tempfile::TempDir,
     page: String,
@@ -83,7 +83,7 @@ impl Reader {
         copy(&root().join("scenarios"), &reader.folder().join("scenarios"));
         let project = root().canonicalize().unwrap();
         symlink(project.join("logs"), reader.folder().join("logs")).unwrap();
-        // Data that are too large for the project lie beside it.
+        // Data too large for the project are in a folder beside it.
         let beside = project.join("../shared");
         if beside.exists() {
             symlink(beside, reader.around.path().join("shared")).unwrap();
@@ -110,7 +110,7 @@ impl Reader {
         if output.status.success() { Ok(said) } else { Err(format!("{}\n{said}", output.status)) }
     }
 
-    /// Checks the arguments of a command without running it: its help is printed once they are understood.
+    /// Checks the arguments of a command without running it: with valid arguments `--help` prints the help.
     pub(crate) fn understands(&self, line: &str) -> Result<(), String> {
         let command = line.split(" | ").next().and_then(|line| line.split(" > ").next()).unwrap_or(line);
         self.shell(&format!("{command} --help")).map(|_| ()).map_err(|said| format!("`{line}`: {said}"))
@@ -127,7 +127,7 @@ impl Reader {
         page
     }
 
-    /// In the project's folder, and with the long commands only.
+    /// Runs in the project's folder, and only with the long commands.
     fn cargo(&self, line: &str) -> Result<Option<String>, String> {
         if !is_long() {
             return Ok(None);
@@ -138,13 +138,13 @@ impl Reader {
         self.shell(&format!("cd '{}' && CARGO_INSTALL_ROOT='{root}' {line}", project.display())).map(Some)
     }
 
-    /// Not over data that are there already.
+    /// Fetches data, unless they are there already.
     fn fetch(&self, line: &str, runs: bool) -> Result<Option<String>, String> {
         let is_there = self.around.path().join("shared").is_symlink();
         if runs && !is_there { self.shell(line).map(Some) } else { Ok(None) }
     }
 
-    /// With the long commands only; its file exists in any case.
+    /// Runs only with the long commands; the script must exist in any case.
     fn script(&self, line: &str) -> Result<Option<String>, String> {
         let file = line.split(' ').find(|word| has_ending(word, "py")).ok_or("no script is named")?;
         if !self.folder().join(file).exists() {
@@ -217,7 +217,8 @@ impl Reader {
         self.shell("python3 block.py").map(|_| ())
     }
 
-    /// A block that begins with the name of its file is that file; any other lies on a file that exists.
+    /// A block that begins with the name of a file is that file. Any other block is added to an existing
+    /// file.
     fn toml(&mut self, block: &Block) -> Result<(), String> {
         block.text.parse::<toml::Table>().map_err(|error| error.to_string())?;
         let first = block.text.lines().next().unwrap_or_default();
@@ -277,7 +278,7 @@ impl Reader {
     }
 }
 
-/// The address that a server prints, once its page has come.
+/// The address that a server prints, once it has delivered its page.
 fn first_page(child: &mut Child) -> Result<String, String> {
     let text = |error: std::io::Error| error.to_string();
     let mut address = String::new();

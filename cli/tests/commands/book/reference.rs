@@ -18,7 +18,7 @@ fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     text
 }
 
-/// The table that belongs below a mark, in the section `heading`.
+/// The table for a mark in the section `heading`.
 fn generated(mark: &str, heading: &str, definitions: &Definitions, shown: &mut Shown) -> String {
     if let Some(shape) = definitions.of_mark(mark) {
         let escaped =
@@ -107,11 +107,11 @@ fn truth_the_keys_of_results_are_those_of_their_files() {
         compared += 1;
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // All but the diagnosis and the scores of a bench, which take minutes.
+    // All files are compared except the diagnosis and the scores of a bench, which take minutes.
     assert!(compared >= 17, "{compared} files were compared");
 }
 
-/// A check that lets every file pass checks nothing.
+/// A check that accepts every file would be useless.
 #[test]
 fn truth_a_key_too_many_a_key_too_few_and_another_type_are_found() {
     let shape =

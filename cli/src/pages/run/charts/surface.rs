@@ -1,4 +1,4 @@
-//! The surface that moves under a tool, and the path of the contact over it.
+//! The surface that moves below a tool, and the path of the contact on it.
 
 use feeler_plant::description::{Quantity, SignalName};
 
@@ -6,8 +6,8 @@ use super::{TIME, View, prefix};
 use crate::pages::parts::{Chart, ChartKind, Page, Series, by_extremes};
 
 impl View<'_> {
-    /// The surface, the tool, and the path along which they touch; nothing if the gap of the main contact
-    /// does not move.
+    /// Draws the surface, the tool, and the path along which they touch. Draws nothing if the gap of the main
+    /// contact is constant.
     pub(in crate::pages::run) fn surface(&self, page: &mut Page) {
         let charts = self.surface_charts();
         if charts.is_empty() {

@@ -1,21 +1,21 @@
-//! Letters as outlines of a font of the system.
+//! Letters as outlines from a font of the system.
 
 use fontdb::{Database, Family, Query};
 use tiny_skia::{Path, PathBuilder};
 use ttf_parser::{Face, OutlineBuilder};
 
-/// As in the drawings (`svg::FONT`).
+/// The families of the drawings (`svg::FONT`).
 const FAMILIES: [Family<'_>; 4] =
     [Family::Name("DejaVu Sans"), Family::Name("Helvetica"), Family::Name("Arial"), Family::SansSerif];
 
-/// The file of a font, and which of its faces is meant.
+/// The file of a font, and the index of the face in it.
 pub(super) struct Letters {
     file: Vec<u8>,
     index: u32,
 }
 
 impl Letters {
-    /// The first of the families that is there, or else any font; `None` on a system without fonts.
+    /// The first available family, or else any font; `None` on a system without fonts.
     pub(super) fn of_system() -> Option<Self> {
         let mut fonts = Database::new();
         fonts.load_system_fonts();
@@ -24,8 +24,8 @@ impl Letters {
         fonts.with_face_data(found, |file, index| Self { file: file.to_vec(), index })
     }
 
-    /// The outlines of a line of text from the origin to the right, and its length. A character that the font
-    /// lacks is left out.
+    /// The outlines of a line of text from the origin to the right, and its length. Characters that the font
+    /// lacks are left out.
     pub(super) fn line(&self, text: &str, size: f32) -> Option<(Path, f32)> {
         let face = Face::parse(&self.file, self.index).ok()?;
         let scale = size / f32::from(face.units_per_em());
@@ -39,11 +39,11 @@ impl Letters {
     }
 }
 
-/// Draws outlines, which grow upward from their baseline, where `y` grows downward.
+/// Draws outlines. Their coordinates grow upward from the baseline, those of the drawing downward.
 struct Pen {
     path: PathBuilder,
     scale: f32,
-    /// Start of the present letter.
+    /// Start of the current letter.
     x: f32,
 }
 

@@ -1,4 +1,5 @@
-//! Drawings of a sweep as pixels: those parts of SVG that they use. Anything else is an error.
+//! Drawings of a sweep as pixels. Only the parts of SVG that the drawings use are supported; anything else is
+//! an error.
 
 mod letters;
 
@@ -17,7 +18,7 @@ use letters::Letters;
 /// Pixels per unit of the drawing.
 const SCALE: f32 = 2.0;
 
-/// Writes drawings as PNG, each to its path, on all processors.
+/// Writes drawings as PNG, each to its path, in parallel.
 pub(super) fn write(drawings: &[(&str, PathBuf)]) -> crate::Result<()> {
     let letters = if drawings.is_empty() { None } else { Letters::of_system() };
     drawings.par_iter().try_for_each(|(svg, path)| {
@@ -219,19 +220,19 @@ mod tests {
                     stroke-linecap=\"round\" stroke-opacity=\"0.5\"/>";
         let pixels = drawn(&image(100.0, 50.0, body), None).unwrap();
         assert_eq!((pixels.width(), pixels.height()), (200, 100));
-        // Inside the path and its clip, and beyond either.
+        // A point inside the path and its clip, one outside the clip, and one outside the path.
         assert_eq!(
             [[15.0, 15.0], [5.0, 5.0], [15.0, 25.0]].map(|place| at(&pixels, place)),
             [RED, WHITE, WHITE]
         );
-        // Dash, gap and dash.
+        // The points are in a dash, in a gap and in a dash.
         assert_eq!(
             [[54.0, 10.0], [62.0, 10.0], [70.0, 10.0]].map(|place| at(&pixels, place)),
             [RED, WHITE, RED]
         );
-        // A quarter turn leads from right to down and from down to left.
+        // A quarter turn maps right to down, and down to left.
         assert_eq!([[48.0, 36.0], [52.0, 32.0]].map(|place| at(&pixels, place)), [RED, WHITE]);
-        // Half red over white, rounded once.
+        // Half red over white, with one rounding.
         let dot = at(&pixels, [80.0, 35.0]);
         assert!(dot[0] == 255 && dot[1].abs_diff(128) <= 1 && dot[1] == dot[2], "{dot:?}");
         assert_eq!(at(&pixels, [80.0, 30.0]), WHITE);
@@ -241,7 +242,7 @@ mod tests {
     fn truth_text_lies_on_its_side_of_its_place() {
         // A machine without fonts draws no letters.
         let Some(letters) = Letters::of_system() else { return };
-        // Of a place in the middle of the drawing, 20 units to the left and right, down to the baseline.
+        // Ink within 20 units to the left and right of the middle of the drawing, down to the baseline.
         let ink = |anchor: &str| {
             let mut body = String::new();
             text_at(&mut body, [50.0, 20.0], anchor, 12, "#ff0000", "HHH");

@@ -1,19 +1,19 @@
-// Charts by uPlot from data: drawn, read by pointer and by keys, zoomed, saved. `feeler.chart` is
-// also what a live page redraws with.
+// Draws charts with uPlot from data; pointer and keys read values and zoom, and a chart can be saved. Live
+// pages redraw with `feeler.chart`.
 const feeler = (() => {
   "use strict";
-  // Okabe and Ito's colours, distinct for every kind of colour vision, in the order that stands out on
-  // light or on dark ground.
+  // Okabe and Ito's colours, distinct for all types of colour vision. Their order depends on the
+  // background, so that the first ones have the best contrast.
   const ON_LIGHT = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
   const ON_DARK = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
   const HEIGHT = 280, PATH_HEIGHT = 420;
   const FONT = "12px system-ui, sans-serif";
-  // If a difference is smaller than this share of the values, it is rounding.
+  // A difference below this share of the values is a rounding error.
   const ROUNDING = 1e-10;
   const root = document.documentElement;
   const scheme = matchMedia("(prefers-color-scheme: dark)");
   const dark = () => scheme.matches && !root.classList.contains("print");
-  // Asking for computed styles in the midst of drawing lays the page out anew each time.
+  // Requesting computed styles while drawing would lay out the page each time.
   const colours = new Map();
   const colour = (name) => {
     const key = `${name} ${dark()}`;
@@ -29,10 +29,10 @@ const feeler = (() => {
     for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
     return out.buffer;
   };
-  // A gap is `null` to uPlot.
+  // uPlot needs `null` for a gap.
   const gaps = (values) => values.every(Number.isFinite) ? values : Array.from(values, (v) =>
       Number.isFinite(v) ? v : null);
-  // Values as they are written in a page: a list, the bytes of floats, or even steps.
+  // Reads values in one of the forms of a page: a list, the bytes of floats, or even steps.
   const column = (values) => {
     if (Array.isArray(values)) return values;
     if (values.f32) return gaps(new Float32Array(bytes(values.f32)));
@@ -68,7 +68,7 @@ const feeler = (() => {
     }
     return all;
   };
-  // As many digits as neighbouring ticks need to differ.
+  // Neighbouring ticks have as many digits as they need to differ.
   const tickTexts = (ticks) => {
     const largest = ticks.reduce((m, v) => Math.max(m, Math.abs(v)), 0);
     const least = ticks.slice(1).reduce((m, v, i) => Math.min(m, Math.abs(v - ticks[i])), Infinity);
@@ -82,21 +82,21 @@ const feeler = (() => {
     });
   };
 
-  // uPlot's own search for steps knows no range below 1e-16 and may loop on others; the ticks are ours.
+  // The ticks are computed here, because uPlot's search for steps fails below 1e-16 and may loop forever.
   const axis = (label, side, log) => ({
     label, side, font: FONT, labelFont: FONT, stroke: soft, labelSize: 22, labelGap: 2,
     grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1, size: 5 },
     incrs: (u, i, low, high) => [Math.max(5, high - low)],
     splits: (u, i, low, high) => {
       const most = (side === 3 ? u.bbox.height / 46 : u.bbox.width / 90) / devicePixelRatio;
-      // One tick does not show a scale.
+      // A single tick does not show a scale.
       return log ? logTicks(low, high, most) : linearTicks(low, high, most, /\(°\)/.test(label),
           side === 3 ? 3 : 0);
     },
-    // Of logarithmic axes uPlot would drop all but decades.
+    // uPlot would drop all ticks of a logarithmic axis but the decades.
     filter: (u, splits) => splits,
     values: (u, splits) => tickTexts(splits),
-    // One width for all, so that times align.
+    // All axes have the same width, so that times align.
     size: side === 3 ? 76 : 32,
   });
 
@@ -113,7 +113,7 @@ const feeler = (() => {
     ctx.restore();
   };
 
-  // Named lines, spans and points over the curves; names keep clear of the edges.
+  // Named lines, spans and points over the curves. Names keep away from the edges.
   const annotate = (chart) => (u) => {
     const { ctx } = u, { left, top, width, height } = u.bbox, scale = devicePixelRatio;
     const at = (x, y) => [u.valToPos(x, "x", true), u.valToPos(y, "y", true)];
@@ -126,7 +126,7 @@ const feeler = (() => {
     const name = (label, x, wanted) => {
       const w = ctx.measureText(label).width, row = 15 * scale;
       const from = Math.min(Math.max(x, left + 4 * scale), left + width - w - 4 * scale);
-      // Above the names that it would lie upon, or below them at the upper edge.
+      // A name is above other names, or below them at the upper edge.
       let y = wanted, way = -row;
       const meets = ([a, b, at]) => from < b && from + w > a && Math.abs(y - at) < row;
       for (let hit = named.find(meets); hit; hit = named.find(meets)) {
@@ -169,7 +169,7 @@ const feeler = (() => {
     ctx.restore();
   };
 
-  // Between points that stand alone there is no area: a bar joins each pair.
+  // Single points have no area between them, so a bar joins each pair.
   const isBars = (chart) => ([upper]) => chart.series[upper].dots;
   const bars = (chart) => (u) => {
     const { ctx } = u, { left, top, width, height } = u.bbox;
@@ -190,7 +190,7 @@ const feeler = (() => {
     }
   };
 
-  // Room for named lines within the vertical range; a difference that is rounding fills no chart.
+  // The vertical range includes named lines. A difference that is a rounding error does not fill a chart.
   const vertical = (chart) => chart.y.log
     ? { distr: 3, log: 10, range: (u, low, high) => low == null ? [0.1, 1] : high > low ? [low / 1.3,
         high * 1.3] : [low / 10, high * 10] }
@@ -205,13 +205,13 @@ const feeler = (() => {
       },
     };
 
-  // Shown while no value is pointed at.
+  // Range of the values, shown while the pointer is over no value.
   const span = (values) => {
     let low = Infinity, high = -Infinity;
     for (const v of values) if (v != null) { if (v < low) low = v; if (v > high) high = v; }
     return low <= high ? `${short(low)} to ${short(high)}` : "";
   };
-  // Of the data that are shown at present: a live page replaces them.
+  // Ranges of the present data, because a live page replaces the data.
   const spans = new WeakMap();
   const spanOf = (values) => spans.get(values) ?? (spans.set(values, span(values)), spans.get(values));
 
@@ -228,7 +228,7 @@ const feeler = (() => {
     };
   });
 
-  // The instant that a chart of time points at, for a scene on the same page.
+  // The instant under the pointer on a time chart, for a scene on the same page.
   const point = (chart) => (u) => {
     const { idx, left } = u.cursor;
     if (!chart.x.together || idx == null || left < 0) return;
@@ -260,7 +260,7 @@ const feeler = (() => {
     return [options, data, reset];
   };
 
-  // Each series is a path of its own; the pointer picks the nearest point of the first.
+  // Each series is a separate path. The pointer selects the nearest point of the first.
   const pathChart = (chart, width) => {
     const own = column(chart.x.values), paths = chart.series.map((series) => [own, column(series.values)]);
     const path = (u, index) => {
@@ -309,7 +309,7 @@ const feeler = (() => {
     return [options, [null, ...paths], reset, true];
   };
 
-  // Arrows move the cursor, + and − zoom about it, 0 shows the whole again.
+  // Arrow keys move the cursor, + and − zoom about it, and 0 shows the whole range.
   const keys = (place, u, reset) => {
     let point = -1;
     place.onkeydown = (event) => {
@@ -317,7 +317,7 @@ const feeler = (() => {
       const move = (by) => {
         if (u.mode !== 2) { u.setCursor({ left: Math.min(Math.max(at + by, 0), width - 1),
             top: u.over.clientHeight / 2 }); return; }
-        // A path is walked along, from its first point on.
+        // On a path the keys move from point to point.
         const [xs, ys] = u.data[1], steps = event.shiftKey ? 1 : Math.ceil(xs.length / 50);
         point = Math.min(Math.max(point + Math.sign(by) * steps, 0), xs.length - 1);
         u.setCursor({ left: u.valToPos(xs[point], "x"), top: u.valToPos(ys[point], "y") });
@@ -349,7 +349,7 @@ const feeler = (() => {
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
   const quoted = (word) => `"${String(word).replaceAll('"', '""')}"`;
-  // A table of the values of a chart, and its picture.
+  // A table of the values of a chart, and an image of the chart.
   const csv = (chart) => {
     const all = columns(chart);
     const head = [chart.x.label, ...chart.series.map((series) => series.name +
@@ -374,7 +374,7 @@ const feeler = (() => {
     place.append(row);
   };
 
-  // Draws one chart in its place; an error in one leaves the others as they are.
+  // Draws one chart. An error in one chart does not affect the others.
   const draw = (place, chart, { width, saves = true } = {}) => {
     try {
       const [options, data, reset, begin] = (chart.kind === "path" ? pathChart : lineChart)(chart, width ||
@@ -394,8 +394,8 @@ const feeler = (() => {
       return null;
     }
   };
-  // Replaces the state of a chart of lines. The drawing code reads the chart, so it changes in place.
-  // A zoomed view stays.
+  // Replaces the data of a line chart. The drawing code reads the chart object, so it is changed in place.
+  // The zoom is kept.
   const update = (u, chart, next) => {
     const xs = u.data[0], { min, max } = u.scales.x, zoomed = min > xs[0] || max < xs[xs.length - 1];
     Object.assign(chart, next);

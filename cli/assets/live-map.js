@@ -1,4 +1,4 @@
-// The map of a live page: the outcome at the points of two numbers, with the present one marked.
+// The map of a live page: outcomes at points of two numbers, with the present point marked.
 feeler.mapOfTwo = (live) => {
   "use strict";
   const { data, knobs, make, node, short, share, value, settings, post, set, moved, ask, isInMotion } = live;
@@ -59,7 +59,7 @@ feeler.mapOfTwo = (live) => {
     for (const key of ["coarse", "filled", "done"]) delete holder.dataset[key];
     axes(a, b);
     here();
-    // Coarsely over the whole first: a quarter of the points, as the beginnings of their runs suggest.
+    // First a coarse map: a quarter of the points, with outcomes estimated from the starts of their runs.
     const cellsOf = (odd, step) => {
       const found = [];
       for (let j = step; j < ROWS; j += 2) for (let i = odd; i < COLUMNS; i += 2) found.push([i, j]);
@@ -69,7 +69,7 @@ feeler.mapOfTwo = (live) => {
     const all = [...guesses, ...guesses, ...cellsOf(1, 1), ...cellsOf(0, 1), ...cellsOf(1, 0)];
     const drawn = new Map();
     for (let from = 0; from < all.length;) {
-      // A slider that moves goes first.
+      // Slider moves have priority.
       while (isInMotion()) await new Promise((done) => setTimeout(done, 50));
       const guess = from < guesses.length;
       const part = all.slice(from, Math.min(from + data.chunk, guess ? guesses.length : all.length));
@@ -79,7 +79,7 @@ feeler.mapOfTwo = (live) => {
       if (mine !== run || !answer.outcomes) return;
       const group = document.createDocumentFragment();
       part.forEach(([i, j], k) => {
-        // A coarse point covers its neighbours until they are known.
+        // A coarse point covers its neighbours until their outcomes are known.
         const size = i % 2 || j % 2 ? 1 : 2;
         const name = answer.outcomes[k], [px, py] = place(i, j + size - 1);
         const cell = node("rect", { x: px, y: py, width: size * width / COLUMNS + 0.5,
@@ -107,7 +107,7 @@ feeler.mapOfTwo = (live) => {
     }
     holder.dataset.filled = short(performance.now() - began, 3);
   };
-  // Only a number that is not on its axes makes a new map. It waits while a slider moves.
+  // Only a change of a number that is not on the axes needs a new map, which waits while a slider moves.
   const stale = (now) => {
     const rest = Object.entries(settings()).filter(([key]) => !keys.includes(key));
     const ranges = keys.map((key) => knobs.get(key)?.range);

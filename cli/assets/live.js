@@ -1,5 +1,5 @@
-// A page that moves: sliders ask the command for the run and the theory that follow, each one at a time,
-// the latest wish first.
+// A live page: sliders request run and theory from the command. Each has one request at a time, and the
+// latest setting comes first.
 (() => {
   "use strict";
   const data = JSON.parse(document.getElementById("data").textContent);
@@ -12,7 +12,7 @@
     if (text !== undefined) made.textContent = text;
     return made;
   };
-  // Text between backticks is code.
+  // Shows text between backticks as code.
   const prose = (place, text) => place.replaceChildren(...text.split("`").map((part, i, parts) =>
       i % 2 && i + 1 < parts.length ? make("code", { textContent: part }) : part));
   const short = (v, digits = 4) => Number(v.toPrecision(digits)).toString();
@@ -24,14 +24,14 @@
     }
   };
   const STEPS = 1000, REACH = 10, LATENCIES = 400;
-  // A slider rests if it has not moved for this long.
+  // A slider is at rest if it has not moved for this time, ms.
   const REST_MS = 100;
-  // The figures of each part of a state.
+  // Figures that belong to each part of a state.
   const PARTS = { run: ["force", "drive"], theory: ["step", "magnitude", "phase", "nyquist", "locus"] };
   const knobs = new Map(), answers = {};
   let version = 0, pinned = null, mistake = "", lastMove = 0;
 
-  // Sliders of positive numbers go by ratio, others by difference; zero has a range of its own.
+  // Sliders of positive numbers have a ratio scale, others a linear one; zero has a separate range.
   const scale = (value) => value > 0 ? { low: value / REACH, high: value * REACH, log: true }
     : value < 0 ? { low: value * 2, high: 0, log: false } : { low: 0, high: 1, log: false };
   const share = ({ low, high, log }, v) => log ? Math.log(v / low) / Math.log(high / low) :
@@ -78,7 +78,7 @@
     return row;
   };
 
-  // Entries of a list have a fold of their own, open if they are few.
+  // Entries of a list are in a fold of their own, which is open if there are few.
   const FEW = 6;
   const build = (file) => {
     const kept = settings(), folds = [...$("knobs").querySelectorAll("details")];
@@ -138,7 +138,7 @@
       await watch();
     }));
 
-  // Values of one curve at the places of another's.
+  // Values of one curve at the horizontal positions of another.
   const onto = (xs, ys, at, log) => {
     let j = 0;
     return Array.from(at, (x) => {
@@ -181,7 +181,7 @@
     const before = drawn.get(name);
     if (before) before.update(whole); else drawn.set(name, feeler.plane(place, whole));
   };
-  // Figures out of sight are drawn once no slider moves, or when they come into sight.
+  // Hidden figures are drawn when no slider moves, or when they become visible.
   const away = new Set(), late = new Map();
   const drawLate = (name) => { const draw = late.get(name); late.delete(name); draw?.(); };
   const sight = new IntersectionObserver((seen) => {
@@ -192,7 +192,7 @@
   }, { rootMargin: "100px" });
   [...Object.values(PARTS).flat(), "map"].forEach((name) => sight.observe($(`of-${name}`)));
   const parts = () => Object.keys(PARTS).map((name) => answers[name] ?? {});
-  // The mistake of the file stays until the file is corrected.
+  // The message on the file's mistake stays until the file is corrected.
   const showProblems = (...others) => prose($("problem"), [...new Set([mistake, ...others,
       ...parts().map((one) => one.problem)])].filter(Boolean).join("\n"));
   const render = (part) => {
@@ -203,7 +203,7 @@
     if (part === "theory") $("stable").textContent = next.stable;
     $(`tiles-${part}`).innerHTML = next.tiles;
     for (const name of PARTS[part]) {
-      // Parts that are still to come stay as they were.
+      // Parts without new results stay unchanged.
       if (next.partial && name === "locus" && !next.planes.locus) continue;
       late.set(name, () => {
         const [now, held] = [answers[part], pinned?.[part]];
@@ -217,7 +217,7 @@
   };
   const renderAll = () => { Object.keys(answers).forEach(render); settle(); };
 
-  // One request of each part at a time. A later wish is requested next, and computed while this is drawn.
+  // Each part has one request at a time. The next one is computed while this result is drawn.
   const idle = () => ({ pending: null, wished: false, since: 0, latencies: [] });
   const asked = Object.fromEntries(Object.keys(PARTS).map((part) => [part, idle()]));
   const isBusy = () => Object.values(asked).some((one) => one.pending);
@@ -230,7 +230,7 @@
     if (one.pending) return;
     const send = () => {
       one.wished = false;
-      // Root loci take up to a third of the time of theory, and wait if nobody sees them.
+      // Root loci take up to a third of the time of theory, so they wait while they are not visible.
       one.pending = post("state", { settings: settings(), part, in_motion: true,
           without_loci: away.has("locus") });
       return one.since;
@@ -239,10 +239,10 @@
     while (one.pending) {
       const next = await one.pending, since = began;
       if (one.wished) began = send(); else one.pending = null;
-      // A mistake leaves what is drawn.
+      // After a mistake the drawings stay unchanged.
       answers[part] = next.charts ? next : { ...answers[part], problem: next.problem };
       render(part);
-      // Drawn when the frame after it comes.
+      // The results are drawn when the next frame begins.
       frame().then(() => {
         if (one.latencies.push(performance.now() - since) > LATENCIES) one.latencies.shift();
       });
@@ -252,8 +252,8 @@
   };
   const ask = () => { document.body.dataset.busy = "yes"; Object.keys(PARTS).forEach(follow); };
 
-  // Work that waits until no slider moves: the link, the whole of a long run, the map, the records, and
-  // figures out of sight, one a frame.
+  // Work that waits until no slider moves: the link, the rest of a long run, the map, the records, and
+  // hidden figures, one per frame.
   let rests = 0;
   const settle = async () => {
     const mine = ++rests, isOver = () => mine !== rests || isBusy();
@@ -263,7 +263,7 @@
     await new Promise((done) => setTimeout(done, REST_MS));
     if (isOver()) return;
     remember();
-    // The whole of what takes too long for a slider in motion.
+    // The complete run, if it takes too long while a slider moves.
     for (const part of Object.keys(PARTS).filter((name) => answers[name]?.partial)) {
       const whole = await post("state", { settings: settings(), part });
       if (isOver()) return;
@@ -300,7 +300,7 @@
   const map = feeler.mapOfTwo({ data, knobs, make, node, short, share, value, settings, post, set, moved, ask,
     isInMotion, version: () => version });
 
-  // Records under the machine as set.
+  // Records compared with the machine as set.
   const records = $("records"), charts = [];
   let chosen = 0, replaying = false, again = false;
   const replay = async () => {

@@ -1,10 +1,11 @@
-// Says under each map what the pointer is over, and the command that shows more of it; a click
-// copies the command.
+// Shows below each map the variant under the pointer, and the command that runs it. A click copies the
+// command.
 (() => {
   "use strict";
   const maps = JSON.parse(document.getElementById("data").textContent).maps;
   const short = (value) => typeof value === "number" ? Number(value.toPrecision(5)).toString() : value;
-  // As on the axes: four digits before the point at most, with a prefix of the unit that takes one.
+  // Formats numbers as on the axes: at most four digits before the point, with a prefix if the unit accepts
+  // one.
   const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "\u00b5"], [1e-9, "n"]];
   const withUnit = (value, unit) => {
     const size = Math.abs(value);
@@ -29,16 +30,17 @@
       if (variant) return variant;
       if (zoom && !zoom.holds(seen)) return null;
       const [px, py] = zoom ? zoom.back(seen) : seen;
-      // Later ones lie on top.
+      // Later places are drawn over earlier ones.
       for (let i = map.places.length - 1; i >= 0; i--) {
         const [x, y, width, height] = map.places[i];
         if (px >= x && px < x + width && py >= y && py < y + height) return i;
       }
       return null;
     };
-    // A column with few different values has these once, and which of them each place has.
+    // A column with few distinct values lists these once, with an index for each place.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
-    // As many digits as tell a place to 1e-4 of the way to its neighbour; twelve say all but rounding.
+    // Enough digits to resolve 1e-4 of the distance to a neighbour. Digits beyond twelve are rounding
+    // errors.
     const FINEST = 1e-4, MOST_DIGITS = 12;
     const written = (value, room) => {
       if (typeof value !== "number") return String(value);
@@ -57,7 +59,7 @@
     });
     const set = (i, value) => ` --set '${settings[i][0]}=${written(value, rooms[i]).replaceAll("'",
         "'\\''")}'`;
-    // On the axes of a thinned map a variant that is not drawn has values of its own.
+    // A variant that a thinned map does not draw has its own values on the axes.
     const valueOf = (column, row) => {
       const axis = typeof row === "number" ? -1 : map.fine.keys.indexOf(column[0]);
       return axis >= 0 ? row.values[axis] : of(column, typeof row === "number" ? row : 0);
@@ -83,7 +85,7 @@
           () => {});
     };
     holder.addEventListener("pointermove", (event) => tell(locate(event)));
-    // A finger has not moved over the place before.
+    // On a touch screen there is no pointer movement before the click.
     holder.addEventListener("click", (event) => { tell(locate(event)); copy(); });
     holder.addEventListener("keydown", (event) => {
       const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key],

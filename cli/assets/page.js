@@ -1,4 +1,4 @@
-// Draws the charts of a page from the data that it carries, again whenever width, colours or paper change.
+// Draws the charts of a page from its data, and again when width, colours or print change.
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
@@ -10,7 +10,7 @@
         { ...page.charts[place.dataset.chart], ...paper }, { width })).filter(Boolean);
   };
   draw();
-  // Charts of time point at the instant that a scene shows.
+  // Time charts mark the instant that a scene shows.
   document.addEventListener("feeler:scene", ({ detail: t }) => {
     for (const u of drawn) {
       const { min, max } = u.scales.x;

@@ -1,6 +1,5 @@
-// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. Pointer and
-// arrow keys read them; a drawn box zooms, a double
-// click resets. `feeler.plane` is also what a live page redraws with.
+// Draws the planes of a page: root loci, pole-zero maps and Nyquist curves. Pointer and arrow keys read
+// values, a drawn box zooms, and a double click resets the zoom. Live pages redraw with `feeler.plane`.
 (() => {
   "use strict";
   const LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
@@ -50,7 +49,8 @@
   };
   feeler.plane = (place, written) => {
     let plane = read(written);
-    // In a narrow place fewer units, so that text stays large; the inner rectangle keeps its proportions.
+    // On a narrow screen the drawing has fewer units, so that text stays large. The inner rectangle keeps
+    // its proportions.
     let WIDTH, HEIGHT;
     const svg = node("svg", { class: "plane-picture", role: "img",
         "aria-label": place.getAttribute("aria-label") || plane.x });
@@ -151,7 +151,7 @@
           "visible");
       told.textContent = reading(plane, name, vx, vy, at);
     };
-    // Keys go along the points that the frame shows, curve after curve.
+    // Keys move along the visible points, curve by curve.
     const shown = () => {
       const all = [];
       const add = (vx, vy, name, at) => { if (vx != null && vx >= view[0] && vx <= view[1] && vy >= view[2] &&
@@ -216,7 +216,7 @@
     svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
     paint(); rest();
     new ResizeObserver(() => { if (size()) { paint(); rest(); } }).observe(place);
-    // Another state of the same plane, seen through the same frame.
+    // Shows new data of the same plane, with the same view.
     return { update: (next) => { const moved = view !== plane.view; plane = read(next);
       if (!moved) view = next.view; paint(); rest(); } };
   };

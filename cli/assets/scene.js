@@ -1,5 +1,5 @@
-// Draws a scene in space that moves: an arm, its tool and a workpiece, seen square on from any
-// side. Dragging turns it, the wheel comes closer.
+// Draws an animated scene in space: an arm, its tool and a workpiece, in parallel projection from any side.
+// Dragging turns the view, and the wheel zooms.
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
@@ -49,7 +49,7 @@
     controls.append(play, slider, speed, closer, told);
     place.append(canvas, controls);
 
-    // The contents of the views: the whole arm and its workpiece, or what is about the tip.
+    // The contents of the views: the whole arm and its workpiece, or the surroundings of the tip.
     const corners = (from) => {
       const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
       for (const p of from) for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]);
@@ -59,7 +59,7 @@
     const ends = scene.workpiece.flatMap((l) => [l.slice(0, 3), l.slice(3, 6)]);
     const sampled = scene.frames.filter((_, i) =>
         i % Math.ceil(scene.frames.length / 40) === 0).flatMap(points);
-    // A workpiece much larger than the arm is a ground, and does not count.
+    // A workpiece much larger than the arm is regarded as a ground, and does not affect the view.
     const [armLow, armHigh] = corners(sampled);
     const size = Math.hypot(...armHigh.map((h, k) => h - armLow[k]));
     const near = ends.filter((p) => Math.hypot(...p.map((x, k) => x - 0.5 * (armLow[k] +
@@ -81,7 +81,7 @@
       return [WIDTH / 2 + view.scale * right, HEIGHT / 2 - view.scale * (cp * d[2] - sp * ahead),
           -(cp * ahead + sp * d[2])];
     };
-    // On a narrow screen the picture is drawn smaller, and its letters larger.
+    // On a narrow screen the picture is smaller and its letters are larger.
     const lettering = () =>
         `${Math.max(13, 12 * WIDTH / (canvas.clientWidth || WIDTH))}px system-ui, sans-serif`;
     const segment = (a, b) => { ctx.moveTo(a[0], a[1]); ctx.lineTo(b[0], b[1]); };
@@ -98,7 +98,7 @@
       ctx.stroke();
     };
     const bar = () => {
-      // A length that reads well, a fifth of the picture at most.
+      // A round length for the scale bar, at most a fifth of the picture.
       const most = 0.2 * WIDTH / view.scale, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map((m) => m * power).find((l) => l <= most), pixels = length * view.scale;
       ctx.strokeStyle = ctx.fillStyle = colour("--text"); ctx.lineWidth = 1.5; ctx.font = lettering();
@@ -126,7 +126,7 @@
       if (length < 1) return;
       const a = project(at), b = project(at.map((x, k) => x - normal[k] / view.scale));
       const way = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(...way);
-      // Seen end on there is nothing to draw.
+      // Seen along its axis, the arrow has no length to draw.
       if (long < 0.05) return;
       const end = [a[0] + way[0] * length, a[1] + way[1] * length], unit = way.map((w) => w / long),
           head = Math.min(12, 0.5 * length);
@@ -146,20 +146,20 @@
       const skeleton = points(scene.frames[now]), tool = skeleton[skeleton.length - 1];
       ctx.setTransform(density, 0, 0, density, 0, 0);
       ctx.fillStyle = colour("--ground"); ctx.fillRect(0, 0, WIDTH, HEIGHT);
-      // From afar the lines of a fine mesh would run together.
+      // From a distance the lines of a fine mesh would merge.
       ctx.globalAlpha = isClose ? 0.7 : Math.max(0.25, Math.min(1, 400 / scene.workpiece.length));
       outline(scene.workpiece, (p) => p, dark() ? "#56b4e9" : "#0072b2", isClose ? 1 : 0.6);
       ctx.globalAlpha = 1;
       const shades = dark() ? ["#4a555c", "#56626a"] : ["#c9d1d6", "#dbe1e5"];
       const placed = (p) => turned(turn, p).map((x, k) => x + tool[k]);
-      // The tool ends in the middle of a round tip.
+      // The drawn tool ends at the centre of a round tip.
       const drawn = scene.ball ? [...skeleton.slice(0, -1), placed(scene.ball[0])] : skeleton;
       const links = [];
       for (let i = 0; i + 1 < drawn.length; i++) {
         const a = project(drawn[i]), b = project(drawn[i + 1]);
         links.push([0.5 * (a[2] + b[2]), a, b, 2 * scene.radii[i] * view.scale, shades[i % 2]]);
       }
-      // Near the tip the links would hide it.
+      // Near the tip the links would hide the tip.
       ctx.globalAlpha = isClose ? 0.35 : 1;
       for (const [, a, b, width, shade] of links.sort((p, q) => p[0] - q[0])) capsule(a, b, width, shade,
           colour("--soft"));
@@ -179,7 +179,7 @@
       slider.value = now;
     };
 
-    // Charts follow what the controls show, and the picture follows the pointer on a chart.
+    // Charts follow the controls, and the picture follows the pointer on a chart.
     const move = () => {
       paint();
       document.dispatchEvent(new CustomEvent("feeler:scene", { detail: scene.frames[now][0] }));
@@ -225,7 +225,7 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
     window.addEventListener("beforeprint", () => { document.documentElement.classList.add("print"); paint();
       });
-    // A picture that does not move shows the hardest moment.
+    // A static picture shows the instant of the largest force.
     now = scene.frames.reduce((best, frame, i) => (frame[3] > scene.frames[best][3] ? i : best), 0);
     paint();
   };

@@ -1,12 +1,12 @@
-// Zooms a map within its frame: a drawn box, or + and − about the place in question. A map that is
-// thinned out shows every variant then.
+// Zooms a map within its frame, by a drawn box or by + and − about the current place. A thinned map then
+// shows every variant.
 feeler.zoom = (svg, thinned, about) => {
   "use strict";
   const inner = svg.querySelector(".zoomed"), marks = svg.querySelector(".ticks");
   if (!inner || !marks) return null;
   const fine = inner.classList.contains("outcomes") ? thinned : undefined;
   const NS = "http://www.w3.org/2000/svg", WHOLE = [0, 1, 0, 1];
-  // Smaller boxes are clicks. No zoom shows less than this share of an axis.
+  // A smaller box counts as a click. The smallest visible share of an axis limits the zoom.
   const SMALLEST_PX = 6, LEAST = 1e-4;
   const node = (name, attributes, text) => {
     const made = document.createElementNS(NS, name);
@@ -21,10 +21,10 @@ feeler.zoom = (svg, thinned, about) => {
       (v - from) / (to - from);
   const original = marks.innerHTML;
   let view = WHOLE, raster = null;
-  // From the drawing as shown to shares of the frame, as a pair to the right and up.
+  // Converts positions in the drawing as shown to shares of the frame, to the right and up.
   const shares = ([px, py]) => [view[0] + (px - left) / width * (view[1] - view[0]),
     view[3] - (py - top) / height * (view[3] - view[2])];
-  // From the drawing as shown to the drawing as written.
+  // Converts positions in the drawing as shown to the original drawing.
   const back = (point) => {
     const [x, y] = shares(point);
     return [left + x * width, top + (1 - y) * height];
@@ -58,7 +58,7 @@ feeler.zoom = (svg, thinned, about) => {
           label(left - 9, y + 4, "end", text));
     }
   };
-  // One byte each, from below.
+  // One byte for each variant, from below.
   const bytes = fine && atob(fine.outcomes), at = (index) => bytes.charCodeAt(index);
   const image = () => {
     const canvas = document.createElement("canvas"), { columns, rows } = fine;
@@ -73,7 +73,7 @@ feeler.zoom = (svg, thinned, about) => {
     return node("image", { href: canvas.toDataURL(), x: left, y: top, width, height,
       preserveAspectRatio: "none", style: "image-rendering: pixelated" });
   };
-  // The variant of a thinned map under a point: its values on both axes, and its outcome.
+  // The variant of a thinned map at a point: its values on both axes, and its outcome.
   const variant = (point) => {
     if (!fine || view === WHOLE || !holds(point)) return null;
     const [x, y] = shares(point), { columns, rows } = fine;
@@ -128,7 +128,7 @@ feeler.zoom = (svg, thinned, about) => {
   };
   svg.addEventListener("pointerup", end);
   svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden"); });
-  // A box is not a click.
+  // A drawn box is not a click.
   svg.addEventListener("click", (event) => { if (dragged) event.stopPropagation(); dragged = false; });
   svg.addEventListener("dblclick", () => show(WHOLE));
   return { back, holds, key, shares: ([px, py]) => [(px - left) / width, 1 - (py - top) / height], variant };

@@ -1,4 +1,4 @@
-"""Live pages: they follow a slider, a file, a link and a record."""
+"""Checks of live pages: they follow a slider, a file, a link and a record."""
 
 import json
 import os
@@ -12,12 +12,12 @@ from browse.made import DATASET, FEELER, ROOT, shipped
 from browse.sound import check
 
 SLIDER_STEPS = 40
-# With FEELER_LONG, one in this number of the shipped scenarios is timed.
+# With FEELER_LONG every n-th of the shipped scenarios is timed.
 EVERY = 5
-# Scenarios whose live page is timed. The time that is wanted is not a test, since it depends on the computer.
+# Scenarios whose live page is timed. The goal is not a test, because the time depends on the computer.
 WANTED_MS = 50
 LIVE = ["chatter/sustained", "control/lead", "paper/all-three", "contact/hard-wall"]
-# Those with the longest runs, in time of computation.
+# Scenarios whose runs take the longest computation.
 SLOW = ["paper/landmarks-free", "paper/landmarks-clamped", "why/loss-fast", "why/loss-close"]
 
 def refused(address):
@@ -66,14 +66,14 @@ return knob;
 
 
 def dragged(browser, steps):
-    """Drags the slider of the leading gain, and returns the median from move to picture."""
+    """Drags the slider of the leading gain, and returns the median time from a move to its picture."""
     browser.drag(browser.run(LEADING_KNOB), [(2, 0)] * steps)
     browser.wait(SETTLED, "the last state")
     return browser.run("return document.querySelector('footer').dataset.latency")
 
 
 def timed(browser, problems):
-    """How fast pages of shipped scenarios follow a slider; with FEELER_LONG of every fifth of all."""
+    """Times how fast pages of shipped scenarios follow a slider; with FEELER_LONG every fifth of all."""
     names = [f"scenarios/{name}.toml" for name in LIVE + SLOW]
     is_long = bool(os.environ.get("FEELER_LONG"))
     if is_long:
@@ -192,7 +192,7 @@ def live(browser, axe_text, shots, problems, out):
         browser.wait(
             "return document.querySelector('#problem').textContent", "the mistake of the edited file"
         )
-        # It stays while a slider moves, and goes with the mistake.
+        # The message stays while a slider moves, and disappears with the mistake.
         browser.drag(browser.find("#knob-controllers\\.force\\.kp"), [(3, 0)] * 3)
         browser.wait(SETTLED, "the state beside a mistake")
         told = browser.run("return document.querySelector('#problem').textContent")

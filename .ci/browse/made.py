@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 DATASET = Path("scenarios/datasets/bench-axis")
 FEELER = os.environ.get("FEELER", str(ROOT / "target/release/feeler"))
-# A grid of more variants than a page draws: their runs are as short as they can be.
+# A grid with more variants than a page draws; the runs are as short as possible.
 DENSE = """scenario = "{root}/scenarios/paper/rigid.toml"
 
 [axes]
@@ -29,7 +29,7 @@ def feeler(*words, cwd=ROOT):
 
 
 def pages(out):
-    """A page of each kind, by the command that makes it."""
+    """A page of each kind, made by its command."""
     scenarios = Path("scenarios")
     out.mkdir(parents=True, exist_ok=True)
     dense = out / "dense.toml"
@@ -101,7 +101,7 @@ def pages(out):
 
 
 def shipped(without=("/sweeps/", "/datasets/", "/arms/", "/machines/")):
-    """The shipped files of scenarios, but those of some folders."""
+    """The shipped scenario files, except those of some folders."""
     listed = subprocess.run(
         ["git", "ls-files", "scenarios/*.toml"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout.split()

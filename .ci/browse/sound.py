@@ -1,4 +1,4 @@
-"""What holds for a page of any kind: nothing throws, hangs or is too small, in the light and in the dark."""
+"""Checks for pages of any kind: nothing throws, hangs or is too small, in light and dark colours."""
 
 import json
 import os
@@ -11,13 +11,13 @@ from pathlib import Path
 
 WIDE, NARROW = 1400, 420
 LEAST_PX = 11
-# Time of the main thread's own work, not of the clock: other processes do not lengthen it. A computer on
-# which sums that take 0.16 s elsewhere take longer has as many times as long.
+# Largest processor time of the main thread, s. On a slower computer it is longer in proportion to the time
+# of some sums, which take 0.16 s on a fast one. Other processes do not count.
 MOST_CPU_S, SUMS_S = 1.0, 0.16
 SUMS = "let sum = 0; for (let i = 1; i < 1e8; i++) sum += 1 / i; return sum"
-# WCAG's contrast of text, and of bold text; lines below the last can hardly be seen.
+# Smallest contrast of text and of bold text by WCAG, and of lines that are still visible.
 LEAST_CONTRAST, LEAST_BOLD, LEAST_LINE = 4.5, 3.0, 1.3
-# Pages of paper: of those with a chart for each signal or record, and of all others.
+# Largest number of printed pages: for pages with a chart for each signal or record, and for all others.
 MOST_PAPER = {"run": 9, "diagnose": 20, "analyze": 11, "analyze-servo": 11, "compare-records": 14}
 OTHER_PAPER = 8
 
@@ -34,7 +34,7 @@ while (walk.nextNode()) {
 }
 return found;
 """
-# Tables and maps of which a part is out of sight.
+# Tables and maps that are partly hidden.
 CUT = """
 const folded = [...document.querySelectorAll("main details:not([open])")];
 folded.forEach((fold) => { fold.open = true; });
@@ -44,7 +44,7 @@ const cut = [...document.querySelectorAll(".scroll, .plot .map")]
 folded.forEach((fold) => { fold.open = false; });
 return cut;
 """
-# Sentences with backticks; a file as it was run may have them.
+# Sentences with backticks, except in the printed text of a file.
 QUOTED = """
 const walk = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT), found = [];
 while (walk.nextNode()) {
@@ -59,7 +59,7 @@ UNREACHED = """
 return [...document.querySelectorAll(".chart, .plane, .map, .scroll, input, select, button")]
   .filter((e) => e.getClientRects().length && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 120));
 """
-# Keys that an arrow key leaves as they are. The map of a live page moves its sliders instead.
+# Drawings whose values do not change with an arrow key. The map of a live page moves its sliders instead.
 DEAF = """
 const deaf = [];
 for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]")) {
@@ -73,7 +73,7 @@ for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]"))
 document.activeElement.blur();
 return deaf;
 """
-# Charts beside whose vertical axis no letter stands out from the page.
+# Charts whose vertical axis has no legible letter.
 PALE_AXES = """
 const parse = (text) => (text.match(/[\\d.]+/g) ?? []).map(Number);
 const linear = (c) => c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4;
@@ -99,7 +99,7 @@ axe.run(document, { resultTypes: ["violations"] }).then((found) => done(found.vi
   .filter((v) => v.impact === "serious" || v.impact === "critical")
   .map((v) => `${v.id}: ${v.nodes.slice(0, 3).map((n) => n.html.slice(0, 160)).join(" | ")}`)));
 """
-# Text on what is drawn below it, and lines on the page: those that can hardly be told from it.
+# Text and lines whose contrast with their background is too low.
 FAINT = """
 const [least, leastBold, leastLine] = arguments;
 const parse = (text) => {
@@ -146,7 +146,7 @@ return found;
 
 
 def axe():
-    """The text of axe-core, or none."""
+    """The source of axe-core, or None."""
     kept = os.environ.get("AXE")
     if kept:
         return Path(kept).read_text()
@@ -161,7 +161,7 @@ def axe():
 
 
 def most_cpu_s(browser):
-    """The longest work of a page on this computer: a second on a fast one."""
+    """Largest processor time of a page on this computer, s: one second on a fast computer."""
     if not hasattr(browser, "sums_s"):
         before = browser.cpu_s()
         browser.run(SUMS)
@@ -174,7 +174,7 @@ def check(browser, name, address, axe_text, shots, problems):
         problems.append(f"{name}: {what}")
 
     browser.look(WIDE)
-    # A live page whose command has ended asks on, until another page opens.
+    # After its command has ended, a live page keeps sending requests until another page opens.
     browser.ask("POST", "/url", {"url": "about:blank"})
     browser.log("browser"), browser.log("performance")
     cpu_s = browser.open(address)
@@ -212,7 +212,7 @@ def check(browser, name, address, axe_text, shots, problems):
                 overflow = browser.run("return document.documentElement.scrollWidth - innerWidth")
                 if overflow > 1:
                     wrong(f"is {overflow} px wider than {NARROW} px")
-        # The element below a text is known only within the window. A wide page may be the longer one.
+        # The browser finds the element below a text only within the window. The page may be longer when wide.
         browser.look(WIDE, dark)
         browser.look(WIDE, dark, browser.run("return Math.min(document.documentElement.scrollHeight, 30000)"))
         time.sleep(0.2)

@@ -1,4 +1,4 @@
-"""Views of a page that are changed: zoomed, narrowed, moved in time."""
+"""Checks of changed views of a page: zoomed, narrowed, moved in time."""
 
 import re
 import time
@@ -7,7 +7,7 @@ from browse.sound import WIDE
 
 
 def map_zooms(browser, address, problems):
-    """A box drawn on a map of a sweep enlarges it with other ticks, and a key shows the whole again."""
+    """A box drawn on a map of a sweep zooms with new ticks, and a key shows the whole map again."""
     browser.ask("POST", "/url", {"url": address})
     seen = (
         "const svg = document.querySelector('.map svg');"
@@ -28,7 +28,7 @@ def map_zooms(browser, address, problems):
 
 
 def scene_follows(browser, address, problems):
-    """The picture of an arm and its charts show one instant."""
+    """The picture of an arm and its charts show the same instant."""
     browser.ask("POST", "/url", {"url": address})
     seen = (
         "return [document.querySelector('.scene-controls output').textContent,"
@@ -50,7 +50,7 @@ def scene_follows(browser, address, problems):
         problems.append("run-arm: the picture does not follow a chart")
 
 
-# Keeps what is drawn: each path that is stroked, as its canvas and its horizontal places.
+# Records each stroked path: its canvas and its horizontal positions.
 STROKES = """
 window.strokes = [];
 for (const name of ["moveTo", "lineTo"]) {
@@ -69,27 +69,27 @@ DRAWN = """
 const canvas = document.querySelector(".chart canvas");
 return Math.max(...window.strokes.filter(([own]) => own === canvas).map(([, across]) => across.length));
 """
-# The run of `run-long`, and the rows that a run records at least.
+# Duration (s) and record rate (Hz) of the run `run-long`.
 LONG_S, RATE_HZ = 10, 10_000
 
 
 def chart_zooms(browser, address, problems):
-    """Under zoom a chart of a long run draws every row that was recorded, not those that the whole needs."""
+    """Under zoom a chart of a long run draws every recorded row, not only those of the whole view."""
     browser.look(WIDE)
     browser.ask("POST", "/url", {"url": address})
     width = browser.run(STROKES)
-    # A tenth of the axis twice. The first tenth has more rows than pixels.
+    # Zooms twice to a tenth of the axis. The first tenth has more rows than pixels.
     for _ in range(2):
         browser.run("window.strokes = []")
         browser.drag(browser.find(".chart .u-over"), [(width / 40, 0)] * 4)
         time.sleep(0.3)
     drawn, recorded = browser.run(DRAWN), RATE_HZ * LONG_S / 100
-    # Ends of the box are met to a pixel.
+    # The ends of the box are accurate to a pixel.
     if drawn < recorded * (1 - 20 / width):
         problems.append(f"run-long: {drawn} points are drawn where {recorded:.0f} were recorded")
 
 
-# Moves over the middle of a map, across and up, and returns the different values under the pointer.
+# Moves across the middle of a map and up, and returns the distinct values under the pointer.
 HOVERED = """
 const svg = document.querySelector(".map svg"), told = document.querySelector(".map").nextElementSibling;
 const [left, top, width, height] = svg.querySelector(".zoomed").dataset.frame.split(" ").map(Number);
@@ -115,7 +115,7 @@ COLUMNS, ROWS = 210, 100
 
 
 def map_shows_variants(browser, address, problems):
-    """A map of more variants than it draws has every one of them under zoom."""
+    """A map that draws only some of its variants shows every one of them under zoom."""
     browser.look(WIDE)
     browser.ask("POST", "/url", {"url": address})
     width, height = browser.run(FRAME)
@@ -127,7 +127,7 @@ def map_shows_variants(browser, address, problems):
         " return fetch(image.getAttribute('href')).then((found) => found.blob())"
         ".then(createImageBitmap).then(({ width, height }) => [width, height])"
     )
-    # A tenth of an axis, and a variant that is cut at each end.
+    # A tenth of an axis, plus a variant that is cut at each end.
     wanted = [COLUMNS / 10, ROWS / 10]
     if whole[0] > 0.6 * COLUMNS or any(abs(found - count) > 2 for found, count in zip(zoomed, wanted)):
         problems.append(f"sweep-dense: {zoomed} variants are found where {wanted} lie; {whole} in the whole")

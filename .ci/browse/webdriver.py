@@ -8,7 +8,7 @@ import subprocess
 import time
 import urllib.request
 
-# For so long nothing stands still on any computer, unless it hangs.
+# Longest wait without progress, s: on any computer, a longer standstill is a hang.
 STANDSTILL_S = 120
 
 
@@ -62,7 +62,7 @@ class Browser:
         return self.ask("POST", "/execute/sync", {"script": script, "args": list(arguments)})
 
     def wait(self, script, what, progress="return 0"):
-        """What a script finds at last. However slow the computer, only a standstill is a failure."""
+        """Waits for the result of a script. On a slow computer only a standstill is a failure."""
         before, end = "", 0
         while not (found := self.run(script)):
             now = self.run(progress)
@@ -91,12 +91,12 @@ class Browser:
         )
 
     def cpu_s(self):
-        """Seconds that the main thread has worked."""
+        """Processor time of the main thread, s."""
         metrics = self.command("Performance.getMetrics")["metrics"]
         return next(metric["value"] for metric in metrics if metric["name"] == "TaskDuration")
 
     def open(self, address):
-        """Opens a page, and returns the main thread's work of that."""
+        """Opens a page, and returns the main thread's processor time for that, s."""
         self.command("Performance.enable", timeDomain="threadTicks")
         before = self.cpu_s()
         self.ask("POST", "/url", {"url": address})
@@ -114,7 +114,7 @@ class Browser:
         return after - before if after >= before else after
 
     def paper(self):
-        """Pages of paper of a print."""
+        """Number of printed pages."""
         printed = base64.b64decode(self.command("Page.printToPDF", printBackground=False)["data"])
         return len(re.findall(rb"/Type\s*/Page\b", printed))
 
@@ -131,7 +131,7 @@ class Browser:
         return self.ask("POST", "/element", {"using": "css selector", "value": selector})
 
     def drag(self, element, moves):
-        """Presses in the middle of an element, moves right and down by some steps, and lets go."""
+        """Drags from the middle of an element to the right and down, in steps."""
         steps = [
             {"type": "pointerMove", "origin": element, "x": 0, "y": 0, "duration": 0},
             {"type": "pointerDown", "button": 0},

@@ -12,8 +12,8 @@ use crate::judge::Judge;
 pub(crate) struct Sizes {
     /// Error of predictions that the noise of all channels alone leaves, over each channel's variation.
     pub(crate) floor: f64,
-    /// Share of the error beyond `floor` that the accepted causes remove; `None` if the calibrated error is
-    /// hardly above the floor.
+    /// Share of the error beyond `floor` that the accepted causes remove; `None` if the error with
+    /// the accepted causes is hardly above the floor.
     pub(crate) closed: Option<f64>,
     /// Force missing on the check experiments after calibration and with the accepted effects, beyond the
     /// part due to noise, N.

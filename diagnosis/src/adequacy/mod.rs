@@ -167,7 +167,7 @@ impl Adequacy {
         self.shortfalls.push(Shortfall { condition, what });
     }
 
-    /// Reports that the time did not suffice for some causes, any of which may do as well.
+    /// Reports that the time did not suffice for some causes, any of which may fit as well.
     pub(crate) fn add_untried(&mut self, causes: usize) {
         if causes > 0 {
             let what = format!(

@@ -78,7 +78,7 @@ fn driven(assembly: &Assembly) -> Vec<usize> {
     assembly.reached(pushed, &stops, |link| link.rigid || link.stiffness > 0.0)
 }
 
-/// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies,
+/// Whether an effect on this element makes sense there: a transmission lies between driven bodies,
 /// a fixture holds the workpiece of a contact.
 fn makes_sense(
     machine: &Machine,

@@ -191,7 +191,7 @@ fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems
     (problems.count() == before).then_some(fields)
 }
 
-/// A shape where it stands.
+/// Reads a named shape with its position.
 fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
     let fields = table(draft, name, &PLACED, problems)?;
     let place = Placement::read(&fields)?;

@@ -9,7 +9,7 @@ use super::super::noise::Random;
 /// Step of an encoder of 4096 steps a turn, rad.
 const HOBBY_STEP: f64 = TAU / 4096.0;
 
-/// The properties drawn for a case, beside the hidden effects.
+/// The properties drawn for a case, besides the hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ServoConditions {
     /// Whether it is a hobby servo: a motor on a bounded voltage, coarse steps, slow rows.

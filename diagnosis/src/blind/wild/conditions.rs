@@ -13,7 +13,7 @@ pub(super) const PERIODS: f64 = 25.0;
 /// Smallest number of rows in a period of the motion.
 const ROWS_PER_PERIOD: f64 = 30.0;
 
-/// The properties drawn for a case, beside the hidden effects.
+/// The properties drawn for a case, besides the hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Whether the axis is rotational (rad, N m) or linear (m, N).

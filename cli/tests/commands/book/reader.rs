@@ -31,7 +31,7 @@ const TEXT: [(&str, &str); 3] = [
     ("docs/tutorials/servo-joint.md", "an answer that depends on the computer"),
 ];
 
-/// Files to which the snippets of a page are added. On any other page it is the file that the page wrote last.
+/// Files to which the snippets of a page are added; on any other page, the file that the page wrote last.
 const BASES: [(&str, &str); 3] = [
     ("docs/effects.md", "scenarios/effects/ideal.toml"),
     ("docs/servos.md", "servo.toml"),

@@ -82,8 +82,8 @@ fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
     );
 }
 
-/// Columns beside the targets that change go to the servo with them. The knee's velocities are all zero, and
-/// so are all forces of the second run.
+/// Speeds and forces logged with the targets become inputs of the servo if they vary in any run. Here the
+/// velocities of the knee and the forces of the second run are all zero.
 #[test]
 fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -132,8 +132,8 @@ fn truth_speeds_and_forces_beside_targets_are_inputs_of_the_servo() {
     }
 }
 
-/// Positions at a quarter of the targets' rate stay a quarter of the rows, and those without every fourth row
-/// three quarters: what is between them is unknown.
+/// Positions logged at a quarter of the targets' rate count as readings in a quarter of the rows. Positions
+/// that lack every fourth row count in three quarters. The values between readings are unknown.
 #[test]
 fn truth_positions_with_fewer_rows_than_targets_have_no_readings_between_their_own() {
     let kept: [fn(usize) -> bool; 2] = [|k| k % 4 == 0, |k| k % 4 != 2];
@@ -190,8 +190,8 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     {
         assert!(machine.contains(stated), "{stated}: {machine}");
     }
-    // so101.xml states 998.22, which no error of this servo under its load agrees with. That of the file is
-    // the load over the error, by least squares.
+    // so101.xml states 998.22, which disagrees with every error of this servo under load. The `kp` of the
+    // machine file is the load over the error, by least squares.
     let kp =
         machine.lines().find_map(|line| line.strip_prefix("kp = ")).and_then(|kp| kp.parse::<f64>().ok());
     let (mut load_load, mut load_error) = (0.0, 0.0);
@@ -209,9 +209,9 @@ fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
     let rows = fs::read_to_string(folder.path().join("elbow/multisine.csv")).expect("written");
     // A header and the 6000 rows of the record.
     assert_eq!(rows.lines().count(), 6001);
-    // By mj_inverse of MuJoCo 4.0.0 on so101.xml without geometry, armature and friction, with a gravity of
-    // 9.80665 m/s2. The motion is that of the parabolas through rows 2996 to 3004 (numpy.polyfit). The
-    // elbow's own acceleration is left out.
+    // Computed by mj_inverse of MuJoCo 4.0.0 on so101.xml without geometry, armature and friction, with a
+    // gravity of 9.80665 m/s2. The motion comes from parabolas through rows 2996 to 3004 (numpy.polyfit). The
+    // acceleration of the elbow is omitted.
     let load = rows.lines().nth(3001).and_then(|row| row.rsplit(',').next()?.parse::<f64>().ok());
     // Roundings of two ways through the same sums of some ten terms.
     assert!((load.expect("a load") - 0.402_252_322_641_361_2).abs() < 1e-12, "{load:?}");

@@ -309,6 +309,11 @@ fn lacks(summary: &Summary) -> String {
         return why.words().to_owned();
     }
     let why = why.map_or_else(String::new, |why| format!("{}; ", why.words()));
-    let longer = with_unit(2.0 * summary.simulated_s, "s");
-    format!("{why}lengthen run.duration, for example by --set 'run.duration={longer}'")
+    let touches_at_s = summary.verdict.touches_at_s;
+    let touch =
+        touches_at_s.map_or_else(String::new, |at_s| format!("it would touch at {}; ", with_unit(at_s, "s")));
+    // The verdict needs some time after the touch.
+    let longer_s = touches_at_s.unwrap_or(summary.simulated_s).max(summary.simulated_s) * 2.0;
+    let longer = with_unit(longer_s, "s");
+    format!("{why}{touch}lengthen run.duration, for example by --set 'run.duration={longer}'")
 }

@@ -17,7 +17,7 @@ use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLI
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::{Command, commands_all};
 use crate::run::record::event::EventRecord;
-use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, RunVerdict};
+use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, RunVerdict, Undecided};
 
 /// Number of last rows of the tail for its spectrum; enough for any frequency of a run, and fast.
 pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
@@ -286,7 +286,10 @@ impl<'a> Finished<'a> {
             },
             noise_n: controlled.map_or_else(|| sensor_noise_n(self.scenario), |found| found.noise),
         };
-        evidence.verdict()
+        let verdict = evidence.verdict();
+        let approaches = verdict.undecided == Some(Undecided::StillApproaching);
+        let touches_in_s = approaches.then(|| self.standing.touches_in_s(self.contacts)).flatten();
+        RunVerdict { touches_at_s: touches_in_s.map(|in_s| self.end_s + in_s), ..verdict }
     }
 
     /// Whether nothing can touch although controllers act: a wall is then one that they render.

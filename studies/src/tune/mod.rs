@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::Scenario;
 use feeler_files::{Document, Setting, assignment};
-use feeler_plant::description::Axis;
+use feeler_plant::description::{ActuatorKind, Axis};
 use indexmap::IndexMap;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -139,7 +139,17 @@ pub fn tune(
 
 fn controller(scenario: &Scenario, spec: &Spec) -> Result<String, TuneError> {
     let known: Vec<&str> = scenario.controllers.keys().map(String::as_str).collect();
-    let add = || refused("the file has no controller that closes a loop", "add one, as `feeler new` shows");
+    let servo =
+        scenario.machine.actuators.iter().find(|(_, a)| matches!(a.kind, ActuatorKind::PositionServo(_)));
+    let add = || match servo {
+        Some((name, _)) => refused(
+            format!(
+                "only the position servo `{name}` closes a loop here, and tune chooses gains of controllers"
+            ),
+            "see its limits with `feeler analyze`, and move its gains with `feeler live`",
+        ),
+        None => refused("the file has no controller that closes a loop", "add one, as `feeler new` shows"),
+    };
     if let Some(name) = &spec.controller {
         return if known.contains(&name.as_str()) {
             Ok(name.clone())
@@ -259,7 +269,7 @@ impl Tuning<'_> {
                 }
             }
         }
-        Err(nothing_settles(first_trouble, self.machines[0].machine.axis))
+        Err(nothing_settles(first_trouble, self.spec, self.machines[0].machine.axis))
     }
 
     fn at(&self, point: &[f64]) -> ControllerSpec {
@@ -381,7 +391,7 @@ fn nothing_meets(spec: &Spec, nearest: Option<Figures>) -> TuneError {
 }
 
 /// The error if gains meet the limits of theory, but no run does.
-fn nothing_settles(trouble: Option<Trouble>, axis: Axis) -> TuneError {
+fn nothing_settles(trouble: Option<Trouble>, spec: &Spec, axis: Axis) -> TuneError {
     match trouble {
         Some(Trouble::Misses(limit, value)) => refused(
             format!(
@@ -390,7 +400,12 @@ fn nothing_settles(trouble: Option<Trouble>, axis: Axis) -> TuneError {
                 value.map_or("none".into(), |value| limit.of.with_unit(value, axis)),
                 limit.of.with_unit(limit.bound, axis)
             ),
-            "raise this limit, or slow the approach: the impact counts too",
+            if spec.gains.is_none() {
+                "raise this limit, slow the approach (the impact counts too), or free more gains, as in gains = \
+                 kp+damping"
+            } else {
+                "raise this limit, or slow the approach: the impact counts too"
+            },
         ),
         Some(Trouble::Ends(outcome)) => refused(
             format!(

@@ -30,7 +30,7 @@ type Unit = (&'static str, fn(f64) -> f64);
 
 const PERCENT: &[Unit] = &[("%", |x| x / 100.0), ("", |x| x)];
 const FORCE: &[Unit] = &[("N", |x| x), ("kN", |x| 1e3 * x), ("N m", |x| x), ("", |x| x)];
-const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("", |x| x)];
+const TIME: &[Unit] = &[("s", |x| x), ("ms", |x| 1e-3 * x), ("us", |x| 1e-6 * x), ("", |x| x)];
 const ANGLE: &[Unit] = &[("deg", |x| x), ("rad", f64::to_degrees), ("", |x| x)];
 const RATIO: &[Unit] = &[("dB", |x| 10.0_f64.powf(x / 20.0)), ("", |x| x)];
 
@@ -57,7 +57,7 @@ impl TuneMeasure {
             Self::PhaseMargin => (bound >= 180.0, "a phase margin is below 180 deg"),
             Self::Sensitivity => (bound <= 1.0, "a sensitivity peaks above 1, which is 0 dB"),
             Self::GainMargin | Self::PeakForce | Self::SettlingTime => (bound <= 0.0, "this is above zero"),
-            Self::StepOvershoot | Self::Overshoot => (bound < 0.0, "this is not below zero"),
+            Self::StepOvershoot | Self::Overshoot => (bound < 0.0, "an overshoot is never negative"),
         };
         never.then_some(why)
     }
@@ -163,8 +163,17 @@ impl Spec {
     /// The first clause that cannot be read, with the remedy.
     pub fn parse(text: &str) -> Result<Self, Refusal> {
         let mut spec = Self::default();
+        let mut stated = Vec::new();
         for clause in text.split([',', ';', '\n']).map(str::trim).filter(|clause| !clause.is_empty()) {
+            let before = spec.limits.clone();
             spec.take(clause)?;
+            // A clause replaces a default, but no other clause.
+            let changed = spec.limits.iter().find(|limit| !before.contains(limit)).map(|limit| limit.of);
+            if let Some(of) = changed.filter(|of| stated.contains(of)) {
+                let message = format!("the {} is limited twice", of.name());
+                return Err(refused(clause, &message, "keep one of the two clauses"));
+            }
+            stated.extend(changed);
         }
         Ok(spec)
     }
@@ -245,7 +254,7 @@ impl Spec {
             return Err(refused(clause, &format!("`{value}` is beyond all numbers"), "write a smaller one"));
         }
         if let Some(why) = of.never_is(bound) {
-            return Err(refused(clause, why, &format!("write a {name} that a loop can have")));
+            return Err(refused(clause, why, &format!("write a value of the {name} that a loop can have")));
         }
         self.limits.retain(|limit| limit.of != *of);
         self.limits.push(TuneLimit { of: *of, at_least, bound });
@@ -296,6 +305,7 @@ mod tests {
             ("phase margin <= 45 deg", "write phase margin >= 45 deg"),
             ("phase margin >= 45 dB", "deg or rad"),
             ("phase margin >= 450 deg", "that a loop can have"),
+            ("overshoot <= -3 %", "a value of the overshoot"),
             ("sensitivity <= 0 dB", "that a loop can have"),
             ("peak force <= 0 N", "that a loop can have"),
             ("phase margin >= much", "a number"),
@@ -307,5 +317,8 @@ mod tests {
             assert!(refusal.message.contains(text), "{}", refusal.message);
             assert!(refusal.remedy.contains(remedy), "{text}: {}", refusal.remedy);
         }
+        let twice = Spec::parse("phase margin >= 50 deg, phase margin >= 40 deg").unwrap_err();
+        assert!(twice.message.contains("limited twice"), "{}", twice.message);
+        assert!(Spec::parse("settling time <= 900 us").is_ok());
     }
 }

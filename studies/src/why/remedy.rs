@@ -60,7 +60,9 @@ pub(super) fn remedies(
             remedies.extend(lowered(&written, &(way.what)(size), &|s| (way.apply)(s, size), wanted_hz));
         }
     }
-    remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
+    if !found.is_artefact() {
+        remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
+    }
     remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
     (remedies, sizes)
 }
@@ -125,6 +127,9 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 /// Possible changes against each cause, and against any cause.
 fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let mut ways = of_control(found);
+    if found.is_artefact() {
+        return ways;
+    }
     ways.extend(of_structure(scenario, found));
     ways.extend(of_limits(found, baseline));
     ways.extend(of_any(scenario));
@@ -156,6 +161,11 @@ impl Explanation {
         self.causes.contains(&cause)
     }
 
+    /// Whether only the integrator makes the motion: a change of the machine would cure nothing real.
+    fn is_artefact(&self) -> bool {
+        self.causes == [ChatterCause::NumericalArtefact]
+    }
+
     fn lifts_by(&self, change: Counterfactual) -> bool {
         self.lift.as_ref().is_some_and(|lift| lift.change == change)
     }
@@ -171,6 +181,9 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
     if found.has(ChatterCause::NumericalArtefact) {
         let what = |_: f64| String::from("integrate exactly");
         ways.push(Way::new(None, &[1.0], what, |s, _| s.run.integrator = feeler_engine::Integrator::Exact));
+    }
+    if found.is_artefact() {
+        return ways;
     }
     if found.has(ChatterCause::SamplingAndDelay)
         || found.lifts_by(Counterfactual::NoDelay)

@@ -41,6 +41,13 @@ impl Standing {
         (self.is_approaching && contacts.iter().any(can_touch))
             || contacts.iter().zip(&self.compressions).any(arrives)
     }
+
+    /// Time until the first gap closes at its present rate, s; `None` if no gap closes.
+    pub(in crate::run) fn touches_in_s(&self, contacts: &[ContactRun]) -> Option<f64> {
+        let gaps = contacts.iter().zip(&self.compressions).filter(|(contact, _)| can_touch(contact));
+        let closing = gaps.filter(|(_, [compression, rate, _])| *compression < 0.0 && *rate > 0.0);
+        closing.map(|(_, [compression, rate, _])| -compression / rate).reduce(f64::min)
+    }
 }
 
 /// Whether anything moves the motors of an arm: its position control, a controller with a law or a reference,

@@ -215,6 +215,8 @@ pub struct RunVerdict {
     pub growth_per_s: Option<f64>,
     /// Why the run is undecided, if it is.
     pub undecided: Option<Undecided>,
+    /// When a tool that still approaches would touch at its last speed, s.
+    pub touches_at_s: Option<f64>,
 }
 
 impl RunVerdict {

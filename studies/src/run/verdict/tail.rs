@@ -57,6 +57,7 @@ impl Tail {
             amplitudes_n: self.amplitudes_n,
             growth_per_s: None,
             undecided: None,
+            touches_at_s: None,
         }
     }
 

@@ -3,7 +3,10 @@
 use super::prelude::*;
 
 parameters! { HuntCrossleyContact
-    alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
+    alpha: log(
+        Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3),
+        "relative growth of the force per unit of closing speed"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -76,7 +76,7 @@ same journal, volume 45 (2000).
             Curve::Function(|x| -0.7 + 1.4 * ((x - 1.0) / 0.3).exp()),
         ],
         without: &[],
-        labels: &[(0.3, 0.85, "coulomb: forward"), (-0.95, -0.9, "backward"), (-0.7, -0.15, "stiffness")],
+        labels: &[(0.2, 0.85, "static: forward"), (-0.95, -0.9, "backward"), (-0.7, -0.15, "stiffness")],
     },
     traits: &[Trait::DryFriction],
     change: Change::plant::<LugreFriction>(),

@@ -24,8 +24,9 @@ is the one for the recorded command. Drawings of friction show the resistance in
 against forward motion. In a [portrait](glossary.md#diagnosis) of the missing force they are upside down.
 
 The column `typical` holds for a linear axis of about 10 kg that presses with 30 N, such as
-`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. The
-unit 1 marks a plain number; an angle is in rad.
+`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. Fits
+derive steps and bounds from it, so a few values are not usual ones: the text of the effect then says so.
+The unit 1 marks a plain number; an angle is in rad.
 
 BY-SYMPTOM
 

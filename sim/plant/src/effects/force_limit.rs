@@ -3,7 +3,7 @@
 use super::prelude::*;
 
 parameters! { ForceLimit
-    limit: log(Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
+    limit: log(Dimension::FORCE, Some(f64::INFINITY), 50.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -12,7 +12,7 @@ parameters! { Gravity
         "angle of the arm from hanging straight down, at position zero, in rad"
     ),
     period: log(
-        Dimension::LENGTH, None, TAU, (ABOVE_ZERO, 1e6),
+        Dimension::LENGTH, None, 0.02, (ABOVE_ZERO, 1e6),
         "travel in which the arm turns once; state it on a translational axis"
     ) or TAU,
 }

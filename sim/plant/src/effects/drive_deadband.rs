@@ -52,9 +52,12 @@ G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor
     law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
-        with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
+        with: &[
+            Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)]),
+            Curve::Dimension([0.0, 0.3], -0.2),
+        ],
         without: &[Curve::UNCHANGED],
-        labels: &[(0.05, -0.3, "width")],
+        labels: &[(0.05, -0.45, "width")],
     },
     traits: &[Trait::DriveFlaw, Trait::OfCommand],
     change: Change::plant::<DriveDeadband>(),

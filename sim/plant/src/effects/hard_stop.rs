@@ -61,7 +61,7 @@ G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechan
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
         without: &[],
-        labels: &[(-0.2, 0.08, "position"), (0.25, 0.65, "stiffness")],
+        labels: &[(0.1, -0.11, "position"), (0.25, 0.65, "stiffness")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<HardStop>(),

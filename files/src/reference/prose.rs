@@ -19,13 +19,14 @@ Each drawing shows the law of an effect in outline, without numbers, and names i
 solid line is the machine with the effect, the dashed line the machine without it. A drawing without a
 dashed line shows the effect alone.
 
-The *missing force* is mass times acceleration, less the drive force and the other forces of the machine
-file. Drawings of friction show the resistance instead, which is positive against forward motion. In a
-[portrait](glossary.md#diagnosis) of the missing force they are upside down.
+The *missing force* is mass times acceleration, less the forces of the undisturbed machine. Its drive force
+is the one for the recorded command. Drawings of friction show the resistance instead, which is positive
+against forward motion. In a [portrait](glossary.md#diagnosis) of the missing force they are upside down.
 
 The column `typical` holds for a linear axis of about 10 kg that presses with 30 N, such as
-`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. The
-unit 1 marks a plain number; an angle is in rad.
+`scenarios/effects/ideal.toml`. It does not hold for a rotational axis: begin with data sheets there. Fits
+derive steps and bounds from it, so a few values are not usual ones: the text of the effect then says so.
+The unit 1 marks a plain number; an angle is in rad.
 
 BY-SYMPTOM
 

@@ -17,9 +17,11 @@ const WITHOUT: &str = "stroke=\"#c26a00\" stroke-dasharray=\"5 4\"";
 
 /// The drawing as SVG.
 pub(super) fn svg(law: &LawDrawing) -> String {
-    let lines = |curves: &[Curve]| curves.iter().map(|curve| curve.points(law.start)).collect::<Vec<_>>();
+    let lines =
+        |curves: &[Curve]| curves.iter().map(|c| (c.width(), c.points(law.start))).collect::<Vec<_>>();
     let (with, without) = (lines(law.with), lines(law.without));
-    let low = if with.iter().chain(&without).flatten().any(|point| point.1 < 0.0) { -1.0 } else { 0.0 };
+    let mut points = with.iter().chain(&without).flat_map(|(_, points)| points);
+    let low = if points.any(|point| point.1 < 0.0) { -1.0 } else { 0.0 };
     let place = |(across, up): (f64, f64)| {
         let across = (across - law.start) / (1.0 - law.start);
         let up = (up - low) / (1.0 - low);
@@ -37,8 +39,8 @@ pub(super) fn svg(law: &LawDrawing) -> String {
          <text x=\"{RIGHT}\" y=\"145\" text-anchor=\"end\" fill=\"{GREY}\">{across}</text>\n"
     );
     for (style, lines) in [(WITHOUT, without), (WITH, with)] {
-        for line in lines {
-            let _ = write!(text, "<polyline fill=\"none\" stroke-width=\"2\" {style} points=\"");
+        for (width, line) in lines {
+            let _ = write!(text, "<polyline fill=\"none\" stroke-width=\"{width}\" {style} points=\"");
             for (x, y) in line.into_iter().map(place) {
                 let _ = write!(text, "{x:.1},{y:.1} ");
             }

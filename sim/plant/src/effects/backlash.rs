@@ -70,9 +70,12 @@ the dead-zone model with damping.
     law: LawDrawing {
         axes: ["elongation", "force in the transmission"],
         start: -1.0,
-        with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
+        with: &[
+            Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)]),
+            Curve::Dimension([-0.3, 0.3], -0.2),
+        ],
         without: &[Curve::UNCHANGED],
-        labels: &[(0.0, -0.3, "width")],
+        labels: &[(0.05, -0.45, "width")],
     },
     traits: &[Trait::Compliance],
     change: Change::plant::<Backlash>(),

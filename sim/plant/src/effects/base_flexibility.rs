@@ -36,16 +36,18 @@ encoder rides on the base, describe the base as a body on a rigid mount and name
 Machine frames on rubber feet, robot columns, benches, floors.
 
 ## How it shows
-A pole pair beside a zero pair, mostly at 5 to 20 Hz. In contact the phase dips and recovers, since in the
-mode drive and contact move the same way against the base (it is colocated). With enough damping it hardly
-limits the gain. `workpiece-dynamics` makes such a pair in contact only, mostly at higher frequency. In free
-motion the base shows in a position read against it, where the phase rises and returns. There the poles are at
-`sqrt(stiffness / mass)` rad/s, and the zeros at `sqrt(stiffness / (mass + moving mass))`. In contact the
-zeros are the same. A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
+A pole pair beside a zero pair, mostly at 5 to 20 Hz. The pair is colocated: drive and contact both act
+between axis and base. In contact the phase dips and recovers if the contact mode lies above the base mode,
+and rises and recovers if it lies below. With enough damping it hardly limits the gain. `workpiece-dynamics`
+makes such a pair in contact only, mostly at higher frequency. In free motion the base shows in a position
+read against it, where the phase rises and returns. There the poles are at `sqrt(stiffness / mass)` rad/s, and
+the zeros at `sqrt(stiffness / (mass + moving mass))`. In contact the zeros are the same. A slow oscillation
+after steps looks like that of a force loop with an `actuator-lag`.
 
 ## How it is recognised
-The phase of the contact force dips between 5 and 20 Hz. In free motion it rises there in a position
-against the base, while an absolute position shows next to nothing. An accelerometer on the base decides.
+The phase of the contact force swings, down or up, and returns near the base mode, mostly between 5 and 20 Hz.
+In free motion it rises there in a position against the base, while an absolute position shows next to
+nothing. An accelerometer on the base decides.
 
 ## Numerical treatment
 The base is one more body; everything stays linear and exact. Linear theory has a pair of poles beside a

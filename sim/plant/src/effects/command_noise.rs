@@ -26,8 +26,8 @@ sigma = \"2 N\"
 Every command that is issued gets a normally distributed error of standard deviation `sigma`, before delay,
 deadband, gain and limit. The drive holds it until the next command. The record holds the command without this
 error. With `period` the time between commands, the one-sided density of the noise at low frequency is
-`2 sigma^2 period`. Convert a data sheet's N/sqrt(Hz) by this. `sigma` has the unit of the command: a length
-under a position servo, a current on a motor that a current commands.
+`2 sigma^2 period`. A data sheet's density `n` in N/sqrt(Hz) gives `sigma = n / sqrt(2 period)`. `sigma` has
+the unit of the command: a length under a position servo, a current on a motor that a current commands.
 
 ## Where it comes from
 An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was

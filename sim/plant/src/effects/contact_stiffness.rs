@@ -31,12 +31,12 @@ sheet.
 
 ## How it shows
 Let `r` be the ratio of the stiffness to the believed one. The peak force of an impact and the frequency of
-the contact mode are `sqrt(r)` times as large, and the impact is `sqrt(r)` times as short. Above the contact
-mode, the gain of a force loop is proportional to the stiffness. Well below it, a force drive gives the same
-contact force on any wall. On a motion-controlled robot the gain is proportional to the stiffness at all
-frequencies (Whitney). Static force under force control is as predicted. At low frequency,
+the contact mode are `sqrt(r)` times as large, and an impact lasts `1 / sqrt(r)` times as long. Above the
+contact mode, the gain of a force loop is proportional to the stiffness. Well below it, a force drive gives
+the same contact force on any wall. On a motion-controlled robot the gain is proportional to the stiffness at
+all frequencies (Whitney). Static force under force control is as predicted. At low frequency,
 `workpiece-dynamics` and `transmission-flexibility` also act as a softer contact; only their modes separate
-them. `force-gain` scales the reading too, but changes no frequency.
+them. `force-gain` scales the reading too, but leaves the contact mode.
 
 ## How it is recognised
 The duration of impacts and the frequency of the contact mode are off, while static forces are right.

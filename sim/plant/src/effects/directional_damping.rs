@@ -55,7 +55,7 @@ J. C. Dixon, The Shock Absorber Handbook, Wiley (2007): bump and rebound damping
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, -0.4), (0.0, 0.0), (1.0, 0.9)])],
         without: &[Curve::GUIDE],
-        labels: &[(0.05, 0.7, "1 + asymmetry"), (-0.95, -0.65, "1 - asymmetry")],
+        labels: &[(0.02, 0.85, "c (1 + asymmetry) v"), (-0.95, -0.6, "c (1 - asymmetry) v")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<DirectionalDamping>(),

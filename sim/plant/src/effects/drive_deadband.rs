@@ -30,16 +30,16 @@ Overlapped valves, amplifiers with a dead time between the two halves of a bridg
 point.
 
 ## How it shows
-A force of constant size is missing, and it has the sign of the command: it matters less the larger the
-command. `coulomb-friction` removes a force of constant size too, but with the sign of the velocity. The two
-agree while the drive pushes the way it moves. They differ while it brakes, and while something else pushes a
+A force of constant size is lost, and it has the sign of the command: it matters less the larger the command.
+`coulomb-friction` removes a force of constant size too, but with the sign of the velocity. The two agree
+while the drive pushes the way it moves. They differ while it brakes, and while something else pushes a
 resting axis. In a closed loop an integral part crosses the band by itself, but each change of sign takes
 `2 width / (ki e)` seconds. A limit cycle follows only if the loop is unstable at a lower gain
 (`gain may fall to` in `feeler analyze`).
 
 ## How it is recognised
-Plot the missing force against the command: it is the whole command up to `width`, and `width` beyond.
-Repeat at two levels: the share that is missing falls with the level.
+Plot the missing force against the command: it is minus the command up to `width`, and `-width sign(u)`
+beyond. Repeat at two levels: the share that is missing falls with the level.
 
 ## Numerical treatment
 It acts on held commands and is exact. Under a continuous servo it is a mode of the error, whose begin and
@@ -52,9 +52,12 @@ G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor
     law: LawDrawing {
         axes: ["command", "drive force"],
         start: -1.0,
-        with: &[Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)])],
+        with: &[
+            Curve::Points(&[(-0.9, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.9, 0.6)]),
+            Curve::Dimension([0.0, 0.3], -0.2),
+        ],
         without: &[Curve::UNCHANGED],
-        labels: &[(0.05, -0.3, "width")],
+        labels: &[(0.05, -0.45, "width")],
     },
     traits: &[Trait::DriveFlaw, Trait::OfCommand],
     change: Change::plant::<DriveDeadband>(),

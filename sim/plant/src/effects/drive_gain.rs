@@ -36,8 +36,8 @@ supply voltage that is lower than believed. Under a position servo, wrong counts
 ## How it shows
 Every response to the command changes by one factor, at all frequencies and sizes. Forces that do not come
 from the command (weight, friction, contact) keep their sizes. Free acceleration alone cannot tell it from
-`added-mass`; the static force in contact can. In contact alone it looks like `force-gain`, which free motion
-does not show.
+`added-mass`; the static force in contact can. In the force reading of contact it looks like `force-gain`,
+which changes neither motion nor compression for the same command.
 
 ## How it is recognised
 Free acceleration and static contact force are both off by the same factor. One of them alone does not

@@ -33,9 +33,9 @@ Positions take few values. Velocities from their differences are multiples of `r
 time: in slow motion they are spikes, and joint damping passes these to the drive. Where the position crosses
 many steps in each sample, rounding is white noise of `resolution / sqrt(12)` rms.
 
-A virtual wall of stiffness `K` and damping `B` may sustain a limit cycle if dry friction is below
-`K resolution / 2`. The viscous friction of the axis must also exceed `K period / 2 + B`. `force-resolution`
-does the same in the force channel. `timing-jitter` also scatters differences, but in proportion to speed.
+A virtual wall of stiffness `K` and damping `B` needs dry friction above `K resolution / 2` and viscous
+friction above `K period / 2 + B`. With less it may sustain a limit cycle. `force-resolution` does the same in
+the force channel. `timing-jitter` also scatters differences, but in proportion to speed.
 
 ## How it is recognised
 List the values of the reading: they are multiples of one step. Slow motion shows the stairs.

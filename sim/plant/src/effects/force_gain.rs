@@ -27,15 +27,15 @@ The reading is `gain` times what it would be; its offset stays.
 Calibration with another amplifier or cable, a mis-set range.
 
 ## How it shows
-In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact
-frequencies stay, which separates it from `contact-stiffness` as long as anything but the reading is
-recorded. In static contact `drive-gain` has the same ratio of command to reading; free motion separates
-them.
+In contact every reading is off by one factor, and a force loop settles at the wrong true force. The poles of
+the contact stay; those of a closed force loop move as with another loop gain. Command or position separates
+it from `contact-stiffness`. In static contact `drive-gain` has the same ratio of command to reading; free
+motion separates them.
 
 ## How it is recognised
 Compare the reading with a known weight, or with the drive's static force. Approach that force from below and
 from above, and take the mean of both commands: dry friction then cancels. Every reading in contact is off by
-one factor; frequencies are right.
+one factor; the frequency of the contact mode is right.
 
 ## Numerical treatment
 The reading is multiplied, which is exact. Linear theory scales the loop gain.

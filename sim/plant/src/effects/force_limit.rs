@@ -3,7 +3,7 @@
 use super::prelude::*;
 
 parameters! { ForceLimit
-    limit: log(Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
+    limit: log(Dimension::FORCE, Some(f64::INFINITY), 50.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {
@@ -34,8 +34,8 @@ makes its force, not the drive. `slew-limit` also shows in large and fast comman
 and does not cap slow ones.
 
 ## How it is recognised
-Plot the missing force against the command: it is zero up to the limit and a straight line beyond. Large
-steps and errors that last show it, small signals do not.
+Plot the missing force against the command: it is zero up to the limit and falls by a unit per unit beyond.
+Large steps and errors that last show it, small signals do not.
 
 ## Numerical treatment
 The held command is clipped, which is exact. For a velocity source or a continuous servo the limit is a

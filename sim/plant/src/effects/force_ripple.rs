@@ -46,7 +46,7 @@ Permanent magnets that pull at teeth and at the ends of an iron core, gears, bal
 
 ## How it shows
 The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much
-shorter than `pitch / harmonic` it is a constant and a slope: `constant-load` then looks the same. A slow axis
+shorter than `pitch / harmonic` it is a constant and a slope, like a `constant-load` and a spring. A slow axis
 rests in its valleys much as under `coulomb-friction`, but ripple returns its energy.
 
 ## How it is recognised

@@ -12,7 +12,7 @@ parameters! { Gravity
         "angle of the arm from hanging straight down, at position zero, in rad"
     ),
     period: log(
-        Dimension::LENGTH, None, TAU, (ABOVE_ZERO, 1e6),
+        Dimension::LENGTH, None, 0.02, (ABOVE_ZERO, 1e6),
         "travel in which the arm turns once; state it on a translational axis"
     ) or TAU,
 }
@@ -65,11 +65,11 @@ B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Plann
 (2009): gravity in the equations of motion.
 ",
     law: LawDrawing {
-        axes: ["angle", "torque of gravity"],
+        axes: ["position", "torque of gravity"],
         start: -1.0,
-        with: &[Curve::Function(|x| -0.8 * (TAU * x / 2.0).sin())],
+        with: &[Curve::Function(|x| -0.7 * (TAU * x / 2.0).sin()), Curve::Dimension([-1.0, 1.0], -0.9)],
         without: &[],
-        labels: &[(-0.75, 0.92, "amplitude"), (0.6, -0.95, "period")],
+        labels: &[(-0.75, 0.82, "amplitude"), (-0.85, -0.8, "period")],
     },
     traits: &[Trait::PlainNumber],
     change: Change::plant::<Gravity>(),

@@ -30,8 +30,10 @@ damping = \"200 N s/m\"
     sections: "\
 ## Model
 Beyond `position`, of the second body of the spring against the first, a stop pushes back. Its force is
-`stiffness` times the depth plus `damping` times its rate, and it never pulls. With `damping` its force
-begins with a step. It is an upper stop if `position` is above the position at the start, else a lower one.
+`stiffness` times the depth plus `damping` times its rate, and it never pulls. With `damping` its force begins
+with a step. It is an upper stop if `position` is above the position at the start, else a lower one. The wall
+of the example is at 4 mm. A stop well before it, as at the `typical` position, takes the drive's force, and
+the tool touches late.
 
 ## Where it comes from
 Rubber buffers, end caps, a cable that becomes taut, a chip in the guide, a bellows that is squeezed flat.
@@ -59,7 +61,7 @@ G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechan
         start: -1.0,
         with: &[Curve::Points(&[(-1.0, 0.0), (0.3, 0.0), (1.0, 0.9)])],
         without: &[],
-        labels: &[(-0.2, 0.08, "position"), (0.25, 0.65, "stiffness")],
+        labels: &[(0.1, -0.11, "position"), (0.25, 0.65, "stiffness")],
     },
     traits: &[Trait::Dissipative],
     change: Change::plant::<HardStop>(),

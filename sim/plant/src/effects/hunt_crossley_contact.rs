@@ -3,7 +3,10 @@
 use super::prelude::*;
 
 parameters! { HuntCrossleyContact
-    alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
+    alpha: log(
+        Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3),
+        "relative growth of the force per unit of closing speed"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {
@@ -57,7 +60,7 @@ Journal of Applied Mechanics 42 (1975).
             Curve::Function(|d| 0.6 * d * (1.0 - 0.5 * (1.0 - d * d).sqrt())),
         ],
         without: &[Curve::Points(&[(0.0, 0.0), (1.0, 0.6)])],
-        labels: &[(0.3, 0.8, "alpha")],
+        labels: &[(0.3, 0.8, "alpha"), (0.2, 0.47, "closing"), (0.65, 0.06, "parting")],
     },
     traits: &[Trait::Dissipative, Trait::SurfacesPart],
     change: Change::plant::<HuntCrossleyContact>(),

@@ -7,6 +7,8 @@ pub enum Curve {
     Function(fn(f64) -> f64),
     /// A line through these points.
     Points(&'static [(f64, f64)]),
+    /// A level dimension line: its two ends and its height.
+    Dimension([f64; 2], f64),
 }
 
 impl Curve {
@@ -30,14 +32,28 @@ impl Curve {
             Self::Points(points) => points.to_vec(),
             Self::Function(height) => (0..=PIECES)
                 .map(|piece| start + (1.0 - start) * f64::from(piece) / f64::from(PIECES))
+                // A step at zero is upright: both zeros have the sign of their side.
+                .flat_map(|across| if across.abs() < f64::EPSILON { vec![-0.0, 0.0] } else { vec![across] })
                 .map(|across| (across, height(across)))
                 .collect(),
+            Self::Dimension([from, to], up) => {
+                [(from, TICK), (from, -TICK), (from, 0.0), (to, 0.0), (to, TICK), (to, -TICK)]
+                    .map(|(across, off)| (across, up + off))
+                    .to_vec()
+            }
         }
+    }
+
+    /// Width of its line in pixels: a dimension line is thin.
+    pub fn width(self) -> u32 {
+        if matches!(self, Self::Dimension(..)) { 1 } else { 2 }
     }
 }
 
 /// As many straight pieces as draw a function; even, so that one of their ends is zero.
 const PIECES: u32 = 160;
+/// Half the height of the strokes that end a dimension line.
+const TICK: f64 = 0.06;
 
 /// A law as curves over axes without numbers.
 #[derive(Clone, Copy, Debug)]

@@ -37,10 +37,11 @@ times the believed one is this effect with `gain = g^2`, and a `drive-gain` of `
 then `g` times the true one, and supply and current limit clip at another command.
 
 ## How it shows
-Under a load, a servo without an integral part sags `1 / gain` times as far. It oscillates at `sqrt(gain)`
-times the frequency, with `sqrt(gain)` times the damping ratio. At constant speed only the share of its lag
-that friction causes changes. Friction, loads and inertia keep their sizes. Without a load, `added-mass` and
-friction that are wrong by one factor look the same. `viscous-friction` alone changes the lag, and not how a
+Under a load, a servo without an integral part sags `1 / gain` times as far. Its undamped frequency is
+`sqrt(gain)` times as high. Its damping ratio is `sqrt(gain)` times as large if `kd` gives nearly all damping.
+At constant speed it lags by `kd / kp` times the speed, which stays, and by the friction over `gain kp`.
+Friction, loads and inertia keep their sizes. Without a load, inertia (`added-mass`) and friction that are
+both `1 / gain` times the believed ones look the same. `viscous-friction` alone changes the lag, and not how a
 load is held.
 
 ## How it is recognised

@@ -37,10 +37,11 @@ Lubricated guides and gears: at low speed the film is too thin to keep the surfa
 
 ## How it shows
 The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and jumps.
-A force loop with an integrator hunts. The law falls most steeply at `velocity / sqrt(2)`. Sliding is smooth
-at every speed only if guide and controller damp by more than `0.86 (static - coulomb) / velocity`. Above a
-few times `velocity` it is `coulomb-friction`, and only slow motion or reversals separate them. A falling
-level looks like negative `viscous-friction` over a narrow range of speeds.
+A force loop with an integrator hunts if the jump overshoots: with a large, steep fall and a fast integrator.
+The example does not. The law falls most steeply at `velocity / sqrt(2)`. Sliding is smooth at every speed
+only if guide and controller damp by more than `0.86 (static - coulomb) / velocity`. Above a few times
+`velocity` it is `coulomb-friction`, and only slow motion or reversals separate them. A falling level looks
+like negative `viscous-friction` over a narrow range of speeds.
 
 ## How it is recognised
 Plot the missing force against velocity: it falls from the breakaway level to a plateau. Steady motion at

@@ -5,8 +5,8 @@ use crate::assembly::Warming;
 
 parameters! { ThermalDerating
     force: log(
-        Dimension::FORCE, Some(f64::INFINITY), 60.0, (ABOVE_ZERO, f64::INFINITY),
-        "force that falls to its half if it is held for long"
+        Dimension::FORCE, Some(f64::INFINITY), 100.0, (ABOVE_ZERO, f64::INFINITY),
+        "cold force of which half remains in the end"
     ),
     time_constant: log(Dimension::TIME, None, 30.0, (ABOVE_ZERO, 1e6), "time to cover 63 % of a warming"),
 }

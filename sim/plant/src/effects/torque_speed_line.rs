@@ -5,9 +5,9 @@ use crate::assembly::SpeedLine;
 
 parameters! { TorqueSpeedLine
     force: log(
-        Dimension::FORCE, Some(f64::INFINITY), 30.0, (ABOVE_ZERO, f64::INFINITY), "largest force at rest"
+        Dimension::FORCE, Some(f64::INFINITY), 100.0, (ABOVE_ZERO, f64::INFINITY), "largest force at rest"
     ),
-    speed: log(Dimension::VELOCITY, None, 0.05, (ABOVE_ZERO, 1e6), "speed at which none is left"),
+    speed: log(Dimension::VELOCITY, None, 0.2, (ABOVE_ZERO, 1e6), "speed at which none is left"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

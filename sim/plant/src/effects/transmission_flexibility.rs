@@ -17,7 +17,7 @@ pub(super) static DEFINITION: Definition = Definition {
     place: Place::Transmission,
     order: 240,
     hosts: &[HostKind::RigidSpring, HostKind::Spring, HostKind::Body],
-    site: "a spring must join two bodies",
+    site: "a spring must have a body at each end, not ground",
     parameters: TransmissionFlexibility::PARAMETERS,
     summary: "splits one body into two, with a spring between",
     example: "\

@@ -27,10 +27,11 @@ damping = \"150 N s/m\"
 ",
     sections: "\
 ## Model
-`mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture.
-Under a rigid fixture (a spring), the workpiece is the end that a contact names second. If none does, it is
-the second end, or the first where the second is ground. The mass of that body becomes `mass`, and the
-fixture yields. Under a contact, a workpiece is put between the contact and what it touched.
+`mass x_w'' = F - stiffness e - damping de/dt`. `F` is the contact force on the workpiece. `e` is how far the
+fixture has yielded in its direction. Under a rigid fixture (a spring), the workpiece is the end that a
+contact names second. If none does, it is the second end, or the first where the second is ground. The mass of
+that body becomes `mass`, and the fixture yields. Under a contact, a workpiece is put between the contact and
+what it touched.
 
 ## Where it comes from
 Thin sheets, long parts, clamps, jigs, a hand that holds the part.

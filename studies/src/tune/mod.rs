@@ -401,8 +401,8 @@ fn nothing_settles(trouble: Option<Trouble>, spec: &Spec, axis: Axis) -> TuneErr
                 limit.of.with_unit(limit.bound, axis)
             ),
             if spec.gains.is_none() {
-                "raise this limit, slow the approach (the impact counts too), or free more gains, as in gains = \
-                 kp+damping"
+                "raise this limit, slow the approach (the impact counts too), or free more gains, as in \
+                 gains = kp+damping"
             } else {
                 "raise this limit, or slow the approach: the impact counts too"
             },

@@ -313,7 +313,6 @@ fn lacks(summary: &Summary) -> String {
     let touch =
         touches_at_s.map_or_else(String::new, |at_s| format!("it would touch at {}; ", with_unit(at_s, "s")));
     // The verdict needs some time after the touch.
-    let longer_s = touches_at_s.unwrap_or(summary.simulated_s).max(summary.simulated_s) * 2.0;
-    let longer = with_unit(longer_s, "s");
+    let longer = with_unit(2.0 * touches_at_s.unwrap_or(summary.simulated_s), "s");
     format!("{why}{touch}lengthen run.duration, for example by --set 'run.duration={longer}'")
 }

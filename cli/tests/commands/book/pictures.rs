@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::page::{blocks, has_ending, links, pages, root, text_of};
+use super::page::{blocks, has_ending, links, pages, text_of};
 
 /// Pictures with a program of their own that takes hours: `benches/peers/run` and the tests that write
 /// docs/effects.md draw them.
@@ -42,9 +42,8 @@ fn drawn() -> BTreeMap<String, String> {
             last = plain(&format!("feeler {arguments}"));
         }
         let words: Vec<&str> = line.split_whitespace().collect();
-        let picture = words.iter().map(|word| word.rsplit('/').next().unwrap().trim_matches('"'));
-        let Some(picture) = picture.clone().rfind(|word| has_ending(word, "png") || has_ending(word, "svg"))
-        else {
+        let mut names = words.iter().map(|word| word.rsplit('/').next().unwrap().trim_matches('"'));
+        let Some(picture) = names.rfind(|word| has_ending(word, "png") || has_ending(word, "svg")) else {
             continue;
         };
         match words[0] {
@@ -84,6 +83,6 @@ fn truth_every_picture_is_drawn_by_a_command_of_its_page() {
             }
         }
     }
-    assert!(root().join(".ci/pictures").exists() && !drawn.is_empty());
+    assert!(!drawn.is_empty());
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -165,23 +165,22 @@ impl Spec {
         let mut spec = Self::default();
         let mut stated = Vec::new();
         for clause in text.split([',', ';', '\n']).map(str::trim).filter(|clause| !clause.is_empty()) {
-            let before = spec.limits.clone();
-            spec.take(clause)?;
-            // A clause replaces a default, but no other clause.
-            let changed = spec.limits.iter().find(|limit| !before.contains(limit)).map(|limit| limit.of);
-            if let Some(of) = changed.filter(|of| stated.contains(of)) {
-                let message = format!("the {} is limited twice", of.name());
-                return Err(refused(clause, &message, "keep one of the two clauses"));
-            }
-            stated.extend(changed);
+            spec.take(clause, &mut stated)?;
         }
         Ok(spec)
     }
 
-    fn take(&mut self, clause: &str) -> Result<(), Refusal> {
+    /// `stated` holds the measures of the clauses so far: a clause replaces a default, but no other clause.
+    fn take(&mut self, clause: &str, stated: &mut Vec<TuneMeasure>) -> Result<(), Refusal> {
         for (sign, at_least) in [(">=", true), ("<=", false)] {
             if let Some((name, value)) = clause.split_once(sign) {
-                return self.limit(clause, &squeezed(name), value.trim(), at_least);
+                let of = self.limit(clause, &squeezed(name), value.trim(), at_least)?;
+                if let Some(of) = of.filter(|of| stated.contains(of)) {
+                    let message = format!("the {} is limited twice", of.name());
+                    return Err(refused(clause, &message, "keep one of the two clauses"));
+                }
+                stated.extend(of);
+                return Ok(());
             }
         }
         let Some((name, value)) = clause.split_once('=') else {
@@ -215,7 +214,14 @@ impl Spec {
         Ok(())
     }
 
-    fn limit(&mut self, clause: &str, name: &str, value: &str, at_least: bool) -> Result<(), Refusal> {
+    /// The measure that the clause limits; `None` for a gain.
+    fn limit(
+        &mut self,
+        clause: &str,
+        name: &str,
+        value: &str,
+        at_least: bool,
+    ) -> Result<Option<TuneMeasure>, Refusal> {
         let end = value.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '%');
         let (number, unit) = value.split_at(end.unwrap_or(value.len()));
         let Some(number) = number.trim().parse().ok().filter(|number: &f64| number.is_finite()) else {
@@ -234,7 +240,7 @@ impl Spec {
                 return Err(refused(clause, &format!("`{name}` cannot be limited to `{value}`"), &remedy));
             }
             self.gain_limits.push(TuneLimit { of: name.into(), at_least, bound: number });
-            return Ok(());
+            return Ok(None);
         };
         if at_least != *rises {
             let sign = if *rises { ">=" } else { "<=" };
@@ -258,7 +264,7 @@ impl Spec {
         }
         self.limits.retain(|limit| limit.of != *of);
         self.limits.push(TuneLimit { of: *of, at_least, bound });
-        Ok(())
+        Ok(Some(*of))
     }
 
     /// The limits that linear theory decides, or those that a run does.
@@ -317,8 +323,11 @@ mod tests {
             assert!(refusal.message.contains(text), "{}", refusal.message);
             assert!(refusal.remedy.contains(remedy), "{text}: {}", refusal.remedy);
         }
-        let twice = Spec::parse("phase margin >= 50 deg, phase margin >= 40 deg").unwrap_err();
-        assert!(twice.message.contains("limited twice"), "{}", twice.message);
+        for second in [40, 45, 50] {
+            let twice =
+                Spec::parse(&format!("phase margin >= 45 deg, phase margin >= {second} deg")).unwrap_err();
+            assert!(twice.message.contains("limited twice"), "{}", twice.message);
+        }
         assert!(Spec::parse("settling time <= 900 us").is_ok());
     }
 }

@@ -130,6 +130,8 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
         };
         let mut stribeck = base();
         stribeck.machine.springs["guide"].effects.push(effect("stribeck-friction", &[3.0, 6.0, 5e-3]));
+        let mut lugre = base();
+        lugre.machine.springs["guide"].effects.push(effect("lugre-friction", &[1e5, 300.0, 3.0, 6.0, 5e-3]));
         let mut sensors = base();
         sensors.machine.sensors["force"].noise = 0.5;
         sensors.machine.sensors["force"].delay_s = 0.37e-3;
@@ -141,9 +143,19 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
         late.machine.sensors["force"].delay_s = 0.37e-3;
         let mut stiff = late.clone();
         stiff.machine.contacts["tool"].stiffness = 2e8;
-        let cases = [friction, play, limits, hertz, hunt_crossley, stribeck, sensors, late, stiff];
-        let names =
-            ["friction", "play", "limits", "hertz", "hunt-crossley", "stribeck", "sensors", "late", "stiff"];
+        let cases = [friction, play, limits, hertz, hunt_crossley, stribeck, lugre, sensors, late, stiff];
+        let names = [
+            "friction",
+            "play",
+            "limits",
+            "hertz",
+            "hunt-crossley",
+            "stribeck",
+            "lugre",
+            "sensors",
+            "late",
+            "stiff",
+        ];
         for (what, base) in names.iter().zip(cases) {
             let vary = |scenario: &mut Scenario, factor: f64| {
                 kp(scenario, factor);

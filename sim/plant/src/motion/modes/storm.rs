@@ -52,3 +52,28 @@ impl Storm {
         self.at_instant > EVENTS_BEFORE_STORM || self.recent.1 > MOST_EVENTS
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether some event of a series is one too many.
+    fn storms(count: usize, apart_s: f64) -> bool {
+        let mut storm = Storm::default();
+        storm.begin();
+        (0..count).any(|k| {
+            let is_too_many = storm.fired(k as f64 * apart_s);
+            storm.moved(apart_s, false);
+            is_too_many
+        })
+    }
+
+    #[test]
+    fn truth_events_without_end_are_a_storm_and_fast_ones_are_not() {
+        // At one instant.
+        assert!(!storms(EVENTS_BEFORE_STORM, 0.0) && storms(EVENTS_BEFORE_STORM + 1, 0.0));
+        // In a span of a microsecond, and as far apart as those of a motion at 100 MHz.
+        assert!(!storms(MOST_EVENTS, 1e-10) && storms(MOST_EVENTS + 1, 9e-10));
+        assert!(!storms(100_000, 1e-8));
+    }
+}

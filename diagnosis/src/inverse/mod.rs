@@ -15,16 +15,15 @@ pub(crate) use base::Part;
 use rows::{Measured, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
+use smooth::Family;
 pub(crate) use smooth::Smooth;
-
-use feeler_plant::description::{Engagement, Quantity};
-use feeler_plant::effects::Place;
 
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::candidates::Candidate;
 use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
+use feeler_plant::description::{Engagement, Quantity};
 
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
@@ -43,9 +42,9 @@ pub(crate) struct Inverse {
     fitted: Vec<Rows>,
     checked: Vec<Rows>,
     extent: Extent,
-    /// Centre of the travel, m, and time of the last row, s.
-    centre: f64,
-    until_s: f64,
+    /// Time of the first row, and from there to the last one, s.
+    from_s: f64,
+    span_s: f64,
     /// Weight of the balance relative to predictions.
     pub(crate) weight: f64,
     /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
@@ -112,17 +111,20 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let (fitted, checked) = (ready(false), ready(true));
+        let (mut fitted, mut checked) = (ready(false), ready(true));
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
         if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
             return None;
         }
-        let (extent, centre) = Rows::extent(&fitted);
+        let extent = Rows::extent(&fitted);
+        fitted.iter_mut().chain(&mut checked).for_each(|rows| rows.middle = extent.middle());
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
-        let until_s = ends.fold(f64::MIN_POSITIVE, f64::max);
+        let from_s =
+            fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
+        let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         let mut inverse =
-            Self { base, fitted, checked, extent, centre, until_s, weight, is_noisy, alone: f64::NAN };
+            Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, alone: f64::NAN };
         let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
         inverse.turn();
         inverse.alone = inverse.left(&nothing, None)?;
@@ -132,7 +134,7 @@ impl Inverse {
     /// Finds the presliding distance of guides: the trial distance with the smallest residual of the believed
     /// machine, with any level of friction.
     fn turn(&mut self) {
-        let stroke = self.extent.stroke;
+        let stroke = self.extent.stroke();
         let ways = WAYS.map(|share| share * stroke);
         let left = |way: f64, inverse: &mut Self| {
             inverse.fitted.iter_mut().for_each(|rows| rows.turn_over(way));
@@ -233,12 +235,12 @@ impl Inverse {
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force at a
-    /// place is included if given.
-    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
+    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force is
+    /// included if given.
+    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<f64> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
-        if smooth == Some(Place::Drive) {
+        if smooth == Some(Family::Command) {
             let made = solve(&fitted.0, &fitted.1)?;
             for (terms, target) in [&mut fitted, &mut checked] {
                 let command = sum(terms, &made, target.len());
@@ -251,7 +253,7 @@ impl Inverse {
     }
 
     /// All terms of some experiments, and their target sum.
-    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
         let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
         for rows in rows {
             let (terms, target) = self.balance_of(rows, shaped, smooth);
@@ -266,7 +268,7 @@ impl Inverse {
         joined.unwrap_or_default()
     }
 
-    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
         let mut terms = self.base.terms(rows, shaped.causes);
         let (mut gain, mut limit) = (1.0, f64::INFINITY);
         let mut of_command = Vec::new();
@@ -308,9 +310,7 @@ impl Inverse {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
         terms.extend(of_command);
-        if smooth == Some(Place::Guide) {
-            terms.extend(self.guide_terms(rows));
-        }
+        terms.extend(smooth.into_iter().flat_map(|family| self.guide_terms(rows, family)));
         for term in &mut terms {
             term.series = rows.thin(&term.series);
         }

@@ -56,7 +56,10 @@ impl Inverse {
         let of = |family: Family| {
             let with = self.left(&shaped, Some(family))?;
             let share = 1.0 - with / left.max(f64::MIN_POSITIVE);
-            let nats = self.nats(left, with);
+            let mut nats = self.nats(left, with);
+            if family == Family::Command {
+                nats = nats.min(self.nats_while_moving(&shaped, (&shaped, Some(family)))?);
+            }
             Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
         Family::ALL.into_iter().filter_map(of).collect()

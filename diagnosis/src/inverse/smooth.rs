@@ -56,10 +56,9 @@ impl Inverse {
         let of = |family: Family| {
             let with = self.left(&shaped, Some(family))?;
             let share = 1.0 - with / left.max(f64::MIN_POSITIVE);
-            let mut nats = self.nats(left, with);
-            if family == Family::Command {
-                nats = nats.min(self.nats_while_moving(&shaped, (&shaped, Some(family)))?);
-            }
+            // Near reversals a force of any family makes up for friction that is inexact there.
+            let moving = self.nats_while_moving(&shaped, (&shaped, Some(family)))?;
+            let nats = self.nats(left, with).min(moving);
             Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
         Family::ALL.into_iter().filter_map(of).collect()

@@ -54,10 +54,10 @@ pub(crate) fn assess(
     if task.dataset.machine.contacts.is_empty() {
         short(Condition::Left, horizons::lost(&horizons, &criteria).into_iter().collect());
     }
-    if is_found && !is_balanced {
-        let unclosed = sizes.closed.and_then(|closed| horizons::unclosed(closed, &criteria));
-        short(Condition::Left, unclosed.into_iter().collect());
-    }
+    let unclosed = sizes.closed.filter(|_| is_found && !is_balanced);
+    let unclosed = unclosed.and_then(|closed| horizons::unclosed(closed, &criteria));
+    let removes_little = unclosed.is_some();
+    short(Condition::Left, unclosed.into_iter().collect());
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
     let smooth = balance::beyond(judge, accepted, &criteria);
     short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
@@ -74,13 +74,15 @@ pub(crate) fn assess(
         short(Condition::Rivals, rivals::rounded(judge, accepted));
         short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
     }
+    // Causes that remove little of the error do not show its place. A balance without them may.
+    let alone = || balance::beyond(judge, calibrated, &criteria).filter(|_| removes_little);
     Adequacy {
         criteria,
         horizons,
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
-        smooth: smooth.map(|smooth| smooth.place),
+        smooth: smooth.or_else(alone).map(|smooth| smooth.place),
         is_balanced,
         is_noise,
     }

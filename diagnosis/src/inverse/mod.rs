@@ -15,16 +15,15 @@ pub(crate) use base::Part;
 use rows::{Measured, Rows, corner_hz};
 use solve::{Term, solve, sum};
 
+use smooth::Family;
 pub(crate) use smooth::Smooth;
-
-use feeler_plant::description::{Engagement, Quantity};
-use feeler_plant::effects::Place;
 
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::candidates::Candidate;
 use crate::fit::wander::command_noise;
 use crate::kinds::{Extent, Form, Shown, dossier};
 use crate::predict::pace;
+use feeler_plant::description::{Engagement, Quantity};
 
 /// Rows kept for each independent one: rows at twice the corner frequency are independent.
 const ROWS_PER_INDEPENDENT: f64 = 2.0;
@@ -43,9 +42,9 @@ pub(crate) struct Inverse {
     fitted: Vec<Rows>,
     checked: Vec<Rows>,
     extent: Extent,
-    /// Centre of the travel, m, and time of the last row, s.
-    centre: f64,
-    until_s: f64,
+    /// Time of the first row, and from there to the last one, s.
+    from_s: f64,
+    span_s: f64,
     /// Weight of the balance relative to predictions.
     pub(crate) weight: f64,
     /// Whether the command has measurement noise. It accumulates in predictions, but not in a balance.
@@ -68,6 +67,12 @@ pub(crate) struct Balanced {
     pub(crate) believed: Vec<(Part, f64)>,
 }
 
+/// The believed machine alone.
+const NOTHING: Shaped<'static> = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+
+/// Share of its level that friction has reached where the direction of motion is clear.
+const CLEARLY: f64 = 0.9;
+
 /// Causes with their shapes.
 struct Shaped<'a> {
     causes: &'a [Candidate],
@@ -76,6 +81,11 @@ struct Shaped<'a> {
 }
 
 impl Shaped<'_> {
+    /// Whether a cause limits the command.
+    fn clips(&self) -> bool {
+        self.shown.iter().any(|shown| matches!(shown.form, Form::Limit))
+    }
+
     /// Gain from command to force.
     fn gain(&self) -> f64 {
         let gains = self.shown.iter().zip(&self.shapes);
@@ -112,39 +122,40 @@ impl Inverse {
         if !corner.is_finite() {
             return None;
         }
-        let (fitted, checked) = (ready(false), ready(true));
+        let (mut fitted, mut checked) = (ready(false), ready(true));
         let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
         if kept(&fitted) < FEWEST_FITTED || kept(&checked) < FEWEST_CHECKED {
             return None;
         }
-        let (extent, centre) = Rows::extent(&fitted);
+        let extent = Rows::extent(&fitted);
+        fitted.iter_mut().chain(&mut checked).for_each(|rows| rows.middle = extent.middle());
         let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
-        let until_s = ends.fold(f64::MIN_POSITIVE, f64::max);
+        let from_s =
+            fitted.iter().filter_map(|rows| rows.times_s().first().copied()).fold(f64::MAX, f64::min);
+        let span_s = (ends.fold(from_s, f64::max) - from_s).max(f64::MIN_POSITIVE);
         let (weight, is_noisy) = (weight(dataset), is_noisy(dataset));
         let mut inverse =
-            Self { base, fitted, checked, extent, centre, until_s, weight, is_noisy, alone: f64::NAN };
-        let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+            Self { base, fitted, checked, extent, from_s, span_s, weight, is_noisy, alone: f64::NAN };
         inverse.turn();
-        inverse.alone = inverse.left(&nothing, None)?;
+        inverse.alone = inverse.left(&NOTHING, None)?;
         (inverse.alone > 0.0).then_some(inverse)
     }
 
     /// Finds the presliding distance of guides: the trial distance with the smallest residual of the believed
     /// machine, with any level of friction.
     fn turn(&mut self) {
-        let stroke = self.extent.stroke;
+        let stroke = self.extent.stroke();
         let ways = WAYS.map(|share| share * stroke);
         let left = |way: f64, inverse: &mut Self| {
             inverse.fitted.iter_mut().for_each(|rows| rows.turn_over(way));
-            let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
-            let (mut terms, target) = inverse.balance(&inverse.fitted, &nothing, None);
+            let (mut terms, target) = inverse.balance(&inverse.fitted, &NOTHING, None);
             let series = inverse
                 .fitted
                 .iter()
                 .flat_map(|rows| rows.thin(&rows.of_motion(0.0, |at| at.direction)))
                 .collect();
             terms.push(Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY });
-            solve(&terms, &target).map_or(f64::INFINITY, |x| mean_square(&terms, &x, &target))
+            solve(&terms, &target).map_or(f64::INFINITY, |x| mean(&squares(&terms, &x, &target)))
         };
         let tried = ways.map(|way| (left(way, self), way));
         let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, way)| way);
@@ -160,9 +171,8 @@ impl Inverse {
 
     /// Factors on mass, damping and effects of the believed machine at which the forces balance best.
     pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
-        let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
-        let (terms, target) = self.balance(&self.fitted, &nothing, None);
-        solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&nothing, &found))
+        let (terms, target) = self.balance(&self.fitted, &NOTHING, None);
+        solve(&terms, &target).map_or_else(Vec::new, |found| self.factors(&NOTHING, &found))
     }
 
     /// These factors with causes, from all coefficients.
@@ -185,8 +195,12 @@ impl Inverse {
         let (terms, target) = self.balance(&self.fitted, &shaped, None);
         let coefficients = solve(&terms, &target)?;
         let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
+        let mut nats = self.nats(self.alone, left);
+        if shaped.clips() {
+            nats = nats.min(self.nats_while_moving(&NOTHING, (&shaped, None))?);
+        }
         Some(Balanced {
-            nats: self.nats(self.alone, left) - PER_UNKNOWN * unknowns as f64,
+            nats: nats - PER_UNKNOWN * unknowns as f64,
             values: self.values(&shaped, &coefficients),
             believed: self.factors(&shaped, &coefficients),
         })
@@ -201,6 +215,7 @@ impl Inverse {
         let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
         let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
         let mut shaped = Shaped { causes, shown, shapes };
+        let moving = self.moving(&self.fitted);
         let mut best = f64::INFINITY;
         for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
             for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
@@ -208,8 +223,11 @@ impl Inverse {
                 for &shape in grid {
                     shaped.shapes[i] = shape;
                     let (terms, target) = self.balance(&self.fitted, &shaped, None);
-                    let left =
-                        solve(&terms, &target).map_or(f64::INFINITY, |x| mean_square(&terms, &x, &target));
+                    let squares = |x: Vec<f64>| {
+                        let squares = squares(&terms, &x, &target);
+                        if shaped.clips() { mean_where(&squares, &moving) } else { mean(&squares) }
+                    };
+                    let left = solve(&terms, &target).map_or(f64::INFINITY, squares);
                     if left < best {
                         (best, found) = (left, shape);
                     }
@@ -227,18 +245,40 @@ impl Inverse {
         0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
     }
 
+    /// Evidence as [`Self::nats`], of the rows in which the guide clearly moves in one direction. Friction is
+    /// the less exact near a reversal the larger it is. A law that replaces friction by a function of the
+    /// command, such as a limit, would gain there without being true.
+    fn nats_while_moving(&self, old: &Shaped<'_>, new: (&Shaped<'_>, Option<Family>)) -> Option<f64> {
+        let moving = self.moving(&self.checked);
+        let left = |(shaped, smooth)| Some(mean_where(&self.squares(shaped, smooth)?, &moving));
+        let share = moving.iter().filter(|moves| **moves).count() as f64 / moving.len().max(1) as f64;
+        Some(share * self.nats(left((old, None))?, left(new)?))
+    }
+
+    /// Whether the guide clearly moves in one direction, for every kept row.
+    fn moving(&self, rows: &[Rows]) -> Vec<bool> {
+        let of = |rows: &Rows| rows.thin(&rows.of_motion(0.0, |at| at.direction));
+        rows.iter().flat_map(of).map(|direction| direction.abs() > CLEARLY).collect()
+    }
+
     /// Root mean square of the drive force on the check experiments.
     fn drive_force(&self) -> f64 {
         let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
         rows::rms(&all).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force at a
-    /// place is included if given.
-    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
+    /// Mean square residual on the check experiments of causes fitted on the others. A smooth force is
+    /// included if given.
+    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<f64> {
+        let left = mean(&self.squares(shaped, smooth)?);
+        left.is_finite().then_some(left)
+    }
+
+    /// Square residuals of the kept rows, as for [`Self::left`].
+    fn squares(&self, shaped: &Shaped<'_>, smooth: Option<Family>) -> Option<Vec<f64>> {
         let [mut fitted, mut checked] =
             [&self.fitted, &self.checked].map(|rows| self.balance(rows, shaped, smooth));
-        if smooth == Some(Place::Drive) {
+        if smooth == Some(Family::Command) {
             let made = solve(&fitted.0, &fitted.1)?;
             for (terms, target) in [&mut fitted, &mut checked] {
                 let command = sum(terms, &made, target.len());
@@ -246,12 +286,11 @@ impl Inverse {
             }
         }
         let coefficients = solve(&fitted.0, &fitted.1)?;
-        let left = mean_square(&checked.0, &coefficients, &checked.1);
-        left.is_finite().then_some(left)
+        Some(squares(&checked.0, &coefficients, &checked.1))
     }
 
     /// All terms of some experiments, and their target sum.
-    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
         let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
         for rows in rows {
             let (terms, target) = self.balance_of(rows, shaped, smooth);
@@ -266,7 +305,7 @@ impl Inverse {
         joined.unwrap_or_default()
     }
 
-    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Family>) -> (Vec<Term>, Vec<f64>) {
         let mut terms = self.base.terms(rows, shaped.causes);
         let (mut gain, mut limit) = (1.0, f64::INFINITY);
         let mut of_command = Vec::new();
@@ -308,9 +347,7 @@ impl Inverse {
             (term.low, term.high) = (term.low / gain, term.high / gain);
         }
         terms.extend(of_command);
-        if smooth == Some(Place::Guide) {
-            terms.extend(self.guide_terms(rows));
-        }
+        terms.extend(smooth.into_iter().flat_map(|family| self.guide_terms(rows, family)));
         for term in &mut terms {
             term.series = rows.thin(&term.series);
         }
@@ -368,9 +405,20 @@ fn direction(command: f64, largest: f64) -> f64 {
     (command / (COMMAND_TURNS * largest).max(f64::MIN_POSITIVE)).tanh()
 }
 
-fn mean_square(terms: &[Term], coefficients: &[f64], target: &[f64]) -> f64 {
+fn squares(terms: &[Term], coefficients: &[f64], target: &[f64]) -> Vec<f64> {
     let made = sum(terms, coefficients, target.len());
-    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / target.len().max(1) as f64
+    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Mean of the values where `counts`; infinite if there are none.
+fn mean_where(values: &[f64], counts: &[bool]) -> f64 {
+    let counted: Vec<f64> =
+        values.iter().zip(counts).filter(|(_, counts)| **counts).map(|(x, _)| *x).collect();
+    if counted.is_empty() { f64::INFINITY } else { mean(&counted) }
 }
 
 #[cfg(test)]

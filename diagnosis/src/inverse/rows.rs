@@ -36,7 +36,8 @@ pub(super) struct Rows {
     /// Number of rows omitted at either end, and spacing of the kept rows.
     end: usize,
     kept: usize,
-    /// The command as measured, row by row.
+    /// The measured command, row by row, low-passed at the corner for nonlinear terms. A limit would otherwise
+    /// clip the noise of a command that stays near it.
     command: Vec<f64>,
     measured_spacing_s: f64,
     /// The low-passed command.
@@ -49,6 +50,8 @@ pub(super) struct Rows {
     light_speed: Vec<f64>,
     /// See [`At::direction`].
     direction: Vec<f64>,
+    /// See [`At::middle`].
+    pub(super) middle: f64,
     /// Time of the first row, s.
     start_s: f64,
 }
@@ -79,7 +82,7 @@ impl Rows {
             corner_hz,
             end,
             kept,
-            command: measured.command.to_vec(),
+            command: smoothed(measured.command, LIGHT * corner_hz, measured_spacing_s),
             measured_spacing_s,
             smooth,
             position,
@@ -87,6 +90,7 @@ impl Rows {
             light_speed,
             speed: few(&speed),
             acceleration: few(&acceleration),
+            middle: 0.0,
             start_s: measured.start_s,
         }
     }
@@ -100,11 +104,12 @@ impl Rows {
         series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
     }
 
-    /// The command after `change` is applied to every row, low-passed.
+    /// The low-passed command after `change` is applied to every row. What `change` leaves alone stays as in
+    /// [`Self::smooth`].
     pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
-        let changed: Vec<f64> = self.command.iter().map(|u| change(*u)).collect();
-        let smooth = smoothed(&changed, self.corner_hz, self.measured_spacing_s);
-        smooth.into_iter().step_by(self.apart).collect()
+        let changes: Vec<f64> = self.command.iter().map(|u| change(*u) - u).collect();
+        let changes = smoothed(&changes, self.corner_hz, self.measured_spacing_s);
+        self.smooth.iter().zip(changes.iter().step_by(self.apart)).map(|(u, change)| u + change).collect()
     }
 
     /// Sets the direction to that of friction in a guide with presliding distance `way_m`. The friction
@@ -131,6 +136,7 @@ impl Rows {
     pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
         let at = |k: usize| At {
             position: self.position[k],
+            middle: self.middle,
             speed: self.light_speed[k],
             direction: self.direction[k],
             shape,
@@ -156,21 +162,19 @@ impl Rows {
         slope(series, self.spacing_s)
     }
 
-    /// Extent of several experiments (largest command, stroke and root mean square speed), and the centre of
-    /// their stroke.
-    pub(super) fn extent(rows: &[Self]) -> (Extent, f64) {
+    /// Extent of several experiments.
+    pub(super) fn extent(rows: &[Self]) -> Extent {
         let over = |of: &dyn Fn(&Self) -> Vec<f64>| rows.iter().flat_map(of).collect::<Vec<f64>>();
         let positions = over(&|rows| rows.thin(&rows.position));
         let (low, high) =
             positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
         let commands = over(&|rows| rows.smooth.clone());
-        let extent = Extent {
+        Extent {
             speed: rms(&over(&|rows| rows.thin(&rows.speed))),
-            stroke: high - low,
+            ends: [low, high],
             command: commands.iter().fold(0.0, |most, u| most.max(u.abs())),
             resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
-        };
-        (extent, 0.5 * (low + high))
+        }
     }
 }
 

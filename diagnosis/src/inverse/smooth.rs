@@ -8,6 +8,32 @@ use super::rows::Rows;
 use super::solve::Term;
 use crate::fit::candidates::Candidate;
 
+/// Nodes over the stroke between which a force that depends on position is linear.
+const NODES: usize = 9;
+/// Time constants of a force that fades while a guide warms, as shares of the recorded time.
+const FADES: [f64; 2] = [0.05, 0.2];
+
+/// The quantities on which a smooth force depends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Family {
+    /// Position, speed and direction, as polynomials of low degree, with friction that drifts evenly.
+    Motion,
+    /// Position and direction in detail, as at a tight spot.
+    Places,
+    /// Time and direction, as in a guide that warms.
+    Time,
+    /// The command.
+    Command,
+}
+
+impl Family {
+    const ALL: [Self; 4] = [Self::Motion, Self::Places, Self::Time, Self::Command];
+
+    fn place(self) -> Place {
+        if self == Self::Command { Place::Drive } else { Place::Guide }
+    }
+}
+
 /// A smooth force in addition to some causes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Smooth {
@@ -22,18 +48,20 @@ pub(crate) struct Smooth {
 }
 
 impl Inverse {
-    /// Smooth forces at the guide and in the drive, in addition to some causes. Empty if the balance does not
-    /// involve the causes.
+    /// Smooth forces of every family, in addition to some causes. Empty if the balance does not involve the
+    /// causes.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
         let Some(shaped) = self.shaped(causes) else { return Vec::new() };
         let Some(left) = self.left(&shaped, None) else { return Vec::new() };
-        let of = |place: Place| {
-            let with = self.left(&shaped, Some(place))?;
+        let of = |family: Family| {
+            let with = self.left(&shaped, Some(family))?;
             let share = 1.0 - with / left.max(f64::MIN_POSITIVE);
-            let nats = self.nats(left, with);
-            Some(Smooth { place, nats, share, left: left.sqrt() / self.drive_force() })
+            // Near reversals a force of any family makes up for friction that is inexact there.
+            let moving = self.nats_while_moving(&shaped, (&shaped, Some(family)))?;
+            let nats = self.nats(left, with).min(moving);
+            Some(Smooth { place: family.place(), nats, share, left: left.sqrt() / self.drive_force() })
         };
-        [Place::Guide, Place::Drive].into_iter().filter_map(of).collect()
+        Family::ALL.into_iter().filter_map(of).collect()
     }
 
     /// The terms of a smooth force in the drive, a function of the command. `made` is the command that the
@@ -45,9 +73,18 @@ impl Inverse {
         shapes.into_iter().map(term).collect()
     }
 
-    /// The terms of a smooth force at the guide, as functions of position, speed, direction and time.
-    pub(super) fn guide_terms(&self, rows: &Rows) -> Vec<Term> {
-        let half = 0.5 * self.extent.stroke.max(f64::MIN_POSITIVE);
+    /// The terms of a smooth force at the guide; none for a force in the drive.
+    pub(super) fn guide_terms(&self, rows: &Rows, family: Family) -> Vec<Term> {
+        match family {
+            Family::Motion => self.motion_terms(rows),
+            Family::Places => self.place_terms(rows),
+            Family::Time => self.time_terms(rows),
+            Family::Command => Vec::new(),
+        }
+    }
+
+    fn motion_terms(&self, rows: &Rows) -> Vec<Term> {
+        let half = 0.5 * self.extent.stroke().max(f64::MIN_POSITIVE);
         let usual = self.extent.speed.max(f64::MIN_POSITIVE);
         let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let motion: [fn(f64, f64, f64) -> f64; 12] = [
@@ -64,19 +101,38 @@ impl Inverse {
             |s, w, _| s * w,
             |s, w, _| s * s * w,
         ];
-        let centre = self.centre;
-        let mut terms: Vec<Term> = motion
-            .into_iter()
-            .map(|f| {
-                free(rows.of_motion(0.0, |at| {
-                    largest * f((at.position - centre) / half, at.speed / usual, at.direction)
-                }))
-            })
-            .collect();
+        let term = |f: fn(f64, f64, f64) -> f64| {
+            free(rows.of_motion(0.0, |at| {
+                largest * f((at.position - at.middle) / half, at.speed / usual, at.direction)
+            }))
+        };
+        motion.into_iter().map(term).chain([self.drifting(rows, |t| t)]).collect()
+    }
+
+    fn place_terms(&self, rows: &Rows) -> Vec<Term> {
+        let spacing = self.extent.stroke().max(f64::MIN_POSITIVE) / (NODES - 1) as f64;
+        let first = self.extent.ends[0];
+        let largest = self.extent.command.max(f64::MIN_POSITIVE);
+        let share = |position: f64, node: usize| {
+            largest * (1.0 - ((position - first) / spacing - node as f64).abs()).max(0.0)
+        };
+        let smooth = |node| free(rows.of_motion(0.0, |at| share(at.position, node)));
+        let dry = |node| free(rows.of_motion(0.0, |at| at.direction * share(at.position, node)));
+        (0..NODES).map(smooth).chain((0..NODES).map(dry)).collect()
+    }
+
+    fn time_terms(&self, rows: &Rows) -> Vec<Term> {
+        let fades = FADES.into_iter().map(|fade| self.drifting(rows, |t| (-t / fade).exp()));
+        [self.drifting(rows, |_| 1.0), self.drifting(rows, |t| t)].into_iter().chain(fades).collect()
+    }
+
+    /// Friction with a level that is a function of time over the recorded time.
+    fn drifting(&self, rows: &Rows, level: impl Fn(f64) -> f64) -> Term {
+        let largest = self.extent.command.max(f64::MIN_POSITIVE);
         let turning = rows.of_motion(0.0, |at| at.direction);
         let times = rows.times_s();
-        terms.push(free(turning.iter().zip(&times).map(|(d, t)| largest * d * t / self.until_s).collect()));
-        terms
+        let at = |(d, t): (&f64, &f64)| largest * d * level((t - self.from_s) / self.span_s);
+        free(turning.iter().zip(&times).map(at).collect())
     }
 }
 

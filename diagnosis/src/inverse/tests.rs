@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
-use feeler_plant::effects::Kind;
+use feeler_plant::effects::{Kind, Place};
 
 use super::*;
 use crate::chance::Chance;
@@ -126,9 +126,50 @@ fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
 }
 
 #[test]
-fn truth_a_force_that_no_effect_makes_is_seen_at_its_place() {
-    let (inverse, all) = inverse("", &|x, v| 6.0 * v.signum() * (1.0 + 8.0 * x * x));
+fn truth_damping_by_direction_and_a_stop_are_found_with_their_values() {
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < OFF, "{a} {b}");
+    let (kinds, values) = best(&inverse("", &|_, v| 40.0 * v.max(0.0) + 10.0 * v.min(0.0)), 1);
+    assert_eq!(kinds, [Kind::DirectionalDamping]);
+    // The believed damping is fitted, too, and shares its symmetric part with the cause.
+    let [damping, asymmetry] = values[0][..] else { panic!("{values:?}") };
+    close(damping * asymmetry, 15.0);
+    for side in [-1.0, 1.0] {
+        let stop = |x: f64, _| side * 60.0 * (side * x - 0.2).max(0.0);
+        let (kinds, values) = best(&inverse("", &stop), 1);
+        assert_eq!(kinds, [Kind::HardStop]);
+        // Trial positions are 13 mm apart, and stiffness makes up for the difference.
+        assert!((side * values[0][0] - 0.2).abs() < 0.013, "{values:?}");
+        assert!((values[0][1] / 60.0 - 1.0).abs() < 0.2, "{values:?}");
+    }
+}
+
+/// The smooth force with the largest gain in addition to dry friction.
+fn beyond_friction(force: &dyn Fn(f64, f64) -> f64) -> Smooth {
+    let (inverse, all) = inverse("", force);
     let found = inverse.beyond(&friction(&all));
-    let smooth = found.iter().max_by(|a, b| a.nats.total_cmp(&b.nats)).unwrap();
-    assert!(smooth.place == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0, "{found:?}");
+    found.into_iter().max_by(|a, b| a.nats.total_cmp(&b.nats)).unwrap()
+}
+
+#[test]
+fn truth_a_force_that_no_effect_makes_is_seen_at_its_place() {
+    let forces: [&dyn Fn(f64, f64) -> f64; 2] = [
+        &|x, v| 6.0 * v.signum() * (1.0 + 8.0 * x * x),
+        // A tight spot that is narrow against the stroke.
+        &|x, v| 6.0 * v.signum() * (1.0 + (-((x - 0.05) / 0.04).powi(2)).exp()),
+    ];
+    for force in forces {
+        let smooth = beyond_friction(force);
+        assert!(smooth.place == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0, "{smooth:?}");
+    }
+}
+
+/// Most of the command is friction, so that it stays near one level, with noise of a tenth of it.
+#[test]
+fn truth_a_limit_gains_nothing_by_clipping_the_noise_of_a_command() {
+    let friction = "[springs.guide.effects.coulomb-friction]\nlevel = 20.0\n";
+    let (inverse, all) = balance_of(&format!("{BELIEVED}{friction}"), 0.1, &|_, v| 20.0 * v.signum());
+    let limit = all.iter().find(|one| one.definition.kind == Kind::ForceLimit).copied().unwrap();
+    let gain = inverse.weigh(&[limit]).unwrap().nats;
+    // Less than a first cause needs.
+    assert!(gain < 6.0, "{gain}");
 }

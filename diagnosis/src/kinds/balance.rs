@@ -6,18 +6,30 @@
 pub(crate) struct Extent {
     /// Root mean square of the speed, m/s.
     pub(crate) speed: f64,
-    /// From the least to the largest position, m.
-    pub(crate) stroke: f64,
+    /// Least and largest position, m.
+    pub(crate) ends: [f64; 2],
     /// Largest command, N.
     pub(crate) command: f64,
     /// Shortest resolved time, s.
     pub(crate) resolved_s: f64,
 }
 
+impl Extent {
+    pub(crate) fn stroke(&self) -> f64 {
+        self.ends[1] - self.ends[0]
+    }
+
+    pub(crate) fn middle(&self) -> f64 {
+        0.5 * (self.ends[0] + self.ends[1])
+    }
+}
+
 /// The motion at one row, with the value of the single nonlinear parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct At {
     pub(crate) position: f64,
+    /// Middle of the stroke of all experiments, m.
+    pub(crate) middle: f64,
     pub(crate) speed: f64,
     /// Direction of the motion from -1 to 1; it changes gradually during presliding.
     pub(crate) direction: f64,

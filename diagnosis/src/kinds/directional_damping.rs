@@ -2,12 +2,20 @@
 
 use feeler_plant::effects::{DirectionalDamping, Kind, Parameters, ViscousFriction};
 
-use super::{Element, Glance, Inner, Known, Seen};
+use super::{Balance, Element, Force, Glance, Inner, Known, Seen};
 
 /// Smaller asymmetries count as zero.
 const LEAST_ASYMMETRY: f64 = 0.05;
 
 impl Known for DirectionalDamping {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
+        &[Force::positive(|at| at.speed.max(0.0)), Force::positive(|at| at.speed.min(0.0))],
+        |of, _| {
+            let damping = 0.5 * (of[0] + of[1]);
+            Self { damping, asymmetry: if damping > 0.0 { 0.5 * (of[0] - of[1]) / damping } else { 0.0 } }
+        },
+        |own| (vec![own.damping * (1.0 + own.asymmetry), own.damping * (1.0 - own.asymmetry)], 0.0),
+    ));
     const CONTAINS: &'static [Inner<Self>] = &[Inner {
         kind: Kind::ViscousFriction,
         embed: |values| Self { damping: ViscousFriction::of(values).damping, asymmetry: 0.0 },

@@ -25,7 +25,7 @@ impl Known for ForceRipple {
             Force::signed(|at| -(TAU * at.position / at.shape).sin()),
             Force::signed(|at| -(TAU * at.position / at.shape).cos()),
         ]),
-        shapes: |extent| spread(0.02 * extent.stroke, 0.6 * extent.stroke, BALANCED_PITCHES),
+        shapes: |extent| spread(0.02 * extent.stroke(), 0.6 * extent.stroke(), BALANCED_PITCHES),
         values: |of, pitch| Self {
             amplitude: of[0].hypot(of[1]),
             pitch,

@@ -2,7 +2,7 @@
 
 use feeler_plant::effects::{HardStop, Kind};
 
-use super::{Element, Glance, Known, Seen};
+use super::{At, Balance, Element, Extent, Force, Form, Glance, Known, Seen};
 
 /// Trial positions of stops, as shares of the distance from the middle of the stroke to its ends.
 const PLACES: [f64; 4] = [0.3, 0.6, 0.85, 0.97];
@@ -18,7 +18,17 @@ const SOFT: f64 = 0.25;
 /// Largest share of the stroke beyond a stop.
 const BEYOND: f64 = 0.25;
 
+/// Number of trial positions on either side of the middle of the stroke.
+const BALANCED: usize = 16;
+
 impl Known for HardStop {
+    /// The damping of a stop is left out: it acts only while the stop yields.
+    const BALANCE: Option<Balance<Self>> = Some(Balance {
+        form: Form::Forces(&[Force::positive(pushed)]),
+        shapes: positions,
+        values: |of, position| Self { position, stiffness: of[0], damping: 0.0 },
+        coefficients: |own| (vec![own.stiffness], own.position),
+    });
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ForceLimit,
         "begin the same stroke at another place: a stop stays where it is, a limit comes at the same force",
@@ -47,6 +57,19 @@ impl Known for HardStop {
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
         is_spring(self, seen)
     }
+}
+
+/// Depth in a stop on its side of the middle of the stroke, positive at the upper end.
+fn pushed(at: At) -> f64 {
+    let side = (at.shape - at.middle).signum();
+    side * (side * (at.position - at.shape)).max(0.0)
+}
+
+/// Trial positions, up to just before the ends of the stroke.
+fn positions(extent: &Extent) -> Vec<f64> {
+    let share = |k: usize| 0.3 + 0.67 * k as f64 / (BALANCED - 1) as f64;
+    let of = |end: f64| (0..BALANCED).map(move |k| extent.middle() + share(k) * (end - extent.middle()));
+    extent.ends.into_iter().flat_map(of).collect()
 }
 
 /// Whether a stop is in fact a spring: it is soft, or much of the stroke lies beyond it.

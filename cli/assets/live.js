@@ -303,6 +303,7 @@
   // Records compared with the machine as set.
   const records = $("records"), charts = [];
   let chosen = 0, replaying = false, again = false;
+  const dropRecords = () => charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); });
   const replay = async () => {
     if (!records) return;
     if (replaying) { again = true; return; }
@@ -327,8 +328,7 @@
     const select = make("select", {}, ...data.records.map((name, i) =>
         make("option", { value: i, textContent: name })));
     select.setAttribute("aria-label", "record");
-    select.onchange = () => { chosen = Number(select.value);
-      charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); }); replay(); };
+    select.onchange = () => { chosen = Number(select.value); dropRecords(); replay(); };
     records.append(make("div", { className: "chosen" }, select));
   }
 
@@ -347,6 +347,7 @@
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     for (const [name, one] of [...drawn]) if (one.u) { one.u.destroy(); drawn.delete(name); }
+    dropRecords();
     renderAll();
   });
 })();

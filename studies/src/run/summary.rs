@@ -1,6 +1,6 @@
 //! The figures of a run, as programs read them.
 
-use feeler_control::Law;
+use feeler_control::{GainPart, Law};
 use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Scenario, Trace};
 use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
@@ -58,6 +58,9 @@ pub struct Summary {
     /// The motion that decided the outcome; absent if a force did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controlled: Option<String>,
+    /// Frequency of that motion if it does not come to rest but its oscillation is not known to last, Hz.
+    #[serde(skip)]
+    pub swings_hz: Option<f64>,
     /// Time, kind and place of each event, in order.
     pub events: Vec<EventRecord>,
     /// Supplied, dissipated and stored energy, J; `None` without a ledger.
@@ -152,6 +155,7 @@ impl<'a> Finished<'a> {
             main_contact,
             verdict,
             controlled: self.controlled().map(|(found, ..)| found.signal.to_string()),
+            swings_hz: self.swings_hz(main, &verdict),
             events: self.events(),
             energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
@@ -357,12 +361,28 @@ impl<'a> Finished<'a> {
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())
     }
 
-    /// The commands that hold the force: those of the force loop's drive, or of all.
+    /// The commands that may wind up while the force rests: something can stick, and an integrator drives it.
+    /// Of a force loop that is its drive, otherwise any.
     fn commands(&self) -> Vec<Command<'a>> {
-        let of_loop = self.force_loop.map(|found| &self.scenario.controllers[found.controller].drives);
+        if !self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some()) {
+            return Vec::new();
+        }
+        let controllers = &self.scenario.controllers;
+        let of_loop = self.force_loop.map(|found| &controllers[found.controller].drives);
         let drives =
             self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
-        drives.filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+        let winds = |drive: &&Drive| {
+            let mut own = controllers.values().filter(|used| used.drives == drive.name);
+            own.any(|used| integrates(&used.spec.law)) || drive.servo.is_some_and(|servo| servo.ki != 0.0)
+        };
+        drives.filter(winds).filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+    }
+
+    fn swings_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
+        let is_open = matches!(verdict.outcome, Outcome::Unstable | Outcome::Undecided);
+        let is_moving = is_open && self.controlled().is_some() && verdict.amplitudes_n[2] > 0.0;
+        let found = is_moving.then(|| self.oscillation(contact, verdict).frequency_hz);
+        found.filter(|frequency_hz| *frequency_hz > 0.0)
     }
 
     fn oscillation(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Oscillation {
@@ -377,4 +397,12 @@ impl<'a> Finished<'a> {
             contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
         oscillation(touches_s, spans, force_n, (to_s - from_s) / rows, [from_s, to_s])
     }
+}
+
+/// Whether the output of a law moves on as long as an error lasts.
+fn integrates(law: &Law) -> bool {
+    let integral = law.gain(GainPart::Integral).and_then(|gain| gain.number(law));
+    integral.is_some_and(|ki| ki != 0.0)
+        // A virtual body without a spring moves on.
+        || matches!(law, Law::Admittance(gains) if gains.stiffness == 0.0)
 }

@@ -133,6 +133,14 @@ impl Page {
 
     pub(crate) fn chart(&mut self, chart: &Chart) {
         let (title, caption, index) = (escape(&chart.title), prose(&chart.caption), self.charts.len());
+        if let Some(instead) = chart.instead() {
+            let instead = prose(&instead);
+            let _ = writeln!(
+                self.body,
+                "<figure><figcaption><b>{title}</b> {caption}</figcaption><p>{instead}</p></figure>"
+            );
+            return;
+        }
         let label = of_drawing(&chart.title, &chart.y_label);
         let _ = writeln!(
             self.body,
@@ -306,6 +314,27 @@ impl Page {
                 self.body,
                 "<span>{name}</span><i class=\"{class}\" style=\"--size:{width:.2}%\"></i><span \
                  class=\"number\">{text}</span>"
+            );
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// Hanging bars, each with its name, both ends as shares of the whole width, and its number. A level is grey,
+    /// a fall of the first colour and a rise of the second.
+    pub(crate) fn hanging_bars(&mut self, bars: &[(String, [f64; 2], bool, String)]) {
+        self.body.push_str("<div class=\"bars\">");
+        for (name, [from, to], is_level, text) in bars {
+            let class = match is_level {
+                true => "level",
+                false if to > from => "out",
+                false => "in",
+            };
+            let (start, size) = (100.0 * from.min(*to), 100.0 * (to - from).abs());
+            let (name, text) = (escape(name), escape(text));
+            let _ = write!(
+                self.body,
+                "<span>{name}</span><i class=\"{class}\" style=\"--from:{start:.2}%;--size:{size:.2}%\"></i>\
+                 <span class=\"number\">{text}</span>"
             );
         }
         self.body.push_str("</div>\n");

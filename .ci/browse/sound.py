@@ -64,6 +64,8 @@ DEAF = """
 const deaf = [];
 for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]")) {
   if (!place.getClientRects().length) continue;
+  // A sentence in place of a chart.
+  if (place.matches(".chart") && !place.querySelector("canvas") && place.textContent) continue;
   const read = () => place.textContent + (place.nextElementSibling?.textContent ?? "");
   const before = read();
   place.focus();

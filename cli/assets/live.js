@@ -161,7 +161,10 @@
   const drawChart = (name, chart, held) => {
     const place = $(name), figure = place.closest("figure");
     figure.hidden = !chart;
-    if (!chart) { drawn.get(name)?.u?.destroy(); drawn.delete(name); return; }
+    const drop = () => { drawn.get(name)?.u?.destroy(); drawn.delete(name); };
+    if (!chart) { drop(); return; }
+    // A chart of rounding errors says so.
+    if (chart.instead && !held) { drop(); place.textContent = chart.instead; return; }
     const whole = withPinned({ height: 230, ...chart }, held);
     const before = drawn.get(name), names = whole.series.map((series) => series.name).join("|");
     if (before && before.names === names) feeler.update(before.u, before.chart, whole);

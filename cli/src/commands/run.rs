@@ -235,7 +235,7 @@ fn figures(summary: &Summary, units: Units) -> String {
         format!("{} % of the run", percent(summary.contact_share)),
     );
     if let Some(oscillation) = &summary.oscillation {
-        // A motion without impacts is no chatter.
+        // Without impacts a motion is not chatter.
         let [frequency, amplitude, impacts] = if oscillation.impacts_per_s > 0.0 {
             let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
             ["chatter frequency", "chatter amplitude", &impacts].map(str::to_owned)

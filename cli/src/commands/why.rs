@@ -123,12 +123,7 @@ pub(super) fn write_set(
     let text = document
         .with_settings(&settings, from.as_deref())
         .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
-    let backup = if out.exists() {
-        Some(terminal::rewrite(out, &text).map_err(|error| BadInput::unwritable(out, &error))?)
-    } else {
-        terminal::write(out, text.as_bytes())?;
-        None
-    };
+    let backup = terminal::write_kept(out, &text)?;
     Draft::load(out)?.build()?;
     let compared = backup.clone().filter(|_| !is_copy).unwrap_or_else(|| file.to_owned());
     Ok(WrittenSet { backup, compared })

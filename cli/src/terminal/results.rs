@@ -14,8 +14,8 @@ pub(crate) fn folder(name: &str, otherwise: &str) -> PathBuf {
     Path::new(RESULTS).join(safe_name(name, otherwise))
 }
 
-/// `out/NAME,controllers.force.kp=0.4` for the name `name` with some keys set on the command line. Each set of
-/// settings has a folder of its own.
+/// `out/NAME,controllers.force.kp=0.4` for the name `name` with some keys set on the command line. Each set
+/// of settings has a folder of its own.
 pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathBuf {
     let tidy = |setting: &String| {
         let (key, value) = setting.split_once('=').unwrap_or((setting, ""));

@@ -90,7 +90,7 @@ impl<'a> Asked<'a> {
         })
     }
 
-    /// Whether the output is no force.
+    /// Whether the output is something else than a force.
     fn drives_velocity(&self) -> bool {
         let drive = &self.scenario.controllers[self.found.controller].drives;
         let kind = self.scenario.machine.actuators.get(drive).map(|actuator| &actuator.kind);

@@ -187,8 +187,8 @@ reference = 20.0
     fn truth_two_references_on_one_drive_are_doubted() {
         let second = |keys: &str| {
             format!(
-                "{AXIS}[sensors.e]\nreads = \"m.position\"\n[controllers.second]\ndrives = \"drive\"\nperiod = \
-                 0.001\n{keys}\n"
+                "{AXIS}[sensors.e]\nreads = \"m.position\"\n[controllers.second]\ndrives = \"drive\"\n\
+                 period = 0.001\n{keys}\n"
             )
         };
         let recorded = second("law = \"open-loop\"\nreference = 5.0");

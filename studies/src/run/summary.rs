@@ -284,6 +284,7 @@ impl<'a> Finished<'a> {
             sticks_s: &sticks_s,
             plays_s: &plays_s,
             commands: &commands,
+            can_wind: self.can_wind(),
             band_n: match &wanted {
                 Some(wanted) => Self::rest_of_motion(wanted, force_n),
                 None => response.and_then(|response| self.rest_n(response)),
@@ -361,21 +362,25 @@ impl<'a> Finished<'a> {
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())
     }
 
-    /// The commands that may wind up while the force rests: something can stick, and an integrator drives it.
-    /// Of a force loop that is its drive, otherwise any.
+    /// The drives that hold the force: that of the force loop, or all.
+    fn holding(&self) -> impl Iterator<Item = &'a Drive> {
+        let of_loop = self.force_loop.map(|found| &self.scenario.controllers[found.controller].drives);
+        self.assembly.drives.iter().filter(move |drive| of_loop.is_none_or(|name| *name == drive.name))
+    }
+
+    /// The commands that hold the force.
     fn commands(&self) -> Vec<Command<'a>> {
-        if !self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some()) {
-            return Vec::new();
-        }
-        let controllers = &self.scenario.controllers;
-        let of_loop = self.force_loop.map(|found| &controllers[found.controller].drives);
-        let drives =
-            self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
-        let winds = |drive: &&Drive| {
-            let mut own = controllers.values().filter(|used| used.drives == drive.name);
+        self.holding().filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+    }
+
+    /// Whether something can stick while an integrator winds up the command.
+    fn can_wind(&self) -> bool {
+        let winds = |drive: &Drive| {
+            let mut own = self.scenario.controllers.values().filter(|used| used.drives == drive.name);
             own.any(|used| integrates(&used.spec.law)) || drive.servo.is_some_and(|servo| servo.ki != 0.0)
         };
-        drives.filter(winds).filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+        self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some())
+            && self.holding().any(winds)
     }
 
     fn swings_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {

@@ -9,7 +9,8 @@ use super::search::LARGEST_SET;
 use crate::numbers::{plain, two_digits};
 use crate::run::{Measured, Outcome, Summary, nothing_can_touch};
 
-/// The verdict on a run without chatter: the loop as set, how the run ends, and what would lift the limit most.
+/// The verdict on a run without chatter: the loop as set, how the run ends, and what would lift the limit
+/// most.
 pub(super) fn nothing_to_explain(
     scenario: &Scenario,
     baseline: &Measured,

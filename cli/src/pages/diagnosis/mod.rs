@@ -39,8 +39,8 @@ pub(crate) fn page(answer: &Examination) -> String {
     page.heading("How far the gap shrinks");
     page.paragraph(
         "Root mean square prediction error over each channel's own variation, on experiments never fitted. \
-         Predictions start from the measured motion every 50 ms. Grey: the gap; in colour: what a step removes \
-         or adds.",
+         Predictions start from the measured motion every 50 ms. The gap is grey; a step that removes or \
+         adds to it has a colour.",
     );
     page.hanging_bars(&waterfall::hanging(diagnosis));
     adequacy::add(&mut page, &diagnosis.adequacy, words::is_found(diagnosis));

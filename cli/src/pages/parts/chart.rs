@@ -165,8 +165,7 @@ impl Chart {
         self
     }
 
-    /// What to say instead of drawing: the chart has no values, or its curves change by no more than
-    /// rounding errors.
+    /// A sentence in place of a chart without values, or whose curves change by no more than rounding errors.
     pub(super) fn instead(&self) -> Option<String> {
         let ranges: Vec<(&Series, [f64; 2])> =
             self.series.iter().filter_map(|series| Some((series, range(&series.values)?))).collect();
@@ -233,6 +232,7 @@ impl Chart {
             "lines": self.lines.iter().map(line).collect::<Vec<_>>(),
             "gauges": self.gauges.iter().map(gauge).collect::<Vec<_>>(),
             "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
+            "instead": self.instead(),
         })
     }
 }

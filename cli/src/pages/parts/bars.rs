@@ -34,10 +34,12 @@ impl Page {
     pub(crate) fn hanging_bars(&mut self, bars: &[(String, [f64; 2], bool, String)]) {
         self.body.push_str("<div class=\"bars\">");
         for (name, [from, to], is_level, text) in bars {
-            let class = match is_level {
-                true => "level",
-                false if to > from => "out",
-                false => "in",
+            let class = if *is_level {
+                "level"
+            } else if to > from {
+                "out"
+            } else {
+                "in"
             };
             let (start, size) = (100.0 * from.min(*to), 100.0 * (to - from).abs());
             let (name, text) = (escape(name), escape(text));

@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use crate::numbers::{plain, with_unit};
+use crate::numbers::with_unit;
 
 /// Significant digits of decimal numbers.
 const DIGITS: usize = 9;
@@ -28,6 +28,7 @@ pub(crate) enum ChartKind {
 }
 
 /// One curve.
+#[expect(clippy::struct_excessive_bools, reason = "each is a style of its own")]
 pub(crate) struct Series {
     pub(crate) name: String,
     /// Unit of its values as shown under the pointer.
@@ -195,8 +196,7 @@ impl Chart {
         let value = |(series, [low, high]): &(&Series, [f64; 2])| {
             let mean = 0.5 * (low + high);
             let mean = if mean.abs() <= least { 0.0 } else { mean };
-            let mean = if series.unit.is_empty() { plain(mean) } else { with_unit(mean, &series.unit) };
-            format!("{} {mean}", series.name)
+            format!("{} {}", series.name, with_unit(mean, &series.unit))
         };
         let values = ranges.iter().map(value).collect::<Vec<_>>().join(", ");
         Some(format!("Constant: {values}."))

@@ -43,6 +43,8 @@ def pages(out):
         "analyze": ["analyze", "files/src/templates/all-three.toml", "--out"],
         "analyze-servo": ["analyze", "files/src/templates/servo.toml", "--out"],
         "frf": ["frf", scenarios / "paper/flexible-multisine.toml", "--out"],
+        "frf-linear": ["frf", scenarios / "paper/base-free.toml", "--out"],
+        "why-settled": ["why", scenarios / "paper/all-three-contact.toml", "--out"],
         "sweep-map": ["sweep", scenarios / "sweeps/base-damping.toml", "--out"],
         "sweep-dense": ["sweep", dense, "--out"],
         "sweep-random": ["sweep", scenarios / "sweeps/tolerances.toml", "--out"],

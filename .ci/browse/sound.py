@@ -64,6 +64,8 @@ DEAF = """
 const deaf = [];
 for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]")) {
   if (!place.getClientRects().length) continue;
+  // A sentence in place of a chart.
+  if (place.matches(".chart") && !place.querySelector("canvas") && place.textContent) continue;
   const read = () => place.textContent + (place.nextElementSibling?.textContent ?? "");
   const before = read();
   place.focus();
@@ -72,6 +74,47 @@ for (const place of document.querySelectorAll(".chart, .plane, .map[data-map]"))
 }
 document.activeElement.blur();
 return deaf;
+"""
+# Charts of rounding errors: their values span less than the rounding of their size, or of one dB or degree.
+# Of drawings, the numbers at the ticks.
+NOISE = """
+const data = JSON.parse(document.getElementById("data")?.textContent ?? "{}"), found = [];
+const spans = (values, floor) => {
+  const all = Array.from(values).filter((v) => v != null && Number.isFinite(v));
+  const low = all.reduce((m, v) => Math.min(m, v), Infinity);
+  const high = all.reduce((m, v) => Math.max(m, v), -Infinity);
+  return high - low > Math.max(1e-9 * Math.max(Math.abs(low), Math.abs(high)), floor);
+};
+for (const place of document.querySelectorAll(".chart[data-chart]")) {
+  const chart = data.charts[place.dataset.chart], label = chart.y.label;
+  const floor = /\\((dB|°)\\)$/.test(label) ? 1e-6 : chart.y.log ? 0 : 1e-12;
+  const values = chart.series.flatMap((series) => Array.from(feeler.column(series.values)));
+  values.push(...chart.lines.map((line) => line.y), ...chart.marks.map((mark) => mark.y));
+  if (!spans(values, floor)) found.push(`${place.getAttribute("aria-label")} draws rounding or nothing`);
+}
+for (const ticks of document.querySelectorAll("main svg .ticks")) {
+  const numbers = [...ticks.querySelectorAll("text")].map((text) =>
+      Number(text.textContent.replace("\\u2212", "-"))).filter(Number.isFinite);
+  if (numbers.length > 1 && !spans(numbers, 0)) found.push(`ticks ${numbers.slice(0, 4)}`);
+}
+return found;
+"""
+# Boxes without content or word.
+EMPTY = """
+const boxes = document.querySelectorAll("main figure, main table, main .tiles, main .bars, main pre");
+return [...boxes].filter((box) => box.getClientRects().length && !box.textContent.trim()
+    && !box.querySelector("canvas, svg *"))
+  .map((box) => box.outerHTML.slice(0, 120));
+"""
+# Boxes that scroll without a shadow at the edge.
+NO_CUE = """
+return [...document.querySelectorAll("main *")].filter((box) => {
+  const style = getComputedStyle(box);
+  const scrolls = (over, inner, outer) => /auto|scroll/.test(over) && inner > outer + 1;
+  return box.getClientRects().length && (scrolls(style.overflowX, box.scrollWidth, box.clientWidth)
+    || scrolls(style.overflowY, box.scrollHeight, box.clientHeight))
+    && !/gradient/.test(style.backgroundImage) && getComputedStyle(box, "::after").position !== "sticky";
+}).map((box) => box.outerHTML.slice(0, 120));
 """
 # Charts whose vertical axis has no legible letter.
 PALE_AXES = """
@@ -196,12 +239,18 @@ def check(browser, name, address, axe_text, shots, problems):
         wrong(f"backticks in {quoted[:3]}")
     if unreached := browser.run(UNREACHED):
         wrong(f"keys do not reach {unreached[:3]}")
+    if noise := browser.run(NOISE):
+        wrong(f"charts of rounding errors: {noise[:4]}")
     if deaf := browser.run(DEAF):
         wrong(f"an arrow key shows no value of {deaf[:3]}")
     for dark in (False, True):
         for width in (WIDE, NARROW):
             browser.look(width, dark)
             time.sleep(0.35)
+            if empty := browser.run(EMPTY):
+                wrong(f"empty boxes at {width} px: {empty[:3]}")
+            if no_cue := browser.run(NO_CUE):
+                wrong(f"boxes at {width} px that scroll without a cue: {no_cue[:3]}")
             if shots:
                 browser.shot(shots / f"{name}-{width}-{'dark' if dark else 'light'}.png")
             if width == NARROW and not dark:

@@ -8,8 +8,10 @@ const feeler = (() => {
   const ON_DARK = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
   const HEIGHT = 280, PATH_HEIGHT = 420;
   const FONT = "12px system-ui, sans-serif";
-  // A difference below this share of the values is a rounding error.
-  const ROUNDING = 1e-10;
+  // A difference below this share of the values is a rounding error, and so is one below these bounds: for
+  // levels in dB and angles in degrees, and for numbers in any other unit.
+  const ROUNDING = 1e-10, NO_LEVEL = 1e-6, NOTHING = 1e-12;
+  const nothing = (label) => /\((dB|°)\)$/.test(label) ? NO_LEVEL : NOTHING;
   const root = document.documentElement;
   const scheme = matchMedia("(prefers-color-scheme: dark)");
   const dark = () => scheme.matches && !root.classList.contains("print");
@@ -199,8 +201,9 @@ const feeler = (() => {
         if (low == null) return [0, 1];
         for (const line of chart.lines) { low = Math.min(low, line.y); high = Math.max(high, line.y); }
         if (chart.y.least != null) low = Math.max(low, Math.min(chart.y.least, high - 1));
-        const size = Math.max(Math.abs(low), Math.abs(high));
-        const room = high - low > ROUNDING * size ? 0.06 * (high - low) : 0.5 * size || 1;
+        const size = Math.max(Math.abs(low), Math.abs(high)), least = nothing(chart.y.label);
+        const room = high - low > Math.max(ROUNDING * size, least) ? 0.06 * (high - low) :
+            size > least ? 0.5 * size : 1;
         return [low - room, high + room];
       },
     };
@@ -216,11 +219,11 @@ const feeler = (() => {
   const spanOf = (values) => spans.get(values) ?? (spans.set(values, span(values)), spans.get(values));
 
   const curves = (chart) => chart.series.map((series, i) => {
-    const paint = palette(series.colour ?? i);
+    const paint = series.measured ? soft() : palette(series.colour ?? i);
     return {
-      label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint, width: series.dashed ?
-          1.5 : series.faint ? 1 : 1.4,
-      alpha: series.faint ? 0.55 : 1,
+      label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: paint,
+      width: series.measured ? 3.5 : series.dashed ? 1.5 : series.faint ? 1 : 1.4,
+      alpha: series.faint || series.measured ? 0.55 : 1,
       dash: series.dashed ? [7, 4] : undefined, value: (u, v, index) => v == null ?
           spanOf(chart.kind === "path" ? u.data[index][1] : u.data[index]) : short(v),
       ...(series.dots ? { paths: () => null, points: { show: true, size: i === 0 ? 6 : 4, width: 1,
@@ -286,7 +289,8 @@ const feeler = (() => {
       let low = Infinity, high = -Infinity;
       for (const values of all) for (const v of values) if (v != null) { low = Math.min(low, v);
         high = Math.max(high, v); }
-      const room = 0.05 * (high - low || Math.abs(high) || 1);
+      const size = Math.max(Math.abs(low), Math.abs(high));
+      const room = high - low > ROUNDING * size ? 0.05 * (high - low) : 0.5 * size || 1;
       return [low - room, high + room];
     };
     const xs = extent([own]), ys = extent(paths.map((pair) => pair[1]));

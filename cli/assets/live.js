@@ -161,7 +161,10 @@
   const drawChart = (name, chart, held) => {
     const place = $(name), figure = place.closest("figure");
     figure.hidden = !chart;
-    if (!chart) { drawn.get(name)?.u?.destroy(); drawn.delete(name); return; }
+    const drop = () => { drawn.get(name)?.u?.destroy(); drawn.delete(name); };
+    if (!chart) { drop(); return; }
+    // A chart of rounding errors says so.
+    if (chart.instead && !held) { drop(); place.textContent = chart.instead; return; }
     const whole = withPinned({ height: 230, ...chart }, held);
     const before = drawn.get(name), names = whole.series.map((series) => series.name).join("|");
     if (before && before.names === names) feeler.update(before.u, before.chart, whole);
@@ -303,6 +306,7 @@
   // Records compared with the machine as set.
   const records = $("records"), charts = [];
   let chosen = 0, replaying = false, again = false;
+  const dropRecords = () => charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); });
   const replay = async () => {
     if (!records) return;
     if (replaying) { again = true; return; }
@@ -327,8 +331,7 @@
     const select = make("select", {}, ...data.records.map((name, i) =>
         make("option", { value: i, textContent: name })));
     select.setAttribute("aria-label", "record");
-    select.onchange = () => { chosen = Number(select.value);
-      charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); }); replay(); };
+    select.onchange = () => { chosen = Number(select.value); dropRecords(); replay(); };
     records.append(make("div", { className: "chosen" }, select));
   }
 
@@ -347,6 +350,7 @@
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     for (const [name, one] of [...drawn]) if (one.u) { one.u.destroy(); drawn.delete(name); }
+    dropRecords();
     renderAll();
   });
 })();

@@ -115,7 +115,7 @@ pub(crate) struct Run {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
     /// Folder for the results, made if absent [default: out/ and the name of the scenario, with the
-    /// values of --set]
+    /// settings of the command line]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Also write the trace as CSV

@@ -10,8 +10,9 @@ use crate::units::Units;
 
 /// Rates below this are given as a period.
 const SLOW_HZ: f64 = 1.0;
-/// Endings of keys whose doubtful values do not prevent contact: a soft wall, a slow sample, a delay.
-const NEAR: [&str; 3] = [".stiffness", ".period", ".delay"];
+/// Endings of keys whose doubtful values do not prevent contact, such as a soft wall or a slow sample.
+const NEAR: [&str; 8] =
+    [".stiffness", ".period", ".delay", ".limit", ".output_limit", ".until", ".noise", ".resolution"];
 
 /// One or two sentences on the outcome of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
@@ -136,7 +137,9 @@ fn reason(scenario: &Scenario, summary: &Summary, doubts: &[Problem]) -> Option<
     }
     let contacts = &scenario.machine.contacts;
     let reference = summary.response.and_then(|response| response.final_reference_n);
-    if contacts.values().all(|contact| contact.engagement == Engagement::Free) {
+    let is_free = contacts.values().all(|contact| contact.engagement == Engagement::Free);
+    // A controller may render a wall where nothing can touch.
+    if is_free && summary.controlled.is_none() {
         return Some("Every contact of the file is set free.".to_owned());
     }
     let keeps_away = |doubt: &&Problem| !NEAR.iter().any(|key| doubt.key.ends_with(key));
@@ -169,9 +172,12 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         rate(oscillation.frequency_hz),
         with_unit(oscillation.amplitude_n, unit)
     );
+    let at = summary
+        .swings_hz
+        .map_or_else(String::new, |frequency_hz| format!(", oscillating at {}", rate(frequency_hz)));
     match summary.outcome {
         Outcome::Settled => format!("Nothing is touched, and `{signal}` settles."),
-        Outcome::Unstable => format!("Nothing is touched, and `{signal}` diverges."),
+        Outcome::Unstable => format!("Nothing is touched, and `{signal}` diverges{at}."),
         Outcome::LimitCycle => {
             format!("Nothing is touched, and {swings}: a limit cycle between limits or through free play.")
         }
@@ -186,7 +192,13 @@ fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
         | Outcome::Chatter
         | Outcome::FollowsSurface
         | Outcome::NoContact
-        | Outcome::Undecided => format!("Undecided: {}.", lacks(summary)),
+        | Outcome::Undecided => {
+            let so_far = summary.swings_hz.map_or_else(String::new, |frequency_hz| {
+                let swings = with_unit(summary.verdict.amplitudes_n[2], unit);
+                format!(" So far `{signal}` oscillates at {}, by {swings} either way.", rate(frequency_hz))
+            });
+            format!("Undecided: {}.{so_far}", lacks(summary))
+        }
     }
 }
 

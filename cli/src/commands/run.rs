@@ -46,9 +46,7 @@ fn once(arguments: &Run) -> crate::Result<()> {
         return run_arm::run(arguments, draft);
     }
     let document = draft.build()?;
-    let folder = arguments.out.clone().unwrap_or_else(|| {
-        terminal::results::variant(&document.scenario.machine.name, &arguments.settings, "run")
-    });
+    let folder = folder(arguments, &document.scenario.machine.name);
     terminal::make_folder(&folder)?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
     let runs = if arguments.as_sweep { run::run_as_swept } else { run::run };
@@ -129,15 +127,21 @@ fn word_on_energies(arguments: &Run, summary: &Summary) -> &'static str {
      fastest motion.\n"
 }
 
+/// The settings of a command, its other options as settings included.
+fn settings(arguments: &Run) -> Vec<String> {
+    let integrator = arguments.integrator.iter().map(|integrator| format!("run.integrator={integrator}"));
+    let engine = arguments.engine.iter().map(|engine| format!("run.engine={engine}"));
+    arguments.settings.iter().cloned().chain(integrator).chain(engine).collect()
+}
+
+/// The folder of the results, by default one for each set of settings.
+pub(super) fn folder(arguments: &Run, name: &str) -> PathBuf {
+    let otherwise = || terminal::results::variant(name, &settings(arguments), "run");
+    arguments.out.clone().unwrap_or_else(otherwise)
+}
+
 fn read(arguments: &Run) -> crate::Result<Draft> {
-    let mut draft = Draft::load_with(&arguments.file, &arguments.settings)?;
-    if let Some(integrator) = &arguments.integrator {
-        draft.set(&format!("run.integrator={integrator}"))?;
-    }
-    if let Some(engine) = &arguments.engine {
-        draft.set(&format!("run.engine={engine}"))?;
-    }
-    Ok(draft)
+    Ok(Draft::load_with(&arguments.file, &settings(arguments))?)
 }
 
 /// Writes all results, in parallel if there are several threads, and returns their paths.
@@ -231,13 +235,16 @@ fn figures(summary: &Summary, units: Units) -> String {
         format!("{} % of the run", percent(summary.contact_share)),
     );
     if let Some(oscillation) = &summary.oscillation {
+        // Without impacts a motion is not chatter.
+        let [frequency, amplitude, impacts] = if oscillation.impacts_per_s > 0.0 {
+            let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
+            ["chatter frequency", "chatter amplitude", &impacts].map(str::to_owned)
+        } else {
+            ["oscillation", "amplitude", ""].map(str::to_owned)
+        };
+        row(&frequency, split(oscillation.frequency_hz, "Hz"), impacts);
         row(
-            "chatter frequency",
-            split(oscillation.frequency_hz, "Hz"),
-            format!("{} impacts per second", plain(oscillation.impacts_per_s)),
-        );
-        row(
-            "chatter amplitude",
+            &amplitude,
             split(oscillation.amplitude_n, words::judged_unit(summary, units)),
             "half of peak to peak".into(),
         );

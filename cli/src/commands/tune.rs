@@ -43,10 +43,10 @@ pub(crate) fn run(arguments: &Tune) -> crate::Result<()> {
     }
     if let Some(out) = &arguments.out {
         let all: Vec<String> = arguments.settings.iter().chain(&tuned.settings).cloned().collect();
-        let backup = write_set(&arguments.file, &document, &all, out)?;
+        let set = write_set(&arguments.file, &document, &all, out)?;
         let head = if written.is_empty() { "\n\nwrote" } else { "" };
-        let next = next(backup.as_ref().unwrap_or(&arguments.file), out);
-        let _ = write!(written, "{head}\n  {}{}\n\n{next}", out.display(), kept(backup.as_deref()));
+        let (next, kept) = (next(&set.compared, out), kept(set.backup.as_deref()));
+        let _ = write!(written, "{head}\n  {}{kept}\n\n{next}", out.display());
     }
     if arguments.json {
         return terminal::print(&terminal::json(&tuned)?);

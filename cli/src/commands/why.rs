@@ -8,7 +8,7 @@ use feeler_studies::doubts;
 use feeler_studies::why::{Counterfactual, Explanation, explain};
 
 use crate::arguments::Why;
-use crate::pages::why::{others, remedy_rows, setting_rows, trial_rows, untried};
+use crate::pages::why::{LIFTS, lift_rows, others, remedy_rows, setting_rows, trial_rows, untried};
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
@@ -52,9 +52,10 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let units = Units::of(&document.scenario.machine);
     let set = arguments.settings.iter().map(|setting| format!(" --set {}", terminal::quoted(setting)));
     let named = terminal::quoted_path(&arguments.file) + &set.collect::<String>();
-    let next = setting_rows(&found)
-        .first()
-        .map(|row| format!("\n\nnext: feeler why {named} --try {} --out cured.toml", row[0]));
+    let cure =
+        setting_rows(&found).first().map(|row| format!("why {named} --try {} --out cured.toml", row[0]));
+    let next = if found.chatters { cure } else { Some(format!("tune {named}")) };
+    let next = next.map(|next| format!("\n\nnext: feeler {next}"));
     let said = terminal::wrapped(&found.verdict) + &details(&found, units) + &written;
     terminal::print(&(said + &next.unwrap_or_default()))
 }
@@ -77,9 +78,9 @@ fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usiz
         ));
     };
     let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
-    let backup = write_set(&arguments.file, document, &all, out)?;
-    let next = next(backup.as_ref().unwrap_or(&arguments.file), out);
-    let kept = kept(backup.as_deref());
+    let written = write_set(&arguments.file, document, &all, out)?;
+    let kept = kept(written.backup.as_deref());
+    let next = next(&written.compared, out);
     terminal::print(&format!("{}: {}{kept}\n\n{next}", out.display(), settings.join("; ")))
 }
 
@@ -93,15 +94,23 @@ pub(super) fn next(file: &Path, out: &Path) -> String {
     format!("next: feeler compare {} {}", terminal::quoted_path(file), terminal::quoted_path(out))
 }
 
+/// A written file.
+pub(super) struct WrittenSet {
+    /// Copy of the file that was there.
+    pub(super) backup: Option<PathBuf>,
+    /// The file without the settings.
+    pub(super) compared: PathBuf,
+}
+
 /// Writes a file with changed settings, and reads it back. Comments are kept. A copy gets the name of its
 /// file, because `feeler run` writes into a folder of that name and must keep the results of the original. If
-/// `out` is the file itself, its old text is copied beside it, and the path of the copy is returned.
+/// `out` exists, its old text is copied beside it.
 pub(super) fn write_set(
     file: &Path,
     document: &Document,
     settings: &[String],
     out: &Path,
-) -> crate::Result<Option<PathBuf>> {
+) -> crate::Result<WrittenSet> {
     let folder =
         |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
     let from = folder(file).filter(|from| folder(out).as_ref() != Some(from));
@@ -114,19 +123,16 @@ pub(super) fn write_set(
     let text = document
         .with_settings(&settings, from.as_deref())
         .ok_or_else(|| crate::Failure::internal("the settings do not fit the file"))?;
-    let backup = if is_copy {
-        terminal::write(out, text.as_bytes())?;
-        None
-    } else {
-        Some(terminal::rewrite(out, &text).map_err(|error| BadInput::unwritable(out, &error))?)
-    };
+    let backup = terminal::write_kept(out, &text)?;
     Draft::load(out)?.build()?;
-    Ok(backup)
+    let compared = backup.clone().filter(|_| !is_copy).unwrap_or_else(|| file.to_owned());
+    Ok(WrittenSet { backup, compared })
 }
 
 fn details(found: &Explanation, units: Units) -> String {
     if !found.chatters {
-        return String::new();
+        let rows = lift_rows(found);
+        return if rows.is_empty() { String::new() } else { format!("\n\n{}", table(&LIFTS, &[1, 2], rows)) };
     }
     let trials = table(
         &["the scenario with", "ends as", "amplitude", "limit/gain"],

@@ -254,9 +254,11 @@ pub(crate) fn records(
         );
         chart.together = Some("records");
         chart.x = kept.iter().map(|&i| record.times_s[i] - record.times_s[0]).collect();
-        chart.series = (curves.into_iter())
-            .map(|(name, column)| Series::new(name, unit, kept.iter().map(|&i| column[i]).collect()))
-            .collect();
+        let curve = |(i, (name, column)): (usize, (&str, &[f64]))| {
+            let series = Series::new(name, unit, kept.iter().map(|&row| column[row]).collect());
+            if i == 0 { series.measured() } else { series.coloured(i - 1) }
+        };
+        chart.series = curves.into_iter().enumerate().map(curve).collect();
         chart.to_json()
     };
     record.series.iter().enumerate().map(chart).collect()

@@ -1,7 +1,7 @@
 //! A tuned controller on the terminal.
 
 use feeler_studies::numbers::{count, percent, plain, with_unit};
-use feeler_studies::tune::{Figures, Step, Tuned, Uncertain};
+use feeler_studies::tune::{Figures, Runs, Step, Tuned, Uncertain};
 
 use crate::terminal::{table, wrapped};
 use crate::units::Units;
@@ -30,6 +30,7 @@ pub(crate) fn summary(
         table(&["", "as it is", "tuned"], &[1, 2], figures(tuned, units)),
         format!("runs: {}", outcomes.join(", ")),
     ];
+    parts.extend(rests_off(&tuned.runs, units));
     if let Some(theory_hz) = tuned.theory_alone_hz {
         parts.push(format!(
             "linear theory alone would allow {}; the runs show the effects that it leaves out",
@@ -69,15 +70,29 @@ fn figures(tuned: &Tuned, units: Units) -> Vec<Vec<String>> {
         row("sensitivity peak", &|f| decibels(f.sensitivity)),
     ];
     let runs = &tuned.runs;
-    let of_runs = |name: &str, value: String| vec![name.to_owned(), String::new(), value];
+    let of_runs = |name: &str, value: String| vec![name.to_owned(), "not run".to_owned(), value];
+    // The file as it is is not simulated.
     rows.push(of_runs("peak force", with_unit(runs.peak_force_n, units.force)));
     if tuned.after.step_overshoot.is_some() {
         let share = |f: &Figures| f.step_overshoot.map_or_else(none, |share| format!("{} %", percent(share)));
         rows.push(row("step overshoot", &share));
     }
     rows.extend(runs.overshoot.map(|share| of_runs("overshoot", format!("{} %", percent(share)))));
-    rows.extend(runs.settling_time_s.map(|time| of_runs("settling time", with_unit(time, "s"))));
+    let settles = runs.settling_time_s.map(|time| with_unit(time, "s"));
+    let settles = settles.or(runs.rest_time_s.map(|_| "none".to_owned()));
+    rows.extend(settles.map(|settles| of_runs("settling time", settles)));
     rows
+}
+
+/// A force that rests where friction keeps it, off its reference.
+fn rests_off(runs: &Runs, units: Units) -> Option<String> {
+    let (time_s, band_n) = runs.rest_time_s.zip(runs.band_n).filter(|_| runs.settling_time_s.is_none())?;
+    Some(wrapped(&format!(
+        "no settling time: the {} rests after {}, but farther than {} from its reference",
+        units.force_word(),
+        with_unit(time_s, "s"),
+        with_unit(band_n, units.force)
+    )))
 }
 
 /// A factor in decibels.
@@ -99,7 +114,10 @@ fn order(tuned: &Tuned, units: Units) -> String {
             "stop if the tool leaves the workpiece again and again, or the {force} does not rest in time"
         ),
     ];
-    let about = wrapped(&about.join("\n"));
+    let never_rests = tuned.steps.iter().any(|step| step.wait_s.is_none());
+    let blank =
+        if never_rests { "\n-: no reference rests to the end, so there is no rest to wait for" } else { "" };
+    let about = wrapped(&(about.join("\n") + blank));
     let row = |step: &Step| {
         let own = format!("controllers.{}.", tuned.controller);
         let settings: Vec<&str> =
@@ -109,7 +127,7 @@ fn order(tuned: &Tuned, units: Units) -> String {
         vec![
             format!("{} %", percent(step.share)),
             settings.join(" "),
-            step.gain_margin.map_or_else(|| "-".into(), decibels),
+            step.gain_margin.map_or_else(|| "no limit".into(), decibels),
             with_unit(step.stop_force_n, units.force),
             optional(step.stop_swing_n, units.force),
             with_unit(step.swing_hz, "Hz"),
@@ -134,7 +152,7 @@ fn equation(tuned: &Tuned) -> String {
             with_unit(equation.period_s, "s"),
             with_unit(equation.delay_s, "s")
         )),
-        equation.lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n"),
+        wrapped(&equation.lines.iter().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")),
         equation.output,
         constants.join("\n")
     )

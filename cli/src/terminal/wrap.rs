@@ -2,7 +2,11 @@
 
 use super::table::terminal_width;
 
-/// A text whose long lines are broken between words on a terminal; otherwise unchanged.
+/// Further indentation of the rest of a line that is indented.
+const HANGING: usize = 4;
+
+/// A text whose long lines are broken between words on a terminal; otherwise unchanged. The rest of an
+/// indented line is indented more.
 pub(crate) fn wrapped(text: &str) -> String {
     terminal_width().map_or_else(|| text.to_owned(), |width| within(text, usize::from(width)))
 }
@@ -14,19 +18,22 @@ fn within(text: &str, width: usize) -> String {
             lines.push(long.to_owned());
             continue;
         }
-        let (mut line, mut used) = (String::new(), 0);
-        for word in long.split(' ') {
+        let words = long.trim_start_matches(' ');
+        let indent = long.len() - words.len();
+        let (mut line, mut used, mut is_first) = (" ".repeat(indent), indent, true);
+        let hanging = if indent > 0 { indent + HANGING } else { 0 };
+        for word in words.split(' ') {
             let size = word.chars().count();
-            if used > 0 && used + 1 + size > width {
-                lines.push(std::mem::take(&mut line));
-                used = 0;
+            if !is_first && used + 1 + size > width {
+                lines.push(std::mem::replace(&mut line, " ".repeat(hanging)));
+                (used, is_first) = (hanging, true);
             }
-            if used > 0 {
+            if !is_first {
                 line.push(' ');
                 used += 1;
             }
             line.push_str(word);
-            used += size;
+            (used, is_first) = (used + size, false);
         }
         lines.push(line);
     }
@@ -43,6 +50,7 @@ mod tests {
         // A line that fits keeps its spaces.
         assert_eq!(within("  a  b", 10), "  a  b");
         // A word that is too long has its own line.
+        assert_eq!(within("  u = KP * error + rest", 14), "  u = KP *\n      error +\n      rest");
         assert_eq!(within("1 % more springs.guide.damping", 10), "1 % more\nsprings.guide.damping");
     }
 }

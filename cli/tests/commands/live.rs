@@ -273,9 +273,11 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(ran.code, DONE);
     assert_eq!(bench.feeler(&[&["run", "press.toml"][..], &set].concat()).code, DONE);
     assert!(
-        exists(bench.path("out/press/report.html")) && exists(bench.path("out/press,kp=0.3/report.html"))
+        exists(bench.path("out/press/report.html"))
+            && exists(bench.path("out/press,controllers.force.kp=0.3/report.html"))
     );
-    let of_runs = bench.feeler(&["compare", "out/press", "out/press,kp=0.3", "--out", "runs"]);
+    let of_runs =
+        bench.feeler(&["compare", "out/press", "out/press,controllers.force.kp=0.3", "--out", "runs"]);
     let of_file = bench.feeler(&[&["compare", "press.toml", "--out", "file"][..], &set].concat());
     for said in [&of_runs, &of_file] {
         assert_eq!(said.code, DONE, "{}", said.err);
@@ -287,7 +289,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     }
     // Each name is above its column.
     let head = of_runs.out.lines().next().unwrap();
-    let row = of_runs.out.lines().find(|line| line.contains("controllers.force.kp")).unwrap();
+    let row = of_runs.out.lines().find(|line| line.starts_with(" controllers.force.kp")).unwrap();
     assert_eq!(head.find("press"), row.find("0.2"), "{}", of_runs.out);
     // The figures are equal, because a run is repeated bit for bit.
     let figures = |text: &str| {
@@ -308,7 +310,7 @@ fn truth_what_differs_is_told_and_a_folder_of_a_run_is_its_scenario() {
     assert_eq!(planes.len(), 2, "Nyquist's curves, and root loci");
     for (kind, plane) in ["nyquist", "roots"].iter().zip(planes) {
         assert_eq!(plane["kind"], *kind);
-        for (colour, name) in ["press", "press,kp=0.3"].iter().enumerate() {
+        for (colour, name) in ["press", "press,controllers.force.kp=0.3"].iter().enumerate() {
             let own = |path: &&Value| path["colour"] == colour && path["name"] == format!("{name} sampled");
             let of = |path: &&Value| path["colour"] == colour && path["name"] == *name;
             let paths = plane["paths"].as_array().unwrap();

@@ -30,6 +30,8 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
     let json = bench.feeler(&[&asked[..], &["--hold", "--json"]].concat());
     let found: serde_json::Value = serde_json::from_str(&json.out).unwrap();
     assert!(found["mass_kg"].as_f64().unwrap() > 5.0, "{found}");
+    // The axis of the first command, which somebody may have edited, is kept.
+    assert!(!bench.read("axis.toml.bak").contains("[bodies.branch-1]"));
     let crossover = |side: &str| found["phase_crossover_hz"][side].as_f64().unwrap();
     assert!(
         (crossover("axis") / crossover("arm") - 1.0).abs() < HELD_CROSSOVER

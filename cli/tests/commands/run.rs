@@ -150,7 +150,7 @@ fn truth_chatter_is_told_in_words() {
         "controllers.force.ki=0",
     ]);
     assert!(said.out.starts_with("chatter: The tool chatters at "), "{}", said.out);
-    let summary = summary(&bench, "out/chatter,kp=1.0,ki=0");
+    let summary = summary(&bench, "out/chatter,controllers.force.kp=1.0,controllers.force.ki=0");
     assert_eq!(summary["outcome"], "chatter");
     let oscillation = &summary["oscillation"];
     assert!(oscillation["frequency_hz"].as_f64().unwrap() > 1.0);

@@ -64,6 +64,12 @@ fn truth_a_remedy_that_replaces_its_file_leaves_what_it_was_beside_it() {
     assert_eq!(bench.read("chatter.toml.bak"), before);
     assert!(said.out.contains("what it was is in chatter.toml.bak"), "{}", said.out);
     assert!(said.out.trim_end().ends_with("compare chatter.toml.bak chatter.toml"), "{}", said.out);
+    // Another file that exists is kept too, and compared is the file of the command.
+    bench.write("mine.toml", "# mine\n");
+    let said = bench.feeler(&["why", "chatter.toml.bak", "--try", "1", "--out", "mine.toml"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    assert_eq!(bench.read("mine.toml.bak"), "# mine\n");
+    assert!(said.out.trim_end().ends_with("compare chatter.toml.bak mine.toml"), "{}", said.out);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The figures of a run, as programs read them.
 
-use feeler_control::Law;
+use feeler_control::{GainPart, Law};
 use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Scenario, Trace};
 use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
@@ -58,6 +58,9 @@ pub struct Summary {
     /// The motion that decided the outcome; absent if a force did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controlled: Option<String>,
+    /// Frequency of that motion if it does not come to rest but its oscillation is not known to last, Hz.
+    #[serde(skip)]
+    pub swings_hz: Option<f64>,
     /// Time, kind and place of each event, in order.
     pub events: Vec<EventRecord>,
     /// Supplied, dissipated and stored energy, J; `None` without a ledger.
@@ -152,6 +155,7 @@ impl<'a> Finished<'a> {
             main_contact,
             verdict,
             controlled: self.controlled().map(|(found, ..)| found.signal.to_string()),
+            swings_hz: self.swings_hz(main, &verdict),
             events: self.events(),
             energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
@@ -280,6 +284,7 @@ impl<'a> Finished<'a> {
             sticks_s: &sticks_s,
             plays_s: &plays_s,
             commands: &commands,
+            can_wind: self.can_wind(),
             band_n: match &wanted {
                 Some(wanted) => Self::rest_of_motion(wanted, force_n),
                 None => response.and_then(|response| self.rest_n(response)),
@@ -357,12 +362,32 @@ impl<'a> Finished<'a> {
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())
     }
 
-    /// The commands that hold the force: those of the force loop's drive, or of all.
-    fn commands(&self) -> Vec<Command<'a>> {
+    /// The drives that hold the force: that of the force loop, or all.
+    fn holding(&self) -> impl Iterator<Item = &'a Drive> {
         let of_loop = self.force_loop.map(|found| &self.scenario.controllers[found.controller].drives);
-        let drives =
-            self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
-        drives.filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+        self.assembly.drives.iter().filter(move |drive| of_loop.is_none_or(|name| *name == drive.name))
+    }
+
+    /// The commands that hold the force.
+    fn commands(&self) -> Vec<Command<'a>> {
+        self.holding().filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+    }
+
+    /// Whether something can stick while an integrator winds up the command.
+    fn can_wind(&self) -> bool {
+        let winds = |drive: &Drive| {
+            let mut own = self.scenario.controllers.values().filter(|used| used.drives == drive.name);
+            own.any(|used| integrates(&used.spec.law)) || drive.servo.is_some_and(|servo| servo.ki != 0.0)
+        };
+        self.assembly.links.iter().any(|link| link.friction.acts() || link.bristle.is_some())
+            && self.holding().any(winds)
+    }
+
+    fn swings_hz(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Option<f64> {
+        let is_open = matches!(verdict.outcome, Outcome::Unstable | Outcome::Undecided);
+        let is_moving = is_open && self.controlled().is_some() && verdict.amplitudes_n[2] > 0.0;
+        let found = is_moving.then(|| self.oscillation(contact, verdict).frequency_hz);
+        found.filter(|frequency_hz| *frequency_hz > 0.0)
     }
 
     fn oscillation(&self, contact: Option<&ContactRun>, verdict: &RunVerdict) -> Oscillation {
@@ -377,4 +402,12 @@ impl<'a> Finished<'a> {
             contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
         oscillation(touches_s, spans, force_n, (to_s - from_s) / rows, [from_s, to_s])
     }
+}
+
+/// Whether the output of a law moves on as long as an error lasts.
+fn integrates(law: &Law) -> bool {
+    let integral = law.gain(GainPart::Integral).and_then(|gain| gain.number(law));
+    integral.is_some_and(|ki| ki != 0.0)
+        // A virtual body without a spring moves on.
+        || matches!(law, Law::Admittance(gains) if gains.stiffness == 0.0)
 }

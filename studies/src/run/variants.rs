@@ -263,6 +263,14 @@ mod tests {
         let document = file("chatter/stiction.toml").with(settings).unwrap();
         let short = crate::run::run(&document.scenario, &mut |_| {}).unwrap();
         assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillWinding));
+        // Without an integrator nothing winds up: a slow filter moves the command.
+        let slow = document.with([
+            number("controllers.force.ki", 0.0),
+            number("controllers.force.kp", 1.0),
+            number("sensors.force.low_pass", 0.02),
+        ]);
+        let slow = crate::run::run(&slow.unwrap().scenario, &mut |_| {}).unwrap();
+        assert_eq!(slow.summary.verdict.undecided, Some(Undecided::TooShort));
         let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Hunting, "{:?}", measured.summary.verdict);
     }

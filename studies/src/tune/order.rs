@@ -41,7 +41,7 @@ pub struct Step {
     pub stop_swing_n: Option<f64>,
     /// Frequency at which it would oscillate, Hz: where the loop comes nearest to instability.
     pub swing_hz: f64,
-    /// How long to wait for rest after touch or step, s; `None` if nothing settles.
+    /// How long to wait for rest after touch or step, s; `None` if nothing is to settle.
     pub wait_s: Option<f64>,
 }
 
@@ -77,7 +77,7 @@ pub(super) fn steps(
             stop_force_n: (BEYOND * expected.peak_force_n).min(most_n),
             stop_swing_n: expected.band_n.map(|band| SWINGS * 2.0 * band),
             swing_hz: nearest.gain_margin_hz.unwrap_or(nearest.sensitivity_hz),
-            wait_s: expected.settling_time_s.map(|settles| WAITS * settles),
+            wait_s: expected.rest_time_s.map(|rests| WAITS * rests),
             expected,
         })
     };

@@ -23,6 +23,9 @@ pub struct Runs {
     pub overshoot: Option<f64>,
     /// Longest settling time, s; `None` if a run never settles, or nothing is to settle.
     pub settling_time_s: Option<f64>,
+    /// Longest time until the force rests, on its reference or where friction keeps it, s; `None` if nothing
+    /// is to settle.
+    pub rest_time_s: Option<f64>,
     /// Half-width of the band in which the force counts as settled, N; `None` if nothing is to settle.
     pub band_n: Option<f64>,
 }
@@ -74,6 +77,8 @@ impl Runs {
         let most = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
         self.overshoot = most(self.overshoot, summary.overshoot);
         self.settling_time_s = most(self.settling_time_s, summary.settling_time_s);
+        let rests = summary.settling_time_s.or(summary.response.and_then(|response| response.rest_time_s));
+        self.rest_time_s = most(self.rest_time_s, rests);
         self.band_n = most(self.band_n, summary.response.map(|response| response.band_n));
         summary.settling_time_s.is_some()
     }

@@ -114,6 +114,16 @@ impl Counterfactual {
         Self::NoNoise,
     ];
 
+    /// The changes that linear theory of the loop knows.
+    pub(super) const OF_THE_LOOP: [Self; 6] = [
+        Self::ContinuousController,
+        Self::NoDelay,
+        Self::RigidTransmission,
+        Self::FrozenBase,
+        Self::FrozenWorkpiece,
+        Self::IdealActuator,
+    ];
+
     /// The cause that it removes.
     pub fn cause(self) -> ChatterCause {
         match self {

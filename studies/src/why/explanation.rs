@@ -35,6 +35,8 @@ pub struct Explanation {
     pub verdict: String,
     /// The change that raises the largest stable gain most, if by much and not the chosen one.
     pub lift: Option<Lift>,
+    /// Without chatter: the changes that raise the largest stable gain, the largest first.
+    pub lifts: Vec<Lift>,
     /// Smallest sizes of changes after which the force settles, if these have a size.
     pub sizes: Vec<Size>,
     /// Remedies, largest bandwidth first.

@@ -4,13 +4,16 @@ use feeler_analysis::{Band, ControlLoop, SampledLoop, gain, leading_gain, modes,
 use feeler_control::{AdmittanceGains, GainPart, Law};
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
+use rayon::prelude::*;
 
-use super::change::sampled_faster;
-use super::explanation::in_contact;
+use super::change::{Counterfactual, sampled_faster};
+use super::explanation::{Lift, in_contact};
 use crate::numbers::{plain, two_digits};
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
 
+/// A limit that rises by less than this factor is the same.
+const LIFTED: f64 = 1.02;
 /// Smallest relevant factor of the loop's gain; the largest is its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
 
@@ -56,19 +59,41 @@ pub(super) fn above_limit(scenario: &Scenario, margin: f64) -> String {
     )
 }
 
-/// Text: the limit of a loop whose gain is below it.
-pub(super) fn begins(scenario: &Scenario, margin: f64) -> String {
-    let (times, in_contact) = (plain(two_digits(margin)), in_contact(scenario));
-    only_gain(scenario).map_or_else(
-        || format!(" By linear theory the loop{in_contact} is stable up to {times} times its gain."),
-        |(name, value)| {
+/// Factors from this one on are written as such, and smaller ones as percentages.
+const MANIFOLD: f64 = 2.0;
+
+/// Text: a loop whose gain is below its limit, and by how much.
+pub(super) fn below_limit(scenario: &Scenario, margin: f64) -> String {
+    let in_contact = in_contact(scenario);
+    let only = only_gain(scenario);
+    if !margin.is_finite() {
+        return format!("the loop is stable{in_contact}, and at every larger gain tried");
+    }
+    let (times, percent) = (plain(two_digits(margin)), plain(two_digits(100.0 * (margin - 1.0))));
+    match (only, margin >= MANIFOLD) {
+        (Some((name, value)), is_manifold) => {
             let [value, limit] = [value, margin * value].map(plain);
-            format!(
-                " By linear theory {name} = {value} is stable{in_contact} up to {limit}, {times} times as \
-                 much."
-            )
-        },
-    )
+            let more =
+                if is_manifold { format!("{times} times as much") } else { format!("{percent} % more") };
+            format!("{name} = {value} is stable{in_contact} up to {limit}, {more}")
+        }
+        (None, true) => format!("the loop is stable{in_contact} up to {times} times its gain"),
+        (None, false) => format!("the loop is stable{in_contact} up to {percent} % more gain"),
+    }
+}
+
+/// The limit of the loop's gain without each property that linear theory knows, the largest first.
+pub(super) fn lifts(scenario: &Scenario, from: f64) -> Vec<Lift> {
+    let limit = |change: &Counterfactual| {
+        let changed = change.applied(scenario);
+        let to = if changed == *scenario { None } else { gain_margin(&changed) };
+        to.filter(|to| *to > LIFTED * from).map(|to| (*change, to))
+    };
+    let mut found: Vec<_> = Counterfactual::OF_THE_LOOP.par_iter().filter_map(limit).collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let lift =
+        |(change, to): (Counterfactual, f64)| Lift { change, from, to: Some(to).filter(|to| to.is_finite()) };
+    found.into_iter().map(lift).collect()
 }
 
 /// The gain of the only loop, if it has but one: a factor on the loop is then one on this gain.

@@ -29,6 +29,7 @@ mod remedy;
 mod roles;
 mod search;
 mod size;
+mod words;
 
 use feeler_engine::Scenario;
 

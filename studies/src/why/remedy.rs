@@ -47,7 +47,10 @@ pub(super) fn remedies(
     let wanted_hz = bandwidth_hz(scenario);
     let written = Written::new(scenario);
     let (mut remedies, mut sizes) = (Vec::new(), Vec::new());
-    for way in ways(scenario, found, baseline).into_iter().filter(|way| way.changes(scenario)) {
+    // If only the integrator makes the motion, a change of the machine would cure nothing real.
+    let is_artefact = found.causes == [ChatterCause::NumericalArtefact];
+    let ways = if is_artefact { against_errors(found) } else { ways(scenario, found, baseline) };
+    for way in ways.into_iter().filter(|way| way.changes(scenario)) {
         let enough = mildest(&written, way.sizes, &way.apply);
         if let (Some(of), Some((times, changed))) = (way.of, &enough) {
             sizes.push(Size { of, what: (way.what)(*times), times: *times, settings: changed.words() });
@@ -60,7 +63,7 @@ pub(super) fn remedies(
             remedies.extend(lowered(&written, &(way.what)(size), &|s| (way.apply)(s, size), wanted_hz));
         }
     }
-    if !found.is_artefact() {
+    if !is_artefact {
         remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
     }
     remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
@@ -126,10 +129,8 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 
 /// Possible changes against each cause, and against any cause.
 fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
-    let mut ways = of_control(found);
-    if found.is_artefact() {
-        return ways;
-    }
+    let mut ways = against_errors(found);
+    ways.extend(of_delays(found));
     ways.extend(of_structure(scenario, found));
     ways.extend(of_limits(found, baseline));
     ways.extend(of_any(scenario));
@@ -161,18 +162,13 @@ impl Explanation {
         self.causes.contains(&cause)
     }
 
-    /// Whether only the integrator makes the motion: a change of the machine would cure nothing real.
-    fn is_artefact(&self) -> bool {
-        self.causes == [ChatterCause::NumericalArtefact]
-    }
-
     fn lifts_by(&self, change: Counterfactual) -> bool {
         self.lift.as_ref().is_some_and(|lift| lift.change == change)
     }
 }
 
-/// Changes against a wrong sign, the integrator, and delays.
-fn of_control(found: &Explanation) -> Vec<Way<'static>> {
+/// Changes against a wrong sign and the integrator.
+fn against_errors(found: &Explanation) -> Vec<Way<'static>> {
     let mut ways = Vec::new();
     if found.wrong_sign {
         let what = |_: f64| String::from("the gains with the other sign");
@@ -182,9 +178,12 @@ fn of_control(found: &Explanation) -> Vec<Way<'static>> {
         let what = |_: f64| String::from("integrate exactly");
         ways.push(Way::new(None, &[1.0], what, |s, _| s.run.integrator = feeler_engine::Integrator::Exact));
     }
-    if found.is_artefact() {
-        return ways;
-    }
+    ways
+}
+
+/// Changes against delays and sampling.
+fn of_delays(found: &Explanation) -> Vec<Way<'static>> {
+    let mut ways = Vec::new();
     if found.has(ChatterCause::SamplingAndDelay)
         || found.lifts_by(Counterfactual::NoDelay)
         || found.lifts_by(Counterfactual::ContinuousController)

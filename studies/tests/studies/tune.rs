@@ -304,6 +304,16 @@ fn truth_steps_begin_low_and_each_says_when_to_stop() {
     }
 }
 
+/// The guide sticks and keeps the force off its reference, but at rest: there is a time to wait for that.
+#[test]
+fn regress_a_force_that_friction_keeps_off_its_reference_has_a_time_to_wait() {
+    let tuned = tuned(&file("why/stiction-strong.toml", &[]), "");
+    assert_eq!(tuned.runs.settling_time_s, None);
+    let rests_s = tuned.runs.rest_time_s.unwrap();
+    assert!((0.0..1.0).contains(&rests_s), "{rests_s}");
+    assert!(tuned.steps.iter().all(|step| step.wait_s.is_some()), "{:?}", tuned.steps);
+}
+
 #[test]
 fn truth_what_cannot_be_met_is_refused_with_a_way_out() {
     let document = file("paper/flexible-contact.toml", &[("run.duration", Setting::Number(1.0))]);

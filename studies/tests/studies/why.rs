@@ -56,20 +56,22 @@ fn prop_there_are_enough_of_them() {
 #[test]
 fn truth_where_nothing_chatters_nothing_is_blamed() {
     let chatter = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chatter"));
+    let kp = |kp: f64| vec![("controllers.force.kp", Setting::Number(kp))];
     for (name, settings, limit) in [
-        ("settles.toml", &[][..], "times its gain."),
-        (
-            "sustained.toml",
-            &[("controllers.force.kp", Setting::Number(0.3))],
-            "up to 0.9027, 3 times as much.",
-        ),
+        ("settles.toml", Vec::new(), "the loop is stable in contact up to 22 times its gain."),
+        ("sustained.toml", kp(0.3), "kp = 0.3 is stable in contact up to 0.9027, 3 times as much."),
+        ("sustained.toml", kp(0.6), "kp = 0.6 is stable in contact up to 0.9027, 50 % more."),
     ] {
         let document = Document::load(&chatter.join(name)).unwrap();
-        let scenario = document.with(settings.iter().cloned()).unwrap().scenario;
+        let scenario = document.with(settings).unwrap().scenario;
         let found = explain(&scenario, &|_| {}).unwrap();
         assert!(!found.chatters && found.causes.is_empty(), "{}", found.verdict);
-        assert!(found.verdict.starts_with("No chatter: the force settles"), "{}", found.verdict);
-        assert!(found.verdict.ends_with(limit), "{}", found.verdict);
+        assert!(found.verdict.starts_with(&format!("By linear theory {limit}")), "{}", found.verdict);
+        assert!(found.verdict.contains("no chatter: the force settles"), "{}", found.verdict);
+        // Each limit is that of the changed machine, in order.
+        assert!(found.lifts.windows(2).all(|pair| pair[0].to.is_none() || pair[0].to >= pair[1].to));
+        let named = format!("lift this limit most: {},", found.lifts[0].change.words());
+        assert!(found.verdict.contains(&named), "{}", found.verdict);
     }
 }
 

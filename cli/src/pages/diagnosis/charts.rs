@@ -138,7 +138,11 @@ fn chart(
         .map(|(name, values, colour)| {
             let values = kept.iter().map(|&k| values[k] / scale).collect();
             let series = Series::new(*name, &unit, values).coloured(*colour);
-            if *colour == 0 { series.dashed() } else { series }
+            match *name {
+                "measured" => series.measured(),
+                _ if *colour == 0 => series.dashed(),
+                _ => series,
+            }
         })
         .collect();
     chart

@@ -37,12 +37,12 @@ pub(crate) fn page(answer: &Examination) -> String {
     changes(&mut page, answer);
     causes(&mut page, diagnosis);
     page.heading("How far the gap shrinks");
-    page.picture(
-        "Waterfall,",
-        "root mean square prediction error over each channel's own variation, on experiments never fitted. \
-         Predictions start from the measured motion every 50 ms.",
-        &waterfall::drawing(diagnosis),
+    page.paragraph(
+        "Root mean square prediction error over each channel's own variation, on experiments never fitted. \
+         Predictions start from the measured motion every 50 ms. The gap is grey; a step that removes or \
+         adds to it has a colour.",
     );
+    page.hanging_bars(&waterfall::hanging(diagnosis));
     adequacy::add(&mut page, &diagnosis.adequacy, words::is_found(diagnosis));
     places(&mut page, diagnosis);
     missing_force(&mut page, diagnosis, units);

@@ -46,17 +46,17 @@ fn tiles(response: &Response) -> Vec<Tile> {
         tile("frequencies", response.linear.len().to_string(), format!("{} compared", agreement.compared)),
         tile(
             "largest difference",
-            format!("{} dB", plain(agreement.widest[0])),
+            words::apart(agreement.widest[0], " dB"),
             format!("at {}, over all frequencies", with_unit(agreement.widest[1], "Hz")),
         ),
         tile(
             "largest where well known",
-            format!("{} dB", plain(agreement.decibels)),
+            words::apart(agreement.decibels, " dB"),
             format!("at the {} compared", agreement.compared),
         ),
         tile(
             "largest in phase",
-            format!("{}°", plain(agreement.degrees)),
+            words::apart(agreement.degrees, "°"),
             format!("at the {} compared", agreement.compared),
         ),
         tile(
@@ -122,7 +122,7 @@ fn charts(response: &Response) -> Vec<Chart> {
         all.push(drawing.chart("Coherence,", caption, "coherence", vec![series]));
     }
     if let Some(levels) = &response.separated {
-        all.push(drawing.levels(levels.evidence.is_beyond_noise));
+        all.extend(drawing.levels(levels.evidence.is_beyond_noise));
     }
     all
 }
@@ -197,7 +197,12 @@ impl Drawing<'_> {
         chart
     }
 
-    fn levels(&self, is_beyond_noise: bool) -> Chart {
+    /// Levels of noise and distortion; `None` if both are rounding errors.
+    fn levels(&self, is_beyond_noise: bool) -> Option<Chart> {
+        let is_level = |row: &FrfRow| words::is_level(row.noise_db, row.magnitude_db);
+        if !is_beyond_noise && !self.places.iter().filter_map(|place| place.row.as_ref()).any(is_level) {
+            return None;
+        }
         let caption = if is_beyond_noise {
             "differences between periods are noise; further differences between realisations are nonlinear \
              distortion."
@@ -207,7 +212,7 @@ impl Drawing<'_> {
         let level = |name: &str, of: &dyn Fn(&FrfRow) -> f64| self.measured(name, "dB", self.column(of));
         let mut series = vec![level("response", &|r| r.magnitude_db), level("noise", &|r| r.noise_db)];
         series.extend(is_beyond_noise.then(|| level("nonlinear distortion", &|r| r.distortion_db)));
-        self.chart("Noise and distortion,", caption, "level (dB)", series)
+        Some(self.chart("Noise and distortion,", caption, "level (dB)", series))
     }
 }
 

@@ -6,6 +6,8 @@ use crate::numbers::{plain, with_unit};
 
 /// Powers below this share of the response are rounding errors of doubles: -200 dB.
 const ROUNDING: f64 = 1e-20;
+/// Differences below this, in dB or degrees, are rounding errors.
+const EQUAL: f64 = 1e-6;
 /// Largest number of named bands of distortion.
 const MOST_BANDS: usize = 3;
 /// Largest number of named spans of frequency.
@@ -24,12 +26,28 @@ pub(crate) fn path(response: &Response) -> String {
 pub(crate) fn headline(response: &Response) -> String {
     let agreement = response.agreement();
     let [decibels, at_hz] = agreement.widest;
+    if decibels < EQUAL {
+        return format!(
+            "Measured and linear response are equal, except for rounding errors, at all {} frequencies.",
+            response.linear.len()
+        );
+    }
     format!(
         "Measured and linear response differ by {} dB at most, at {}, over all {} frequencies.",
         plain(decibels),
         with_unit(at_hz, "Hz"),
         response.linear.len()
     )
+}
+
+/// A difference, in dB or degrees with the unit, or a word for one that is a rounding error.
+pub(crate) fn apart(difference: f64, unit: &str) -> String {
+    if difference < EQUAL { "none".to_owned() } else { format!("{}{unit}", plain(difference)) }
+}
+
+/// Whether a level exceeds the rounding errors of a response, both in dB.
+pub(crate) fn is_level(level_db: f64, response_db: f64) -> bool {
+    level_db - response_db > 10.0 * ROUNDING.log10()
 }
 
 /// The comparison with linear theory, and the noise and distortion that the excitation separates.
@@ -43,6 +61,13 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
         format!("No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation.")
     } else if agreement.compared == 0 {
         format!("No frequency has a coherence of {}: output and input are hardly related.", COHERENT[2])
+    } else if agreement.decibels < EQUAL && agreement.degrees < EQUAL {
+        format!(
+            "Where {coherent} ({} of {} frequencies), measured and linear response are equal, except for \
+             rounding errors.",
+            agreement.compared,
+            response.linear.len(),
+        )
     } else {
         format!(
             "Where {coherent} ({} of {} frequencies), measured and linear response differ by {} dB and {}° \

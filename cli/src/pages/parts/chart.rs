@@ -4,12 +4,17 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
+use crate::numbers::with_unit;
+
 /// Significant digits of decimal numbers.
 const DIGITS: usize = 9;
 /// Largest length of a column that is written as a readable list.
 const SHORT: usize = 32;
 /// Share of the largest curve in a chart below which another curve is a rounding error.
 const ROUNDING: f64 = 1e-9;
+/// Values below these are rounding errors: levels in dB and angles in degrees, and numbers in any other unit.
+const NO_LEVEL: f64 = 1e-6;
+const NOTHING: f64 = 1e-12;
 /// Steps of an axis are even if they differ by less than this, relative to a step.
 const EVEN: f64 = 1e-6;
 
@@ -23,6 +28,7 @@ pub(crate) enum ChartKind {
 }
 
 /// One curve.
+#[expect(clippy::struct_excessive_bools, reason = "each is a style of its own")]
 pub(crate) struct Series {
     pub(crate) name: String,
     /// Unit of its values as shown under the pointer.
@@ -33,6 +39,8 @@ pub(crate) struct Series {
     pub(crate) dots: bool,
     /// Whether the curve is thin and pale, as a reference for others.
     pub(crate) faint: bool,
+    /// Whether the curve was measured: it is a wide grey line below those that are computed.
+    pub(crate) measured: bool,
     /// Index in the palette; `None` for the index of the curve in the chart.
     pub(crate) colour: Option<usize>,
 }
@@ -46,6 +54,7 @@ impl Series {
             dashed: false,
             dots: false,
             faint: false,
+            measured: false,
             colour: None,
         }
     }
@@ -60,6 +69,10 @@ impl Series {
 
     pub(crate) fn faint(self) -> Self {
         Self { faint: true, ..self }
+    }
+
+    pub(crate) fn measured(self) -> Self {
+        Self { measured: true, ..self }
     }
 
     pub(crate) fn coloured(self, colour: usize) -> Self {
@@ -153,11 +166,48 @@ impl Chart {
         self
     }
 
+    /// A sentence in place of a chart without values, or whose curves change by no more than rounding errors.
+    pub(super) fn instead(&self) -> Option<String> {
+        let ranges: Vec<(&Series, [f64; 2])> =
+            self.series.iter().filter_map(|series| Some((series, range(&series.values)?))).collect();
+        if ranges.is_empty() {
+            return Some("There are no values to draw.".to_owned());
+        }
+        let is_level = ["(dB)", "(°)"].iter().any(|unit| self.y_label.ends_with(unit));
+        let floor = match (is_level, self.y_log) {
+            (true, _) => NO_LEVEL,
+            (_, false) => NOTHING,
+            _ => 0.0,
+        };
+        let size = |[low, high]: [f64; 2]| low.abs().max(high.abs());
+        let drawn = ranges.iter().map(|(_, range)| size(*range));
+        let largest = drawn.chain(self.lines.iter().map(|line| line.y.abs())).fold(0.0, f64::max);
+        let least = floor.max(ROUNDING * largest);
+        if largest == 0.0 {
+            return Some("Zero throughout.".to_owned());
+        }
+        if largest <= floor {
+            return Some("Zero throughout, except for rounding errors.".to_owned());
+        }
+        let rests = |[low, high]: [f64; 2]| high - low <= least;
+        if !self.marks.is_empty() || !self.gauges.is_empty() || !ranges.iter().all(|(_, r)| rests(*r)) {
+            return None;
+        }
+        let value = |(series, [low, high]): &(&Series, [f64; 2])| {
+            let mean = 0.5 * (low + high);
+            let mean = if mean.abs() <= least { 0.0 } else { mean };
+            format!("{} {}", series.name, with_unit(mean, &series.unit))
+        };
+        let values = ranges.iter().map(value).collect::<Vec<_>>().join(", ");
+        Some(format!("Constant: {values}."))
+    }
+
     pub(crate) fn to_json(&self) -> Value {
         let series = |series: &Series| {
             json!({
                 "name": series.name, "unit": series.unit, "dashed": series.dashed, "dots": series.dots,
-                "faint": series.faint, "colour": series.colour, "values": column(&series.values),
+                "faint": series.faint, "measured": series.measured, "colour": series.colour,
+                "values": column(&series.values),
             })
         };
         let band = |band: &[f64; 2]| band.map(|at| rounded(at, DIGITS));
@@ -182,8 +232,15 @@ impl Chart {
             "lines": self.lines.iter().map(line).collect::<Vec<_>>(),
             "gauges": self.gauges.iter().map(gauge).collect::<Vec<_>>(),
             "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
+            "instead": self.instead(),
         })
     }
+}
+
+/// The smallest and the largest finite value.
+fn range(values: &[f64]) -> Option<[f64; 2]> {
+    let finite = values.iter().filter(|value| value.is_finite());
+    finite.map(|&value| [value; 2]).reduce(|[low, high], [value, _]| [low.min(value), high.max(value)])
 }
 
 fn decimals(values: &[f64]) -> Value {
@@ -247,6 +304,24 @@ mod tests {
         let mut alone = Chart::new(ChartKind::Line, "Torques.", "time (s)", "torque (N m)");
         alone.series = vec![curve("roll", &[1e-14])];
         assert!(alone.without_rounding().series[0].values[0] > 0.0, "there is nothing larger beside it");
+    }
+
+    #[test]
+    fn regress_a_chart_of_rounding_says_so() {
+        let instead = |label: &str, values: &[f64], line: Option<f64>| {
+            let mut chart = Chart::new(ChartKind::Line, "Difference.", "frequency (Hz)", label);
+            chart.series = vec![Series::new("measured", "dB", values.to_vec())];
+            chart.lines.extend(line.map(|y| Line { y, label: String::new() }));
+            chart.instead()
+        };
+        let zero = Some("Zero throughout, except for rounding errors.".to_owned());
+        assert_eq!(instead("difference (dB)", &[-1.5e-9, 1.8e-9, f64::NAN], Some(0.0)), zero);
+        assert_eq!(instead("force (N)", &[0.0, 1e-14], None), zero);
+        assert_eq!(instead("difference (dB)", &[-0.01, 0.02], Some(0.0)), None);
+        assert_eq!(instead("force (N)", &[0.0, 1e-9], None), None);
+        let constant = Some("Constant: measured 20 dB.".to_owned());
+        assert_eq!(instead("level (dB)", &[20.0, 20.0 + 1e-9], None), constant);
+        assert_eq!(instead("level (dB)", &[f64::NAN], None).unwrap(), "There are no values to draw.");
     }
 
     /// A page reads recorded values back in single precision, and times exactly.

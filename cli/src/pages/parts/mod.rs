@@ -3,6 +3,7 @@
 //! A [`Page`] collects sections in reading order and is rendered once. The vendored uPlot (MIT licence, see
 //! `assets/uplot.LICENSE`) draws the charts from data in the page.
 
+mod bars;
 mod chart;
 mod cividis;
 mod decimate;
@@ -133,6 +134,14 @@ impl Page {
 
     pub(crate) fn chart(&mut self, chart: &Chart) {
         let (title, caption, index) = (escape(&chart.title), prose(&chart.caption), self.charts.len());
+        if let Some(instead) = chart.instead() {
+            let instead = prose(&instead);
+            let _ = writeln!(
+                self.body,
+                "<figure><figcaption><b>{title}</b> {caption}</figcaption><p>{instead}</p></figure>"
+            );
+            return;
+        }
         let label = of_drawing(&chart.title, &chart.y_label);
         let _ = writeln!(
             self.body,
@@ -287,30 +296,6 @@ impl Page {
         self.body.push_str("</ul>\n");
     }
 
-    /// Bars, each with its name and number. Lengths are relative to the largest finite bar. An infinite bar
-    /// is hatched and has the whole width.
-    pub(crate) fn bars(&mut self, bars: &[(String, f64, String)]) {
-        let largest =
-            bars.iter().map(|(_, size, _)| size.abs()).filter(|size| size.is_finite()).fold(0.0, f64::max);
-        self.body.push_str("<div class=\"bars\">");
-        for (name, size, text) in bars {
-            let (width, class) = match *size {
-                size if size.is_infinite() => (100.0, "unlimited"),
-                size if largest > 0.0 => {
-                    (100.0 * size.abs() / largest, if size < 0.0 { "out" } else { "in" })
-                }
-                _ => (0.0, "in"),
-            };
-            let (name, text) = (escape(name), escape(text));
-            let _ = write!(
-                self.body,
-                "<span>{name}</span><i class=\"{class}\" style=\"--size:{width:.2}%\"></i><span \
-                 class=\"number\">{text}</span>"
-            );
-        }
-        self.body.push_str("</div>\n");
-    }
-
     /// A long table, folded until the reader opens it.
     pub(crate) fn folded_table(
         &mut self,
@@ -382,6 +367,9 @@ fn document(title: &str, head: &str, body: &str, data: &Value, scripts: &[&str])
 
 /// Key figures side by side.
 pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
+    if tiles.is_empty() {
+        return String::new();
+    }
     let mut body = String::from("<div class=\"tiles\">");
     for tile in tiles {
         let (name, value, remark) = (escape(tile.name), escape(&tile.value), prose(&tile.remark));

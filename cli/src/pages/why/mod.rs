@@ -10,13 +10,23 @@ use crate::pages::parts::Page;
 use crate::units::Units;
 
 use rows::amplitude;
-pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows, untried};
+pub(crate) use rows::{LIFTS, lift_rows, others, remedy_rows, setting_rows, trial_rows, untried};
 
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
     let machine = &document.scenario.machine;
     let units = Units::of(machine);
-    let mut page = Page::new(&format!("{}: causes of chatter, and remedies", machine.name), &machine.about);
+    let title = if found.chatters { "causes of chatter, and remedies" } else { "what limits the gain" };
+    let mut page = Page::new(&format!("{}: {title}", machine.name), &machine.about);
     page.lead(&found.verdict);
+    let lifts = lift_rows(found);
+    if !lifts.is_empty() {
+        page.heading("What would lift the limit");
+        page.paragraph(
+            "Each row makes one property ideal. The limit is that of the sampled loop in contact over its \
+             gain, by linear theory. `feeler tune FILE` finds gains for the largest bandwidth.",
+        );
+        page.table(&LIFTS, &[1, 2], &lifts);
+    }
     if found.chatters {
         page.heading("What to do");
         let rows = remedy_rows(found);

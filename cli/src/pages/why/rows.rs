@@ -1,7 +1,7 @@
 //! Rows of the tables of an explanation, on its page and in the terminal.
 
 use feeler_studies::run::Outcome;
-use feeler_studies::why::{CheckedRemedy, Counterfactual, Explanation, Trial};
+use feeler_studies::why::{CheckedRemedy, Counterfactual, Explanation, Lift, Trial};
 
 use crate::numbers::{percent, plain, with_unit};
 use crate::units::Units;
@@ -25,6 +25,18 @@ pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     }
     rows
 }
+
+/// Without chatter: what would lift the limit of the gain, and to which factor on it.
+pub(crate) fn lift_rows(found: &Explanation) -> Vec<Vec<String>> {
+    let row = |lift: &Lift| {
+        let to = lift.to.map_or_else(|| "no limit found".to_owned(), plain);
+        vec![lift.change.words().to_owned(), plain(lift.from), to]
+    };
+    found.lifts.iter().map(row).collect()
+}
+
+/// Columns of these rows.
+pub(crate) const LIFTS: [&str; 3] = ["with", "limit over gain now", "then"];
 
 /// Changes that do not apply to this scenario, as a sentence.
 pub(crate) fn untried(found: &Explanation) -> Option<String> {

@@ -65,6 +65,10 @@ pub struct Response {
     /// Time from [`Self::starts_at_s`] until the force stays within the band to the end of the run; `None` if
     /// it does not stay there.
     pub settling_time_s: Option<f64>,
+    /// The same time until the force stays within the band about its own end, which friction may keep off the
+    /// reference; `None` if the reference moves.
+    #[serde(skip)]
+    pub(crate) rest_time_s: Option<f64>,
     /// Mean of the last tenth of the run less the reference, N; `None` if the reference moves.
     pub steady_error_n: Option<f64>,
     /// How closely the force follows, if its reference or the surface moves to the end.
@@ -99,6 +103,8 @@ impl Answer<'_> {
         let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
         let share_n = SETTLING_BAND * reference.map_or(0.0, |reference| self.scale_n(reference));
         let band_n = share_n.max(self.unresolved_n);
+        let steady_error_n = reference.and_then(|r| self.steady_error_n(r));
+        let end_n = reference.zip(steady_error_n).map(|(reference, error)| reference + error);
         Response {
             final_reference_n: reference,
             starts_at_s,
@@ -106,7 +112,8 @@ impl Answer<'_> {
             share_n,
             overshoot: reference.filter(|r| *r != 0.0).map(|r| self.overshoot(r, starts_at_s)),
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
-            steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
+            rest_time_s: end_n.and_then(|end| self.settling_time_s(end, band_n, starts_at_s)),
+            steady_error_n,
             tracking: None,
         }
     }
@@ -213,6 +220,11 @@ mod tests {
         assert!((response.settling_time_s.unwrap() - 0.1 * 50.0_f64.ln()).abs() < 1.1e-4);
         assert_eq!(response.overshoot, Some(0.0));
         assert!(response.steady_error_n.unwrap().abs() < 1e-4);
+        // Kept 2 N off its reference, it rests as soon.
+        let held: Vec<f64> = force_n.iter().map(|force| 0.9 * force).collect();
+        let held = Answer { force_n: &held, ..answer }.response();
+        assert_eq!(held.settling_time_s, None);
+        assert!((held.rest_time_s.unwrap() - 0.1 * 45.0_f64.ln()).abs() < 1.1e-4, "{held:?}");
         let late = Answer { peak_force_n: 25.0, unresolved_n: 2.0, ..answer }.response();
         assert!((late.overshoot.unwrap() - 0.25).abs() < 1e-12);
         assert!((late.settling_time_s.unwrap() - 0.1 * 10.0_f64.ln()).abs() < 1.1e-4);

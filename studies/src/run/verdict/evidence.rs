@@ -49,6 +49,8 @@ pub(in crate::run) struct Evidence<'a> {
     pub(in crate::run) plays_s: &'a [f64],
     /// The commands of the drives that hold the force.
     pub(in crate::run) commands: &'a [Command<'a>],
+    /// Whether something can stick while an integrator winds up a command.
+    pub(in crate::run) can_wind: bool,
     /// Amplitude that counts as rest, N; `None` without a reference force: 2 % of the mean force then
     /// applies.
     pub(in crate::run) band_n: Option<f64>,

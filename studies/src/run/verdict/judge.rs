@@ -116,7 +116,8 @@ impl Evidence<'_> {
             let last_part_s = tail.last_part_s();
             let last_row = self.t_s.partition_point(|&t| t < last_part_s);
             if self.winds(last_row, band_n) {
-                return Some(tail.is_undecided(Undecided::StillWinding));
+                let why = if self.can_wind { Undecided::StillWinding } else { Undecided::TooShort };
+                return Some(tail.is_undecided(why));
             }
             let never_left = self.lifts_s.is_empty();
             return Some(tail.is(if never_left { Outcome::Settled } else { Outcome::BouncesThenSettles }));
@@ -208,6 +209,7 @@ pub(super) mod tests {
             sticks_s: &[],
             plays_s: &[],
             commands: &[],
+            can_wind: false,
             band_n: Some(0.4),
             noise_n: 0.0,
         }

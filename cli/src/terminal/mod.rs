@@ -106,8 +106,8 @@ pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
     Ok(name(number))
 }
 
-/// Writes a file that the user may have edited. Another text that it replaces is copied first, to the path that
-/// is returned.
+/// Writes a file that the user may have edited. Another text that it replaces is copied first, to the path
+/// that is returned.
 pub(crate) fn write_kept(path: &Path, text: &str) -> crate::Result<Option<PathBuf>> {
     if fs::read(path).is_ok_and(|old| old != text.as_bytes()) {
         return rewrite(path, text).map(Some).map_err(|error| BadInput::unwritable(path, &error));

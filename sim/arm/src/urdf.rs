@@ -25,6 +25,8 @@ pub struct Urdf {
     link_names: Vec<String>,
     joints: Vec<Described>,
     short_inertias: Vec<ShortInertia>,
+    /// The standard one along -z, unless stated.
+    pub(crate) gravity_m_per_s2: Option<Vector3<f64>>,
 }
 
 #[derive(Clone, Debug)]
@@ -342,7 +344,7 @@ impl Urdf {
             name: self.name.clone(),
             joints,
             tool: frame,
-            gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY),
+            gravity_m_per_s2: self.gravity_m_per_s2.unwrap_or(Vector3::new(0.0, 0.0, -GRAVITY)),
         };
         check_masses(&chain, &way)?;
         Ok(chain)

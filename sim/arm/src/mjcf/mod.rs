@@ -1,15 +1,27 @@
 //! MJCF models of MuJoCo: the same tree of links and joints as in a URDF, and the author's parameters of each
 //! joint and its actuator.
 
-use std::collections::HashMap;
+mod classes;
+mod drive;
+mod known;
+mod mass;
+mod parts;
+mod read;
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
+use std::collections::HashSet;
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::chain::{Inertial, Joint, JointKind};
 use crate::error::ArmError;
 use crate::urdf::{Described, Link, Urdf};
-use crate::xml::{child, line_of, vector, wrong};
+use crate::xml::{child, line_of, wrong};
+use classes::{Classes, MAIN};
+use known::Use;
+use mass::FromShapes;
+use parts::{Part, parts};
+use read::{Angles, Remarks, exactly, numbers_of, place};
 
 /// Largest depth of nested bodies.
 const MOST_DEEP: usize = 200;
@@ -21,6 +33,8 @@ pub struct Mjcf {
     pub tree: Urdf,
     /// For each joint, in the order of the file.
     pub joints: Vec<JointBelief>,
+    /// What changes motions but is not read, a sentence each with its line.
+    pub remarks: Vec<String>,
 }
 
 /// The author's parameters of a joint and of the loop that drives it; SI.
@@ -43,25 +57,37 @@ pub struct JointBelief {
     pub delay_s: f64,
 }
 
-/// Attributes of one kind of element by class, including those of the enclosing classes.
-type Defaults<'a> = HashMap<(String, &'static str), HashMap<&'a str, &'a str>>;
-
-/// Kinds of elements whose defaults are used here.
-const KINDS: [&str; 4] = ["joint", "position", "general", "motor"];
-
 struct Model<'a, 'i> {
     document: &'a Document<'i>,
-    defaults: Defaults<'a>,
-    is_degree: bool,
+    classes: Classes<'a>,
+    angles: Angles,
+    shapes: FromShapes,
+    /// Groups of the shapes that count.
+    groups: [f64; 2],
     tree: Urdf,
+    names: HashSet<String>,
     joints: Vec<JointBelief>,
+    remarks: Remarks,
+}
+
+/// Where a body or frame is: in the frame of the parent's joint.
+#[derive(Clone, Copy)]
+struct Around<'b> {
+    parent: &'b str,
+    class: &'b str,
+    /// Frame of the enclosing element.
+    at: Isometry3<f64>,
+    /// Whether a joint moves it.
+    is_moved: bool,
+    depth: usize,
 }
 
 impl Mjcf {
-    /// Reads the text of an MJCF file. Geometry is ignored: bodies that move need an `inertial`.
+    /// Reads the text of an MJCF file. A body without an `inertial` has that of its shapes, as in MuJoCo.
     ///
     /// # Errors
-    /// [`ArmError::Xml`] and [`ArmError::Urdf`], with the line.
+    /// [`ArmError::Xml`] and [`ArmError::Urdf`], with the line. What may change a motion and is not known is
+    /// an error too.
     pub fn parse(text: &str) -> Result<Self, ArmError> {
         let document = Document::parse(text).map_err(|error| ArmError::Xml { what: error.to_string() })?;
         let root = document.root_element();
@@ -69,163 +95,213 @@ impl Mjcf {
             let what = format!("this is a `<{}>`, not a `<mujoco>`", root.tag_name().name());
             return wrong(root, what, "name an MJCF file");
         }
-        let mut defaults = Defaults::new();
-        for node in root.children().filter(|node| node.has_tag_name("default")) {
-            let class = node.attribute("class").unwrap_or("main");
-            gather_defaults(node, class, None, &mut defaults);
+        if let Some(node) = root.descendants().find(|node| node.has_tag_name("include")) {
+            let what = format!("it includes `{}`", node.attribute("file").unwrap_or_default());
+            return wrong(node, what, "load it in MuJoCo, save it by `mj_saveLastXML`, and name that file");
         }
-        let angle = root.children().filter_map(|node| node.attribute("angle")).next_back();
+        let mut remarks = Remarks::default();
+        let classes = Classes::of(root, &mut remarks)?;
         let mut model = Model {
             document: &document,
-            defaults,
-            is_degree: angle != Some("radian"),
+            classes,
+            angles: Angles { is_degree: true, sequence: vec!['x', 'y', 'z'] },
+            shapes: FromShapes::Where,
+            groups: [0.0, 5.0],
             tree: Urdf::empty(root.attribute("model").unwrap_or_default()),
+            names: HashSet::new(),
             joints: Vec::new(),
+            remarks,
         };
         model.tree.add_link("world", Link::massless());
-        for world in root.children().filter(|node| node.has_tag_name("worldbody")) {
-            for body in world.children().filter(|node| node.has_tag_name("body")) {
-                model.body(body, "world", "main", Vector3::zeros(), 0)?;
-            }
+        for node in root.children().filter(Node::is_element) {
+            model.section(node)?;
         }
-        for section in root.children().filter(|node| node.has_tag_name("actuator")) {
+        let is = |tag: &'static str| root.children().filter(move |node| node.has_tag_name(tag));
+        for world in is("worldbody") {
+            let around =
+                Around { parent: "world", class: MAIN, at: Isometry3::identity(), is_moved: false, depth: 0 };
+            model.children(world, "worldbody", around)?;
+        }
+        for section in is("actuator") {
             for actuator in section.children().filter(Node::is_element) {
                 model.actuator(actuator)?;
             }
         }
-        Ok(Self { tree: model.tree, joints: model.joints })
-    }
-}
-
-/// Attributes of a class: those of the enclosing class, overridden by its own.
-fn gather_defaults<'a>(node: Node<'a, '_>, class: &str, around: Option<&str>, defaults: &mut Defaults<'a>) {
-    for kind in KINDS {
-        let inherited = around.and_then(|around| defaults.get(&(around.to_owned(), kind)).cloned());
-        let mut attributes = inherited.unwrap_or_default();
-        if let Some(own) = child(node, kind) {
-            attributes.extend(own.attributes().map(|attribute| (attribute.name(), attribute.value())));
-        }
-        defaults.entry((class.to_owned(), kind)).or_default().extend(attributes);
-    }
-    for inner in node.children().filter(|node| node.has_tag_name("default")) {
-        let name = inner.attribute("class").unwrap_or(class);
-        gather_defaults(inner, name, Some(class), defaults);
+        Ok(Self { tree: model.tree, joints: model.joints, remarks: model.remarks.texts() })
     }
 }
 
 impl<'a> Model<'a, '_> {
-    /// An attribute of an element: its own, or that of its class.
-    fn attribute(&self, node: Node<'a, '_>, kind: &'static str, class: &str, name: &str) -> Option<&'a str> {
-        let class = node.attribute("class").unwrap_or(class);
-        let by_class = |class: &str| self.defaults.get(&(class.to_owned(), kind))?.get(name).copied();
-        node.attribute(name).or_else(|| by_class(class)).or_else(|| by_class("main"))
-    }
-
-    fn numbers(
-        &self,
-        node: Node<'a, '_>,
-        kind: &'static str,
-        class: &str,
-        name: &str,
-    ) -> Result<Vec<f64>, ArmError> {
-        let Some(text) = self.attribute(node, kind, class, name) else { return Ok(Vec::new()) };
-        let found: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-        if found.len() != text.split_whitespace().count() || found.iter().any(|x| !x.is_finite()) {
-            return wrong(
-                node,
-                format!("`{name}=\"{text}\"` is not a list of numbers"),
-                "write numbers, separated by spaces",
-            );
-        }
-        Ok(found)
-    }
-
-    fn one(&self, node: Node<'a, '_>, kind: &'static str, class: &str, name: &str) -> Result<f64, ArmError> {
-        Ok(self.numbers(node, kind, class, name)?.first().copied().unwrap_or(0.0))
-    }
-
-    /// Pose of an element in the frame of its body.
-    fn place(&self, node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
-        let at = vector(node, "pos", Vector3::zeros())?;
-        let all = |name: &str| -> Option<Vec<f64>> {
-            node.attribute(name)?.split_whitespace().map(|word| word.parse().ok()).collect()
-        };
-        let angle = |value: f64| if self.is_degree { value.to_radians() } else { value };
-        let turn = if let Some([w, x, y, z]) = all("quat").as_deref() {
-            UnitQuaternion::from_quaternion(Quaternion::new(*w, *x, *y, *z))
-        } else if let Some([x, y, z, a]) = all("axisangle").as_deref() {
-            let axis = Unit::new_normalize(Vector3::new(*x, *y, *z));
-            UnitQuaternion::from_axis_angle(&axis, angle(*a))
-        } else if let Some([a, b, c]) = all("euler").as_deref() {
-            // Intrinsic about x, y, z, unless the compiler element specifies another order.
-            let about = |axis: &Unit<Vector3<f64>>, a: f64| UnitQuaternion::from_axis_angle(axis, angle(a));
-            about(&Vector3::x_axis(), *a) * about(&Vector3::y_axis(), *b) * about(&Vector3::z_axis(), *c)
-        } else if let Some([x1, x2, x3, y1, y2, y3]) = all("xyaxes").as_deref() {
-            let x = Vector3::new(*x1, *x2, *x3).normalize();
-            let y = Vector3::new(*y1, *y2, *y3);
-            let y = (y - x * x.dot(&y)).normalize();
-            let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]));
-            UnitQuaternion::from_rotation_matrix(&turn)
-        } else {
-            UnitQuaternion::identity()
-        };
-        if !turn.coords.iter().all(|x| x.is_finite()) || node.has_attribute("zaxis") {
-            return wrong(node, "its orientation is not understood", "write it as `quat=\"w x y z\"`");
-        }
-        Ok(Isometry3::from_parts(Translation3::from(at), turn))
-    }
-
-    /// A body, with everything attached to it. `shift` is the offset of the parent's frame to its joint.
-    fn body(
-        &mut self,
-        node: Node<'a, '_>,
-        parent: &str,
-        class: &str,
-        shift: Vector3<f64>,
-        depth: usize,
-    ) -> Result<(), ArmError> {
-        if depth > MOST_DEEP {
-            return wrong(node, "bodies are nested too deeply", "flatten the tree");
-        }
-        let class = node.attribute("childclass").unwrap_or(class);
-        let name =
-            node.attribute("name").map_or_else(|| format!("body on line {}", line_of(node)), str::to_owned);
-        let place = Translation3::from(-shift) * self.place(node)?;
-        let joints: Vec<Node<'a, '_>> = node.children().filter(|node| node.has_tag_name("joint")).collect();
-        if joints.len() > 1 {
-            let what = format!("body `{name}` has {} joints", joints.len());
-            return wrong(joints[1], what, "put a massless body between them, one joint in each");
-        }
-        let mut own = Vector3::zeros();
-        let described = match joints.first() {
-            None => fixed(node, parent, &name, place),
-            Some(joint) => {
-                own = vector(*joint, "pos", Vector3::zeros())?;
-                self.joint(*joint, parent, &name, class, place * Translation3::from(own))?
+    /// Settings of the whole file, and sections that are not read.
+    fn section(&mut self, node: Node<'a, '_>) -> Result<(), ArmError> {
+        let tag = node.tag_name().name();
+        match known::child("mujoco", tag) {
+            Use::Remark { follows, .. } if node.children().any(|child| child.is_element()) => {
+                self.remarks.add(node, format!("`<{tag}>`"), follows);
             }
-        };
-        self.tree.add_joint(described);
-        let inertial = match child(node, "inertial") {
-            Some(inertial) => self.inertial(inertial, own)?,
-            None => Inertial::none(),
-        };
-        self.tree.add_link(&name, Link::of(inertial));
-        for inner in node.children().filter(|node| node.has_tag_name("body")) {
-            self.body(inner, &name, class, own, depth + 1)?;
+            Use::Refused { .. } => {
+                return wrong(node, format!("`<{tag}>` is not read"), known::SAVE);
+            }
+            _ => {}
+        }
+        match tag {
+            "compiler" => self.compiler(node),
+            "option" => {
+                self.remarks.check(node, tag)?;
+                if let Some(text) = node.attribute("gravity") {
+                    self.tree.gravity_m_per_s2 = Some(Vector3::from(exactly(node, "gravity", text)?));
+                }
+                child(node, "flag").map_or(Ok(()), |flag| self.remarks.check(flag, "flag"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn compiler(&mut self, node: Node<'a, '_>) -> Result<(), ArmError> {
+        self.remarks.check(node, "compiler")?;
+        if let Some(angle) = node.attribute("angle") {
+            self.angles.is_degree = angle != "radian";
+        }
+        if let Some(text) = node.attribute("eulerseq") {
+            self.angles.sequence = text.chars().collect();
+            if self.angles.sequence.len() != 3 || !text.chars().all(|c| "xyzXYZ".contains(c)) {
+                return wrong(node, format!("`eulerseq=\"{text}\"` is no order of axes"), "write as `xyz`");
+            }
+        }
+        if let Some(range) = node.attribute("inertiagrouprange") {
+            self.groups = exactly(node, "inertiagrouprange", range)?;
+        }
+        match node.attribute("inertiafromgeom") {
+            Some("true") => self.shapes = FromShapes::Always,
+            Some("false") => self.shapes = FromShapes::Never,
+            _ => {}
         }
         Ok(())
     }
 
+    /// The bodies and frames inside an element; everything else there must be known.
+    fn children(&mut self, node: Node<'a, '_>, parent: &str, around: Around<'_>) -> Result<(), ArmError> {
+        if around.depth > MOST_DEEP {
+            return wrong(node, "bodies are nested too deeply", "flatten the tree");
+        }
+        for inner in node.children().filter(Node::is_element) {
+            let tag = inner.tag_name().name();
+            if tag == "freejoint" {
+                return wrong(
+                    inner,
+                    "a body that floats is not simulated",
+                    "remove it: its body is then fixed, as the base of a robot on a table",
+                );
+            }
+            if let Use::Refused { .. } = known::child(parent, tag) {
+                return wrong(inner, format!("`<{tag}>` is not read"), known::SAVE);
+            }
+            let depth = around.depth + 1;
+            match tag {
+                "body" => self.body(inner, Around { depth, ..around })?,
+                "frame" => {
+                    self.remarks.check(inner, tag)?;
+                    let at = around.at * place(inner, &self.angles, &|name: &str| inner.attribute(name))?;
+                    let class = inner.attribute("childclass").unwrap_or(around.class);
+                    self.children(inner, parent, Around { at, class, depth, ..around })?;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// A body, with everything attached to it.
+    fn body(&mut self, node: Node<'a, '_>, around: Around<'_>) -> Result<(), ArmError> {
+        self.remarks.check(node, "body")?;
+        let class = node.attribute("childclass").unwrap_or(around.class);
+        let name =
+            node.attribute("name").map_or_else(|| format!("body on line {}", line_of(node)), str::to_owned);
+        if name == "world" || !self.names.insert(name.clone()) {
+            return wrong(node, format!("there are two bodies `{name}`"), "rename one of them");
+        }
+        let at = around.at * place(node, &self.angles, &|name: &str| node.attribute(name))?;
+        let parts = parts(node, class, &self.angles)?;
+        let joints: Vec<&Part<'a, '_>> = parts.iter().filter(|part| part.is("joint")).collect();
+        if joints.len() > 1 {
+            let what = format!("body `{name}` has {} joints", joints.len());
+            return wrong(joints[1].node, what, "put a massless body between them, one joint in each");
+        }
+        let is_moved = around.is_moved || !joints.is_empty();
+        let mut own = Isometry3::identity();
+        let described = match joints.first() {
+            None => fixed(node, around.parent, &name, at),
+            Some(joint) => {
+                let (described, frame) = self.joint(joint, around.parent, &name, at)?;
+                own = frame;
+                described
+            }
+        };
+        self.tree.add_joint(described);
+        // The frame of the body in that of its joint.
+        let shift = own.inverse();
+        let inertial = self.inertia(&parts, is_moved, &shift)?;
+        self.tree.add_link(&name, Link::of(inertial));
+        let around = Around { parent: &name, class, at: shift, is_moved, depth: around.depth };
+        self.children(node, "body", around)
+    }
+
+    /// Mass and inertia of a body, from its `inertial` or its shapes.
+    fn inertia(
+        &mut self,
+        parts: &[Part<'a, '_>],
+        is_moved: bool,
+        shift: &Isometry3<f64>,
+    ) -> Result<Inertial, ArmError> {
+        let mut found = Inertial::none();
+        let stated = parts.iter().find(|part| part.is("inertial"));
+        let shapes: Vec<&Part<'a, '_>> = parts.iter().filter(|part| part.is("geom")).collect();
+        let by_shapes = match self.shapes {
+            FromShapes::Never => false,
+            FromShapes::Where => stated.is_none(),
+            FromShapes::Always => stated.is_none() || !shapes.is_empty(),
+        };
+        for shape in &shapes {
+            self.remarks.check(shape.node, "geom")?;
+            // The mass of what stands still changes no motion.
+            if !by_shapes || !is_moved {
+                continue;
+            }
+            let find = self.classes.attributes(shape.node, "geom", &shape.class)?;
+            let group = find("group").map_or(Ok([0.0]), |text| exactly::<1>(shape.node, "group", text))?[0];
+            if (self.groups[0]..=self.groups[1]).contains(&group)
+                && let Some(inertia) = mass::of_shape(shape.node, &self.angles, &find)?
+            {
+                found.add(&inertia, &(shift * shape.frame));
+            }
+        }
+        if let Some(stated) = stated {
+            self.remarks.check(stated.node, "inertial")?;
+            if !by_shapes {
+                found.add(&mass::stated(stated.node, &self.angles)?, &(shift * stated.frame));
+            }
+        }
+        Ok(found)
+    }
+
+    /// A joint, and its frame in that of its body.
     fn joint(
         &mut self,
-        node: Node<'a, '_>,
+        part: &Part<'a, '_>,
         parent: &str,
         link: &str,
-        class: &str,
-        place: Isometry3<f64>,
-    ) -> Result<Described, ArmError> {
+        at: Isometry3<f64>,
+    ) -> Result<(Described, Isometry3<f64>), ArmError> {
+        let node = part.node;
+        self.remarks.check(node, "joint")?;
+        let find = self.classes.attributes(node, "joint", &part.class)?;
+        let one = |name: &str| -> Result<f64, ArmError> {
+            let all = find(name).map_or(Ok(Vec::new()), |text| numbers_of(node, name, text))?;
+            Ok(all.first().copied().unwrap_or(0.0))
+        };
+        let pair = |name: &str| find(name).map(|text| exactly::<2>(node, name, text)).transpose();
         let name = node.attribute("name").map_or_else(|| link.to_owned(), str::to_owned);
-        let mut kind = match self.attribute(node, "joint", class, "type") {
+        let mut kind = match find("type") {
             None | Some("hinge") => JointKind::Continuous,
             Some("slide") => JointKind::Prismatic,
             Some(other) => {
@@ -233,38 +309,53 @@ impl<'a> Model<'a, '_> {
                 return wrong(node, what, "make it a hinge or a slide");
             }
         };
-        let axis = self.numbers(node, "joint", class, "axis")?;
-        let axis = if let [x, y, z] = axis.as_slice() { Vector3::new(*x, *y, *z) } else { Vector3::z() };
-        let Some(axis) = Unit::try_new(axis, 1e-9) else {
-            return wrong(
-                node,
-                format!("the axis of joint `{name}` has no direction"),
-                "write three numbers",
-            );
+        let is_slide = kind == JointKind::Prismatic;
+        let axis = find("axis").map_or(Ok([0.0, 0.0, 1.0]), |text| exactly(node, "axis", text))?;
+        let Some(axis) = Unit::try_new(Vector3::from(axis), 1e-9) else {
+            let what = format!("the axis of joint `{name}` has no direction");
+            return wrong(node, what, "write three numbers");
         };
+        let in_si = |x: f64| if is_slide { x } else { self.angles.in_radians(x) };
         let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
-        if let [low, high] = self.numbers(node, "joint", class, "range")?.as_slice() {
-            let in_si = |x: f64| {
-                if self.is_degree && kind != JointKind::Prismatic { x.to_radians() } else { x }
-            };
-            limits = [in_si(*low), in_si(*high)];
+        if let Some(range) = pair("range")?.filter(|_| find("limited") != Some("false")) {
+            limits = range.map(in_si);
             if kind == JointKind::Continuous {
                 kind = JointKind::Revolute;
             }
         }
-        let belief = JointBelief {
+        let anchor = find("pos").map_or(Ok([0.0; 3]), |text| exactly(node, "pos", text))?;
+        let frame = part.frame * Translation3::from(Vector3::from(anchor));
+        // The model shows the joint at `ref`, not at zero.
+        let back = -in_si(one("ref")?);
+        let zero = if is_slide {
+            Isometry3::from(Translation3::from(axis.into_inner() * back))
+        } else {
+            Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&axis, back))
+        };
+        let mut belief = JointBelief {
             name: name.clone(),
             link: link.into(),
-            armature: self.one(node, "joint", class, "armature")?,
-            damping: self.one(node, "joint", class, "damping")?,
-            friction: self.one(node, "joint", class, "frictionloss")?,
+            armature: one("armature")?,
+            damping: one("damping")?,
+            friction: one("frictionloss")?,
             ..JointBelief::default()
         };
+        for name in ["damping", "stiffness"] {
+            let more = find(name).map_or(Ok(Vec::new()), |text| numbers_of(node, name, text))?;
+            if more.iter().skip(1).any(|x| x.abs() > 0.0) {
+                let what = format!("a `{name}` with several numbers");
+                self.remarks.add(node, what, "only the first, the linear one, counts");
+            }
+        }
+        if let Some(range) = pair("actuatorfrcrange")?.filter(|_| find("actuatorfrclimited") != Some("false"))
+        {
+            drive::limit(node, &mut belief, range, &mut self.remarks);
+        }
         let joint = Joint {
             name,
             link: link.into(),
             kind,
-            place,
+            place: at * frame * zero,
             axis,
             limits,
             effort_limit: None,
@@ -273,77 +364,33 @@ impl<'a> Model<'a, '_> {
             inertial: Inertial::none(),
         };
         self.joints.push(belief);
-        Ok(Described {
-            line: line_of(node),
-            parent: parent.into(),
-            child: link.into(),
-            kind: Some(kind),
-            joint,
-        })
-    }
-
-    fn inertial(&self, node: Node<'_, '_>, shift: Vector3<f64>) -> Result<Inertial, ArmError> {
-        let mass_kg = crate::xml::number(node, "mass")?;
-        let all = |name: &str| -> Option<Vec<f64>> {
-            node.attribute(name)?.split_whitespace().map(|word| word.parse().ok()).collect()
-        };
-        let tensor = if let Some([xx, yy, zz, xy, xz, yz]) = all("fullinertia").as_deref() {
-            Matrix3::new(*xx, *xy, *xz, *xy, *yy, *yz, *xz, *yz, *zz)
-        } else if let Some([xx, yy, zz]) = all("diaginertia").as_deref() {
-            Matrix3::from_diagonal(&Vector3::new(*xx, *yy, *zz))
-        } else {
-            return wrong(node, "this `inertial` states no inertia", "add `diaginertia` or `fullinertia`");
-        };
-        let place = Translation3::from(-shift) * self.place(node)?;
-        let mut found = Inertial::none();
-        found.add(&Inertial { mass_kg, centre_m: Vector3::zeros(), inertia_kg_m2: tensor }, &place);
-        Ok(found)
+        let (parent, child) = (parent.into(), link.into());
+        Ok((Described { line: line_of(node), parent, child, kind: Some(kind), joint }, frame))
     }
 
     /// Parameters of an actuator's loop at its joint.
     fn actuator(&mut self, node: Node<'_, '_>) -> Result<(), ArmError> {
         // The document's borrow outlives that of the iterator.
         let Some(node) = self.document.get_node(node.id()) else { return Ok(()) };
-        let Some(joint) = node.attribute("joint") else { return Ok(()) };
+        let kind = node.tag_name().name();
+        let Some(joint) = node.attribute("joint").or_else(|| node.attribute("jointinparent")) else {
+            let what = format!("the `<{kind}>` that drives no single joint");
+            self.remarks.add(node, what, "no drive of a joint follows from it");
+            return Ok(());
+        };
         let Some(at) = self.joints.iter().position(|belief| belief.name == joint) else {
             let known: Vec<&str> = self.joints.iter().map(|belief| belief.name.as_str()).collect();
             let remedy = format!("name one of {}", known.join(", "));
             return wrong(node, format!("there is no joint `{joint}`"), remedy);
         };
-        let (kind, is_position) = match node.tag_name().name() {
-            "position" => ("position", true),
-            "general" => ("general", false),
-            "motor" => ("motor", false),
-            _ => return Ok(()),
-        };
-        let one = |name: &str| self.one(node, kind, "main", name);
-        if kind != "motor" {
-            let remedy = "state `kp` and `kv` of the joint itself, and leave it out";
-            let gear = self.numbers(node, kind, "main", "gear")?;
-            if gear.first().is_some_and(|gear| (gear - 1.0).abs() > f64::EPSILON) {
-                return wrong(node, "the `gear` of an actuator is not read", remedy);
-            }
-            if is_position && one("dampratio")? > 0.0 && one("kv")? <= 0.0 {
-                return wrong(node, "a damping by `dampratio` is not read", remedy);
-            }
+        if !known::ACTUATORS.contains(&kind) {
+            let what = format!("the `<{kind}>` of joint `{joint}`");
+            self.remarks.add(node, what, "state its effect in the machine");
+            return Ok(());
         }
-        let mut belief = self.joints[at].clone();
-        if is_position {
-            // MuJoCo's own default.
-            let kp = self.numbers(node, kind, "main", "kp")?;
-            belief.kp = Some(kp.first().copied().unwrap_or(1.0)).filter(|kp| *kp > 0.0);
-            belief.kd = one("kv")?;
-        } else if kind == "general" && self.attribute(node, kind, "main", "biastype") == Some("affine") {
-            belief.kp = Some(one("gainprm")?).filter(|kp| *kp > 0.0);
-            let bias = self.numbers(node, kind, "main", "biasprm")?;
-            belief.kd = -bias.get(2).copied().unwrap_or(0.0);
-        }
-        belief.delay_s = one("delay")?;
-        if let [low, high] = self.numbers(node, kind, "main", "forcerange")?.as_slice() {
-            belief.effort_limit = Some(low.abs().max(high.abs())).filter(|limit| *limit > 0.0);
-        }
-        self.joints[at] = belief;
-        Ok(())
+        let mut drive = self.classes.drive(node)?;
+        drive.apply(node, &mut self.remarks)?;
+        drive.drives(node, &mut self.joints[at], &mut self.remarks)
     }
 }
 
@@ -365,42 +412,4 @@ fn fixed(node: Node<'_, '_>, parent: &str, link: &str, place: Isometry3<f64>) ->
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MODEL: &str = r#"<mujoco model="two"><compiler angle="degree"/>
-      <default><joint damping="1" armature="0.5"/>
-        <default class="servo"><joint frictionloss="0.2" armature="0.1"/>
-          <position kp="20" kv="2" forcerange="-3 3"/></default></default>
-      <worldbody><body name="base"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-        <body name="upper" pos="0 0 1" childclass="servo">
-          <joint name="lift" axis="0 1 0" range="-90 90"/>
-          <inertial pos="0.5 0 0" mass="2" diaginertia="0.01 0.02 0.03"/>
-          <body name="fore" pos="1 0 0">
-            <joint name="elbow" axis="0 1 0" pos="0.1 0 0"/>
-            <inertial pos="0.3 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
-          </body></body></body></worldbody>
-      <actuator><position class="servo" joint="lift"/><motor joint="elbow"/></actuator></mujoco>"#;
-
-    #[test]
-    fn truth_classes_and_joints_off_the_body_are_understood() {
-        let model = Mjcf::parse(MODEL).expect("a model");
-        let lift = &model.joints[0];
-        assert_eq!((lift.armature, lift.damping, lift.friction), (0.1, 1.0, 0.2));
-        assert_eq!((lift.kp, lift.kd, lift.effort_limit), (Some(20.0), 2.0, Some(3.0)));
-        assert_eq!(model.joints[1].kp, None);
-        let chain = model.tree.chain("fore").expect("a chain");
-        assert!((chain.joints[0].limits[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
-        let mass = chain.mass_matrix(&[0.0, 0.0]);
-        // About the lift: 0.02 + 2 (0.5)^2 + 0.01 + 1 (1.3)^2; about the elbow, at 1.1: 0.01 + 1 (0.2)^2.
-        assert!((mass[(0, 0)] - 2.22).abs() < 1e-12 && (mass[(1, 1)] - 0.05).abs() < 1e-12, "{mass}");
-    }
-
-    #[test]
-    fn truth_what_is_not_simulated_is_refused_with_its_line() {
-        let ball = MODEL.replace("name=\"elbow\"", "name=\"elbow\" type=\"ball\"");
-        let error = Mjcf::parse(&ball).expect_err("refused").to_string();
-        assert!(error.contains("line 10") && error.contains("`ball`"), "{error}");
-        assert!(Mjcf::parse("<robot/>").is_err());
-    }
-}
+mod tests;

@@ -164,7 +164,7 @@ fn read(mut from: impl Read, name: &str, most: u64, fail: &Fail<'_>) -> Result<A
     // Refused by its header, before anything is unpacked.
     let in_memory = (rows as u64).saturating_mul((8 * width * header.fields.len()) as u64);
     if wanted.max(in_memory) > most {
-        let what = format!("an array of shape {:?}: the file is too small for so many numbers", header.shape);
+        let what = format!("an array of shape {:?}: the file is too small for these numbers", header.shape);
         return Err(fail(begin, what, DAMAGED));
     }
     from.take(wanted).read_to_end(&mut bytes).map_err(cut(begin))?;

@@ -87,7 +87,7 @@ fn truth_a_mistake_in_a_log_ends_with_its_row_or_column_and_bad_input() {
     assert!(found.code == BAD_INPUT && found.err.contains("share no time"), "{}", found.err);
 }
 
-/// What does not stop an import is said with its row.
+/// Faults that do not stop an import have a note with their row.
 #[test]
 fn truth_short_rows_and_columns_of_one_name_are_noted() {
     let bench = Bench::new();

@@ -24,7 +24,7 @@ pub enum Model {
 pub(super) struct Beliefs {
     joints: Vec<AxisBelief>,
     tree: Option<Urdf>,
-    /// What the file states but is not read.
+    /// Statements of the file that are not read.
     pub(super) remarks: Vec<String>,
 }
 

@@ -271,7 +271,7 @@ fn joint_of(path: &str, item: Option<&str>, of_path: &[String], of_item: &[Strin
 /// Finds columns by role for every joint of a run.
 ///
 /// # Errors
-/// A column whose unit is none.
+/// A column with a unit that does not exist.
 pub(super) fn guess(run: &Run) -> Result<IndexMap<String, Guess>, DiagnosisError> {
     let mut found: IndexMap<String, Guess> = IndexMap::new();
     let is_alone = run.tables.len() == 1;
@@ -303,7 +303,7 @@ pub(super) fn guess(run: &Run) -> Result<IndexMap<String, Guess>, DiagnosisError
 /// The unit of a column by itself.
 ///
 /// # Errors
-/// A stated unit that is none.
+/// A stated unit that does not exist.
 pub(super) fn unit(role: Role, table: &Table, column: &Column) -> Result<Reasoned, DiagnosisError> {
     let stated = stated(role, column).map_err(|reason| DiagnosisError::Unreadable {
         file: table.file.clone(),

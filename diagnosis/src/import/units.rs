@@ -79,7 +79,7 @@ pub(super) type Reasoned = Option<(UnitGuess, String)>;
 /// The unit of a column, if its file or its name states it.
 ///
 /// # Errors
-/// A unit in brackets or below the header that is none, or of another quantity.
+/// A unit in brackets or below the header that does not exist, or of another quantity.
 pub(super) fn stated(role: Role, column: &Column) -> Result<Reasoned, String> {
     let kinds: &[UnitKind] = match role {
         Role::Target | Role::Position => &MOTION[..2],
@@ -131,7 +131,7 @@ pub(super) fn without_unit(words: &[String]) -> &[String] {
     if words[left.min(words.len())..].iter().any(is_unit) { &words[..left] } else { words }
 }
 
-/// What states that numbers have no unit.
+/// Words that state numbers without a unit.
 const COUNTED: [&str; 8] = ["count", "counts", "tick", "ticks", "raw", "lsb", "steps", "-"];
 
 /// SI needs no word beside the command of a drive.
@@ -215,7 +215,7 @@ mod tests {
         ] {
             assert_eq!(found(name, role), Some(UnitGuess::Symbol(symbol.into())), "{name}");
         }
-        // The end of a name that is no unit of the quantity is a name.
+        // The end of a name that is not a unit of the quantity is a name.
         for name in ["q_a", "q_A", "position_n", "joint_s", "target_3"] {
             let column = Column { name: name.into(), values: vec![0.0, 2.0], ..Column::default() };
             assert_eq!(stated(Role::Position, &column), Ok(None), "{name}");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn truth_a_unit_in_brackets_that_is_none_is_refused() {
+    fn truth_a_unit_in_brackets_that_does_not_exist_is_refused() {
         for (name, unit, what) in [
             ("ist [degg]", None, "the unit of `ist [degg]`: `degg` is not a unit (perhaps `deg`)"),
             ("ist (N)", None, "`N` is a unit of another quantity"),
@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(found(55.0), Some(UnitGuess::symbol("deg")));
         assert_eq!(found(990.0), Some(UnitGuess::Counts(1e-3)));
         assert_eq!(found(640.0), Some(UnitGuess::Counts(std::f64::consts::TAU / 4096.0)));
-        assert_eq!([found(0.02), found(4.0), found(1e7)], [None; 3]);
+        assert_eq!([found(0.02), found(4.0), found(1e7)], [None, None, None]);
         assert_eq!(beside(990.0, "x", true).map(|(unit, _)| unit), Some(UnitGuess::symbol("mm")));
         assert_eq!(beside(57.0, "x", true), None);
     }

@@ -48,10 +48,10 @@ fn kind(bases: Bases) -> UnitKind {
 }
 
 /// The unit that a text states, if it is one of the `kinds`. Headers are often careless about case (`nm` of a
-/// torque) and write units out, so other readings count too, if the text itself is no such unit.
+/// torque) and write units out, so other readings count too, if the text itself is not such a unit.
 ///
 /// # Errors
-/// What the text is instead: no unit, with the nearest one, or one of another quantity.
+/// A text that is not a unit, with the nearest one, or a unit of another quantity.
 pub fn column_unit(text: &str, kinds: &[UnitKind]) -> Result<ColumnUnit, String> {
     let text = text.trim();
     let alike = |name: &str| name.eq_ignore_ascii_case(text);

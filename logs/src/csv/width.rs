@@ -50,7 +50,7 @@ impl Width {
         Ok(())
     }
 
-    /// What is said of short rows.
+    /// The note on short rows.
     pub(super) fn note(&self, layout: &Layout) -> Option<String> {
         let (row, cells) = self.first?;
         let alike = if self.rows == 1 { String::new() } else { format!(" ({} such rows)", self.rows) };

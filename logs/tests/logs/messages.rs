@@ -1,4 +1,4 @@
-//! Messages whose names of items stand in several places.
+//! Messages with lists of names in several structures.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

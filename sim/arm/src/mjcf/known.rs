@@ -1,6 +1,6 @@
 //! Elements and attributes of MJCF that are known. All others are refused, since they may change a motion.
 
-/// What is made of an attribute or element.
+/// Treatment of an attribute or element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
     /// It is read.
@@ -202,8 +202,8 @@ const IDLE_OF_ACTUATORS: [&str; 8] =
 
 /// Attributes that are remarked unless they have their neutral value.
 const REMARKED: [(&str, &str, &str, &str); 12] = [
-    ("option", "density", "0", "the drag of the medium is no part of the machine"),
-    ("option", "viscosity", "0", "the drag of the medium is no part of the machine"),
+    ("option", "density", "0", "the machine has no drag of the medium"),
+    ("option", "viscosity", "0", "the machine has no drag of the medium"),
     ("option", "actuatorgroupdisable", "", "every actuator counts as enabled"),
     ("body", "gravcomp", "0", "the column `load` holds the full weight of each body"),
     ("joint", "stiffness", "0", "state it as `stiffness` of the bearing"),
@@ -229,7 +229,7 @@ const REFUSED: [(&str, &str, &str); 7] = [
     ("geom", "shellinertia", "false"),
 ];
 
-/// What is made of an attribute of a kind of element.
+/// Treatment of an attribute of a kind of element.
 pub(super) fn attribute(kind: &str, name: &str) -> Use {
     let in_list = |list: &[(&str, &[&str])]| {
         list.iter().any(|(element, names)| *element == kind && names.contains(&name))
@@ -272,7 +272,7 @@ const COUPLING: [(&str, &str); 4] = [
     ("extension", "no plugin acts"),
 ];
 
-/// What is made of a child of an element. A frame has the children of its body.
+/// Treatment of a child of an element. A frame has the children of its body.
 pub(super) fn child(parent: &str, name: &str) -> Use {
     if let Some((_, follows)) = COUPLING.iter().find(|(section, _)| parent == "mujoco" && *section == name) {
         return Use::Remark { unless: "", follows };

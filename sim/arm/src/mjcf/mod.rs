@@ -33,7 +33,7 @@ pub struct Mjcf {
     pub tree: Urdf,
     /// For each joint, in the order of the file.
     pub joints: Vec<JointBelief>,
-    /// What changes motions but is not read, a sentence each with its line.
+    /// Attributes and elements that change motions but are not read, a sentence each with its line.
     pub remarks: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ struct Model<'a, 'i> {
     remarks: Remarks,
 }
 
-/// Where a body or frame is: in the frame of the parent's joint.
+/// The surroundings of a body or frame, in the frame of the parent's joint.
 #[derive(Clone, Copy)]
 struct Around<'b> {
     parent: &'b str,
@@ -165,7 +165,11 @@ impl<'a> Model<'a, '_> {
         if let Some(text) = node.attribute("eulerseq") {
             self.angles.sequence = text.chars().collect();
             if self.angles.sequence.len() != 3 || !text.chars().all(|c| "xyzXYZ".contains(c)) {
-                return wrong(node, format!("`eulerseq=\"{text}\"` is no order of axes"), "write as `xyz`");
+                return wrong(
+                    node,
+                    format!("`eulerseq=\"{text}\"` is not an order of axes"),
+                    "write as `xyz`",
+                );
             }
         }
         if let Some(range) = node.attribute("inertiagrouprange") {

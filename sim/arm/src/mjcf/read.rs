@@ -113,10 +113,10 @@ pub(super) fn onto(z: &Vector3<f64>) -> UnitQuaternion<f64> {
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
 }
 
-/// What is not read but changes a motion: once for each attribute or element.
+/// Attributes and elements that change motions but are not read, each once.
 #[derive(Debug, Default)]
 pub(super) struct Remarks {
-    /// What it is, its first line, and the remark.
+    /// Its name, its first line, and the remark.
     found: Vec<(String, u32, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! What is read of MJCF files.
+//! Contents of MJCF files.
 
 use super::*;
 
@@ -41,7 +41,8 @@ fn truth_what_is_not_simulated_is_refused_with_its_line() {
 /// A body of one shape of 1000 kg/m3 on a slide.
 fn shape(geom: &str) -> Inertial {
     let text = format!(
-        r#"<mujoco><worldbody><body name="b"><joint name="j" type="slide"/><geom {geom}/></body></worldbody></mujoco>"#
+        r#"<mujoco><worldbody><body name="b"><joint name="j" type="slide"/><geom {geom}/></body>
+        </worldbody></mujoco>"#
     );
     let model = Mjcf::parse(&text).unwrap_or_else(|error| panic!("{geom}: {error}"));
     model.tree.chain("b").expect("a chain").joints[0].inertial.clone()
